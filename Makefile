@@ -1,0 +1,51 @@
+# Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
+.DEFAULT_GOAL := help
+.PHONY: help setup build test host asan fixed arm coverage python demo bench lint clean
+
+PYTHON := .venv/bin/python
+CHECK  := $(PYTHON) tools/setup/run_tests.py
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: ## install what is missing, make .venv with the command evenspin
+	@tools/setup/setup.sh
+
+build: setup ## build the host preset (firmware, simulator, tests; both numerics)
+	@cmake --preset host
+	@cmake --build --preset host
+
+test: ## everything that must hold before a change goes in; what .ci/run runs
+	@tools/setup/setup.sh || { echo "0 passed, 1 failed"; exit 1; }
+	@$(CHECK)
+
+host: setup ## C tests, both numerics
+	@$(CHECK) host
+
+asan: setup ## C tests under the address and undefined-behaviour sanitizers
+	@$(CHECK) asan
+
+fixed: setup ## C tests of a fixed-point-only build
+	@$(CHECK) fixed
+
+arm: setup ## compile for Cortex-M4F
+	@$(CHECK) arm
+
+coverage: setup ## lines and branches of control/ that its tests reach, with the gate
+	@$(CHECK) coverage
+
+python: setup ## lint and tests of the Python package
+	@$(CHECK) lint python
+
+demo: setup ## simulate, compare, report: out/demo
+	@.venv/bin/evenspin demo --out out/demo
+
+bench: setup ## speed of the simulator on this machine
+	@.venv/bin/evenspin bench
+
+lint: setup ## ruff and the rules of the layers
+	@$(CHECK) lint
+	@$(PYTHON) tests/architecture/check_layers.py .
+
+clean: ## remove build/ and out/; .venv stays
+	@rm -rf build out

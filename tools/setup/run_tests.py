@@ -1,0 +1,190 @@
+"""Run the checks of the project, or those named on the command line, and add up what they found.
+
+    run_tests.py [host] [asan] [fixed] [arm] [coverage] [lint] [python]
+
+The last line is `N passed, N failed`: the tests of ctest and pytest together. A step that has no tests of its own, or
+does not get as far as running them, adds nothing when it is good and one failure when it is not.
+Each step writes to build/checks/<step>.log; what a failed command said last is shown.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS = ROOT / "build" / "checks"
+JOBS = str(os.cpu_count() or 2)
+TAIL_LINES = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """Tests of one step."""
+
+    passed: int = 0
+    failed: int = 0
+    skipped: int = 0
+
+    def __add__(self, other: Count) -> Count:
+        return Count(self.passed + other.passed, self.failed + other.failed, self.skipped + other.skipped)
+
+    def __str__(self) -> str:
+        text = f"{self.passed} passed, {self.failed} failed"
+        return f"{text}, {self.skipped} skipped" if self.skipped else text
+
+
+class StepFailed(Exception):
+    """A command that had to succeed did not."""
+
+
+class Step:
+    """The commands of one step, and their log."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.log = RESULTS / f"{name}.log"
+        self.junit = RESULTS / f"{name}.xml"
+        self.log.write_text("")
+        self.junit.unlink(missing_ok=True)
+
+    def call(self, *command: str | Path, show: bool = False) -> int:
+        """Run a command; its output goes to the log, and to the terminal if it is to be shown or ends badly."""
+        words = [str(word) for word in command]
+        done = subprocess.run(
+            words, cwd=ROOT, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+        )
+        with self.log.open("a") as log:
+            log.write(f"$ {' '.join(words)}\n{done.stdout}\n")
+        if show:
+            print(done.stdout.rstrip())
+        elif done.returncode != 0:
+            print(f"$ {' '.join(words)}")
+            print("\n".join(done.stdout.rstrip().splitlines()[-TAIL_LINES:]))
+        return done.returncode
+
+    def need(self, *command: str | Path, show: bool = False) -> None:
+        """Run a command without which the step makes no sense."""
+        if self.call(*command, show=show) != 0:
+            raise StepFailed(f"{Path(command[0]).name} failed, see {self.log.relative_to(ROOT)}")
+
+    def build(self) -> None:
+        self.need("cmake", "--preset", self.name)
+        self.need("cmake", "--build", "--preset", self.name, "--parallel", JOBS)
+
+    def ctest(self) -> Count:
+        status = self.call("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
+        return self._counted(status)
+
+    def pytest(self) -> Count:
+        status = self.call(sys.executable, "-m", "pytest", "-q", f"--junitxml={self.junit}")
+        return self._counted(status)
+
+    def _counted(self, status: int) -> Count:
+        """What the JUnit file says; a bad exit status that no test explains is a failure, too."""
+        count = read_junit(self.junit) if self.junit.exists() else Count()
+        if status != 0 and count.failed == 0:
+            raise StepFailed(f"the tests ended with status {status}, see {self.log.relative_to(ROOT)}")
+        if count.passed + count.failed == 0:
+            raise StepFailed("no tests were found")
+        return count
+
+
+def read_junit(path: Path) -> Count:
+    """Count the test cases of a JUnit file as ctest and pytest write it."""
+    count = Count()
+    for case in ET.parse(path).getroot().iter("testcase"):
+        if case.find("failure") is not None or case.find("error") is not None:
+            count += Count(failed=1)
+        elif case.find("skipped") is not None or case.get("status") in ("notrun", "disabled"):
+            count += Count(skipped=1)
+        else:
+            count += Count(passed=1)
+    return count
+
+
+def c_tests(step: Step) -> Count:
+    """Build a preset and run its tests."""
+    step.build()
+    return step.ctest()
+
+
+def arm(step: Step) -> Count:
+    """Compile for the Cortex-M4F."""
+    if shutil.which("arm-none-eabi-gcc") is None:
+        raise StepFailed("arm-none-eabi-gcc is not installed; `make setup` says how")
+    step.build()
+    return Count()
+
+
+def coverage(step: Step) -> Count:
+    """Coverage of control/ by its own tests. The host step counts the same tests, so they are not counted again."""
+    step.build()
+    build = ROOT / "build" / step.name
+    for counters in build.rglob("*.gcda"):
+        counters.unlink()
+    if step.ctest().failed:
+        raise StepFailed("tests fail in the coverage build")
+    step.need(sys.executable, ROOT / "tools/setup/coverage_gate.py", build, show=True)
+    return Count()
+
+
+def lint(step: Step) -> Count:
+    """Lint the Python code."""
+    step.need(sys.executable, "-m", "ruff", "check", ".")
+    return Count()
+
+
+def python(step: Step) -> Count:
+    """Run the tests of the Python package."""
+    return step.pytest()
+
+
+STEPS: dict[str, Callable[[Step], Count]] = {
+    "lint": lint,
+    "host": c_tests,
+    "python": python,
+    "arm": arm,
+    "coverage": coverage,
+    "asan": c_tests,
+    "fixed": c_tests,
+}
+# The host preset runs every test in fixed point as well.
+DEFAULT = [name for name in STEPS if name != "fixed"]
+
+
+def main(arguments: Sequence[str]) -> int:
+    unknown = sorted(set(arguments) - set(STEPS))
+    if unknown:
+        print(f"run_tests.py: no step {', '.join(unknown)}; there are: {', '.join(STEPS)}", file=sys.stderr)
+        return 2
+
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    total = Count()
+    for name in arguments or DEFAULT:
+        print(f"[test] {name} ...", flush=True)
+        start = time.monotonic()
+        try:
+            count = STEPS[name](Step(name))
+            outcome = str(count) if count != Count() else "good"
+        except StepFailed as failure:
+            count = Count(failed=1)
+            outcome = f"FAILED: {failure}"
+        print(f"[test] {name}: {outcome} ({time.monotonic() - start:.0f} s)", flush=True)
+        total += count
+
+    if total.skipped:
+        print(f"[test] {total.skipped} skipped")
+    print(f"{total.passed} passed, {total.failed} failed")
+    return 1 if total.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
