@@ -67,7 +67,7 @@ class Step:
             print(done.stdout.rstrip())
         elif done.returncode != 0:
             print(f"$ {' '.join(words)}")
-            print("\n".join(done.stdout.rstrip().splitlines()[-TAIL_LINES:]))
+            print("\n".join(end_of(done.stdout)))
         return done.returncode
 
     def need(self, *command: str | Path, show: bool = False) -> None:
@@ -95,6 +95,13 @@ class Step:
         if count.passed + count.failed == 0:
             raise StepFailed("no tests were found")
         return count
+
+
+def end_of(output: str) -> list[str]:
+    """The last lines of an output; of a build, from the first command that failed."""
+    lines = output.rstrip().splitlines()
+    first = next((number for number, line in enumerate(lines) if line.startswith("FAILED: ")), None)
+    return lines[-TAIL_LINES:] if first is None else lines[first : first + TAIL_LINES]
 
 
 def read_junit(path: Path) -> Count:
