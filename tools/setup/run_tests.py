@@ -55,61 +55,61 @@ class Step:
         self.log.write_text("")
         self.junit.unlink(missing_ok=True)
 
-    def call(self, *command: str | Path, show: bool = False) -> int:
-        """Run a command; its output goes to the log, and to the terminal if it is to be shown or ends badly."""
+    def call(self, *command: str | Path) -> tuple[int, str]:
+        """Run a command and log it: its exit status and its output."""
         words = [str(word) for word in command]
         done = subprocess.run(
             words, cwd=ROOT, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
         )
         with self.log.open("a") as log:
             log.write(f"$ {' '.join(words)}\n{done.stdout}\n")
-        if show:
-            print(done.stdout.rstrip())
-        elif done.returncode != 0:
-            print(f"$ {' '.join(words)}")
-            print("\n".join(end_of(done.stdout)))
-        return done.returncode
+        return done.returncode, done.stdout.rstrip()
 
-    def need(self, *command: str | Path, show: bool = False) -> None:
-        """Run a command without which the step makes no sense."""
-        if self.call(*command, show=show) != 0:
-            raise StepFailed(f"{Path(command[0]).name} failed, see {self.log.relative_to(ROOT)}")
+    def need(self, *command: str | Path) -> str:
+        """Run a command without which the step makes no sense, and return its output."""
+        status, output = self.call(*command)
+        if status != 0:
+            print(end_of(output))
+            raise StepFailed(f"see {self.log.relative_to(ROOT)}")
+        return output
 
     def build(self) -> None:
         self.need("cmake", "--preset", self.name)
         self.need("cmake", "--build", "--preset", self.name, "--parallel", JOBS)
 
     def ctest(self) -> Count:
-        status = self.call("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
-        return self._counted(status)
+        return self._counted("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
 
     def pytest(self) -> Count:
-        status = self.call(sys.executable, "-m", "pytest", "-q", f"--junitxml={self.junit}")
-        return self._counted(status)
+        return self._counted(sys.executable, "-m", "pytest", "-q", f"--junitxml={self.junit}")
 
-    def _counted(self, status: int) -> Count:
-        """What the JUnit file says; a bad exit status that no test explains is a failure, too."""
+    def _counted(self, *command: str | Path) -> Count:
+        """Run tests and count what the JUnit file says; a bad exit status that no test explains is a failure, too."""
+        status, output = self.call(*command)
         count = read_junit(self.junit) if self.junit.exists() else Count()
         if status != 0 and count.failed == 0:
+            print(end_of(output))
             raise StepFailed(f"the tests ended with status {status}, see {self.log.relative_to(ROOT)}")
         if count.passed + count.failed == 0:
             raise StepFailed("no tests were found")
         return count
 
 
-def end_of(output: str) -> list[str]:
+def end_of(output: str) -> str:
     """The last lines of an output; of a build, from the first command that failed."""
     lines = output.rstrip().splitlines()
     first = next((number for number, line in enumerate(lines) if line.startswith("FAILED: ")), None)
-    return lines[-TAIL_LINES:] if first is None else lines[first : first + TAIL_LINES]
+    return "\n".join(lines[-TAIL_LINES:] if first is None else lines[first : first + TAIL_LINES])
 
 
 def read_junit(path: Path) -> Count:
-    """Count the test cases of a JUnit file as ctest and pytest write it."""
+    """Count the test cases of a JUnit file as ctest and pytest write it, and show those that failed."""
     count = Count()
     for case in ET.parse(path).getroot().iter("testcase"):
         if case.find("failure") is not None or case.find("error") is not None:
             count += Count(failed=1)
+            said = (case.findtext(part) or "" for part in ("failure", "error", "system-out"))
+            print(f"[test] FAILED {case.get('name')}\n{end_of(''.join(said))}")
         elif case.find("skipped") is not None or case.get("status") in ("notrun", "disabled"):
             count += Count(skipped=1)
         else:
@@ -139,7 +139,7 @@ def coverage(step: Step) -> Count:
         counters.unlink()
     if step.ctest().failed:
         raise StepFailed("tests fail in the coverage build")
-    step.need(sys.executable, ROOT / "tools/setup/coverage_gate.py", build, show=True)
+    print(step.need(sys.executable, ROOT / "tools/setup/coverage_gate.py", build))
     return Count()
 
 
