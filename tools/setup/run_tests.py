@@ -97,8 +97,10 @@ class Step:
 
 def end_of(output: str) -> str:
     """The last lines of an output; of a build, from the first command that failed."""
-    lines = output.rstrip().splitlines()
+    lines = output.splitlines()
     first = next((number for number, line in enumerate(lines) if line.startswith("FAILED: ")), None)
+    if "CMake Error" in output:  # a failed configuration may hold a build of its own; its cause stands above
+        first = None
     return "\n".join(lines[-TAIL_LINES:] if first is None else lines[first : first + TAIL_LINES])
 
 

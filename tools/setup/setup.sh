@@ -129,8 +129,8 @@ report_missing() {
         say "missing, please install: sudo apt-get install -y --no-install-recommends ${wanted[*]}"
     fi
     if ! has_cmock; then
-        has git || say "git is missing, too: CMake needs it for the next point"
-        say "cmock is not installed: CMake fetches its pinned upstream release for the tests"
+        has git || say "git is missing, too; CMake needs it for the next point"
+        say "without cmock CMake fetches its pinned upstream release, for the tests"
     fi
     if [ ${#essential[@]} -gt 0 ]; then
         say "stopping here: without ${essential[*]} there is no evenspin"
