@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Prepare this checkout: the packages that building and testing need, and .venv with the command `evenspin`.
 #
-#   tools/setup/setup.sh            everything; what is already there is left alone
+#   [PYTHON=<command>] tools/setup/setup.sh
 #
-# As root on Debian 12 or 13 missing packages are installed. Otherwise the command that installs them is printed,
+# What is already there is left alone. As root on Debian 12 or 13 missing packages are installed. Otherwise the command that installs them is printed,
 # and setup goes on if it can.
 # Exit status: 0 ready, 1 a step failed (its log is build/setup.log), 3 something that setup cannot do without is missing.
 set -euo pipefail
