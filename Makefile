@@ -44,7 +44,7 @@ bench: setup ## speed of the simulator on this machine
 	@.venv/bin/evenspin bench
 
 lint: setup ## ruff and the rules of the layers
-	@$(CHECK) lint
+	@.venv/bin/ruff check .
 	@$(PYTHON) tests/architecture/check_layers.py .
 
 clean: ## remove build/ and out/; .venv stays

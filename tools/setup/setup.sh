@@ -3,8 +3,8 @@
 #
 #   [PYTHON=<command>] tools/setup/setup.sh
 #
-# What is already there is left alone. As root on Debian 12 or 13 missing packages are installed. Otherwise the command that installs them is printed,
-# and setup goes on if it can.
+# What is already there is left alone. As root on Debian 12 or 13 missing packages are installed; otherwise the command
+# that installs them is printed, and setup goes on if it can.
 # Exit status: 0 ready, 1 a step failed (its log is build/setup.log), 3 something that setup cannot do without is missing.
 set -euo pipefail
 
