@@ -1,0 +1,68 @@
+#include "control/motor/pi.h"
+
+ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    ctl_diag_t d = ctl_diag_range(params->kp, (num_t)0, NUM_MAX, CTL_PI_KP);
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->ki_ts, (num_t)0, NUM_MAX, CTL_PI_KI_TS);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->out_min, -NUM_MAX, NUM_MAX, CTL_PI_OUT_MIN);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->out_max, -NUM_MAX, NUM_MAX, CTL_PI_OUT_MAX);
+    }
+    if ((d.status == CTL_OK) && !(params->out_min < params->out_max)) {
+        d = ctl_diag(CTL_ERR_RELATION, CTL_PI_OUT_MIN, params->out_min);
+    }
+    if (d.status != CTL_OK) {
+        return d;
+    }
+    const ctl_pi_state_t rest = {(num_t)0, (num_t)0, (num_t)0, 0U};
+    self->params = *params;
+    self->state = rest;
+    return d;
+}
+
+void ctl_pi_reset(ctl_pi_t *self, num_t x)
+{
+    ctl_pi_state_t *const s = &self->state;
+    s->x = num_clamp(num_guard(x, (num_t)0, &s->rejected), self->params.out_min, self->params.out_max);
+    s->err = (num_t)0;
+    s->wanted = s->x;
+}
+
+num_t ctl_pi_output(ctl_pi_t *self, num_t err)
+{
+    const ctl_pi_params_t *const p = &self->params;
+    ctl_pi_state_t *const        s = &self->state;
+
+    s->err = num_guard(err, (num_t)0, &s->rejected);
+    s->wanted = num_mac(s->x, p->kp, s->err);
+    return num_clamp(s->wanted, p->out_min, p->out_max);
+}
+
+void ctl_pi_commit(ctl_pi_t *self, num_t realised)
+{
+    const ctl_pi_params_t *const p = &self->params;
+    ctl_pi_state_t *const        s = &self->state;
+
+    const num_t done = num_guard(realised, s->wanted, &s->rejected);
+    bool        hold = false;
+    if (done != s->wanted) {
+        const bool too_low = done < s->wanted; /* the actuator could not follow upwards */
+        hold = (p->anti_windup == CTL_PI_HOLD) || (too_low ? (s->err > (num_t)0) : (s->err < (num_t)0));
+    }
+    if (!hold) {
+        const num_t bound = num_max(num_abs(p->out_min), num_abs(p->out_max));
+        s->x = num_clamp(num_mac(s->x, p->ki_ts, s->err), num_neg(bound), bound);
+    }
+}
+
+void ctl_pi_hold(ctl_pi_t *self)
+{
+    self->state.err = (num_t)0;
+}

@@ -1,0 +1,58 @@
+/**
+ * @file  control/motor/pi.h
+ * @brief Parallel PI controller with conditional anti-windup, split in a proposal and a commitment.
+ *
+ *     u[k] = clamp( k_p e[k] + x[k] )                                                                    (1)
+ *     x[k+1] = x[k] + k_i T_s e[k], unless the output was limited                                        (2)
+ *
+ * ctl_pi_output proposes u; the caller applies what the actuator allows and tells ctl_pi_commit what really happened.
+ * "Limited" means: the value committed is not the one computed before the clamp.
+ *
+ *   CTL_PI_HOLD          x holds whenever the output was limited
+ *   CTL_PI_HOLD_OUTWARD  x holds only when the error pushes further into the limit
+ *
+ * Total    a non-finite error teaches nothing, is counted, and the output is that of a zero error; x stays within
+ *          the output limits' larger magnitude, so it is bounded whatever is committed.
+ * Cost     output 1 product, commit 1 product. Float and fixed agree within 1e-6 of full scale per step.
+ */
+#ifndef CONTROL_MOTOR_PI_H
+#define CONTROL_MOTOR_PI_H
+
+#include "control/numeric/diag.h"
+
+typedef enum { CTL_PI_HOLD = 0, CTL_PI_HOLD_OUTWARD } ctl_pi_anti_windup_t;
+
+typedef struct {
+    num_t                kp;          /**< Output unit per error unit, >= 0. */
+    num_t                ki_ts;       /**< k_i T_s, output unit per error unit and sample, >= 0. */
+    num_t                out_min;     /**< Output unit, < out_max. */
+    num_t                out_max;     /**< Output unit. */
+    ctl_pi_anti_windup_t anti_windup;
+} ctl_pi_params_t;
+
+typedef struct {
+    num_t    x;        /**< Integrator, output unit. */
+    num_t    err;      /**< Error of the last proposal. */
+    num_t    wanted;   /**< Last proposal before the clamp. */
+    uint32_t rejected; /**< Inputs that were not finite. */
+} ctl_pi_state_t;
+
+typedef struct {
+    ctl_pi_params_t params;
+    ctl_pi_state_t  state;
+} ctl_pi_t;
+
+enum { CTL_PI_KP = 1, CTL_PI_KI_TS, CTL_PI_OUT_MIN, CTL_PI_OUT_MAX };
+
+/** Validate, start from rest. On error @p self stays as it was. */
+ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params);
+/** Start again with integrator @p x (clamped to the limits; 0 when not finite). Counters stay. */
+void ctl_pi_reset(ctl_pi_t *self, num_t x);
+/** (1): proposal for this sample, within the limits. */
+num_t ctl_pi_output(ctl_pi_t *self, num_t err);
+/** (2): @p realised is what the actuator did, output unit. Once per ctl_pi_output. */
+void ctl_pi_commit(ctl_pi_t *self, num_t realised);
+/** Instead of a commit: the integrator holds, whatever the mode. For a vector limited as a whole. */
+void ctl_pi_hold(ctl_pi_t *self);
+
+#endif

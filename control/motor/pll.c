@@ -1,0 +1,47 @@
+#include "control/motor/pll.h"
+
+#define PI_RAD NUM_C(3.14159265f)
+
+ctl_diag_t ctl_pll_init(ctl_pll_t *self, const ctl_pll_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    ctl_diag_t d = ctl_diag_range(params->kp_ts, NUM_EPS, NUM_C(1.0f), CTL_PLL_KP);
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->ki_ts, NUM_EPS, NUM_MAX, CTL_PLL_KI);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->rad_per_speed_ts, NUM_EPS, NUM_MAX, CTL_PLL_RAD_PER_SPEED);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->speed_max, NUM_EPS, NUM_MAX, CTL_PLL_SPEED_MAX);
+    }
+    if ((d.status == CTL_OK) && !(num_mul(params->speed_max, params->rad_per_speed_ts) <= PI_RAD)) {
+        d = ctl_diag(CTL_ERR_RELATION, CTL_PLL_SPEED_MAX, params->speed_max);
+    }
+    if (d.status != CTL_OK) {
+        return d;
+    }
+    self->params = *params;
+    ctl_pll_reset(self, 0U);
+    return d;
+}
+
+void ctl_pll_reset(ctl_pll_t *self, angle_t theta)
+{
+    self->state.th = theta;
+    self->state.w = (num_t)0;
+    self->state.error = (num_t)0;
+}
+
+num_t ctl_pll_step(ctl_pll_t *self, angle_t theta)
+{
+    const ctl_pll_params_t *const p = &self->params;
+    ctl_pll_state_t *const        s = &self->state;
+
+    s->error = angle_to_rad_signed(theta - s->th);                                                          /* (1) */
+    s->w = num_clamp(num_mac(s->w, p->ki_ts, s->error), num_neg(p->speed_max), p->speed_max);               /* (2) */
+    s->th += angle_from_rad(num_mac(num_mul(s->w, p->rad_per_speed_ts), p->kp_ts, s->error));               /* (3) */
+    return s->w;
+}

@@ -1,0 +1,31 @@
+/**
+ * @file  control/motor/svm.h
+ * @brief Voltage vector limit and space-vector modulation.
+ *
+ *     duty_x = 1/2 + (v_x - (max(v) + min(v)) / 2) / v_dc,   x = a, b, c                                 (1)
+ *
+ * The common part that (1) adds (centred zero vectors) makes every vector up to v_dc / sqrt(3) reachable; the
+ * phase-to-phase voltages are exactly those asked for. Beyond, duties clip at 0 and 1.
+ *
+ * Total    non-finite input gives a zero vector / duties of 1/2 and false: the caller counts.
+ * Cost     limit: 3 products, and a root and a division only when limited; modulation: 1 division, 6 products.
+ */
+#ifndef CONTROL_MOTOR_SVM_H
+#define CONTROL_MOTOR_SVM_H
+
+#include "control/motor/frames.h"
+
+/**
+ * Shorten @p v to at most @p limit (>= 0, same unit), keeping its direction.
+ * @return true when the vector was good and is unchanged, bit for bit; false when it was shortened or replaced.
+ */
+bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out);
+
+/**
+ * Duty cycles within [0, 1] for a voltage vector.
+ * @param v_dc  dc-link voltage, same unit as @p v, > 0.
+ * @return false when an input was not usable; all duties are then 1/2 (zero voltage).
+ */
+bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty);
+
+#endif

@@ -1,0 +1,21 @@
+/**
+ * @file  control/numeric/lagrange.h
+ * @brief Lagrange interpolation: z^-F as a sum of whole delays.
+ *
+ *     z^-F ~ sum_k A_k z^-k,   A_k = prod_{i != k} (F - i) / (k - i),   k, i = 0..n                      (1)
+ *
+ * Source   Guo et al. 2024 (Actuators 13, 73), equations 15 and 16. The coefficients sum to 1 for every F.
+ * Total    F outside [0, n] is cut to it, NaN counts as 0; an order above 3 counts as 3.
+ * Cost     order 1: none, 2: 4 products, 3: 9 products; no division. Fixed: within 2 steps of float.
+ */
+#ifndef CONTROL_NUMERIC_LAGRANGE_H
+#define CONTROL_NUMERIC_LAGRANGE_H
+
+#include "control/numeric/num.h"
+
+#define CTL_LAGRANGE_TAPS 4U
+
+/** (1) for order n in [0, 3]; coefficients above the order are zero. @param f fraction F in samples, [0, n]. */
+void ctl_lagrange(uint16_t order, num_t f, num_t a[CTL_LAGRANGE_TAPS]);
+
+#endif

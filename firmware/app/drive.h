@@ -1,0 +1,165 @@
+/**
+ * @file  firmware/app/drive.h
+ * @brief The drive: one object, two interrupts, one main loop.
+ *
+ *     current interrupt, 10 kHz   sample -> tracking filter -> [speed loop] -> current control -> duties
+ *     speed interrupt, 1 kHz      M/T speed -> error -> repetitive control -> PI -> q-current reference
+ *     main loop                   state machine, commands, parameters
+ *
+ * Who writes what: the current interrupt everything in `sample`, `current`, `tracking`; the speed interrupt everything in
+ * `speed`; the main loop `state`, `command` and `next`. A fault is the exception: the current interrupt may set it and
+ * switches the bridge off there and then. Commands and parameters cross as whole structs (see drive_command, drive_tune).
+ *
+ * Numerics: in the float build signals inside are in SI units; in the fixed build per unit of `scale`.
+ */
+#ifndef FIRMWARE_APP_DRIVE_H
+#define FIRMWARE_APP_DRIVE_H
+
+#include "control/motor/frames.h"
+#include "control/motor/mt_speed.h"
+#include "control/motor/pi.h"
+#include "control/motor/pll.h"
+#include "control/repetitive/repetitive.h"
+#include "firmware/app/faults.h"
+#include "firmware/app/parameters.h"
+#include "hal/hal_encoder.h"
+#include "hal/hal_sample.h"
+
+#define DRIVE_PWM_HZ 10000U
+#define DRIVE_RC_CAPACITY 512U /**< Longest period in speed samples: 29 r/min with 4 pole pairs. */
+
+typedef enum {
+    DRIVE_INIT = 0,
+    DRIVE_OFFSET_CALIBRATION,
+    DRIVE_ALIGN,
+    DRIVE_READY,
+    DRIVE_RUN,
+    DRIVE_FAULT
+} drive_state_t;
+
+typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED } drive_mode_t;
+typedef enum { DRIVE_METHOD_PI = 0, DRIVE_METHOD_CRC, DRIVE_METHOD_FORC, DRIVE_METHOD_FAL_FORC } drive_method_t;
+
+/** What the user wants, taken over as a whole. */
+typedef struct {
+    drive_mode_t mode;
+    float        speed_ref_rad_s; /**< Mechanical. */
+    float        id_ref_a, iq_ref_a; /**< id in both modes, iq in current mode only. */
+} drive_command_t;
+
+/** Base values. All 1 in the float build. */
+typedef struct {
+    float current_a, voltage_v, speed_rad_s;
+    float error_unit; /**< One inside is this many units of the speed error. */
+    float inv_current, inv_voltage, inv_speed; /**< Their inverses: the interrupts do not divide. */
+} drive_scale_t;
+
+/** Everything that follows from the parameters, in the numeric of the build. Computed in the main loop, taken over by
+ *  the current interrupt between two samples. */
+typedef struct {
+    drive_scale_t    scale;
+    ctl_pi_params_t  current_pi, speed_pi;
+    ctl_pll_params_t pll;
+    ctl_mt_params_t  mt;
+    ctl_rc_params_t  rc;
+    uint16_t         rc_capacity;
+    bool             rc_used;
+    num_t            rc_period_scale; /**< N = this / |speed reference|. */
+    num_t            error_scale;     /**< Speed error to loop error. */
+    num_t            voltage_limit;   /**< 0: follow the dc link. */
+    num_t            advance;         /**< Voltage angle advance per mechanical speed, rad electrical. */
+    num_t            id_limit, align_current;
+    angle_t          encoder_offset;  /**< Electrical. */
+    uint16_t         pole_pairs, speed_divider;
+    bool             speed_inline, encoder_reversed, use_mt;
+    uint32_t         period_cyc;      /**< CPU cycles per PWM period. */
+} drive_setup_t;
+
+typedef struct {
+    ctl_pll_t pll;
+    angle_t   theta_m, theta_e;
+    angle_t   zero_e;       /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
+    bool      locked;       /**< The filter has been set on a first angle. */
+    uint16_t  jump_periods; /**< Periods for which encoder and filter have been apart. */
+} drive_tracking_t;
+
+typedef struct {
+    ctl_pi_t d, q;
+    ctl_dq_t ref, meas, volt;
+} drive_current_t;
+
+typedef struct {
+    ctl_pi_t           pi;
+    ctl_mt_t           mt;
+    ctl_rc_t           rc;
+    hal_encoder_edge_t edge;     /**< Written by the current interrupt at the speed tick. */
+    uint32_t           now_cyc;
+    angle_t            theta_e;
+    num_t              pll_speed;
+    num_t              meas, error, correction;
+    num_t              iq_ref;   /**< Read by the current interrupt. */
+    float              ref_rad_s;
+} drive_speed_t;
+
+typedef struct {
+    drive_params_t params;
+    drive_setup_t  setup;
+    drive_scale_t  scale;
+
+    drive_setup_t     next;       /**< Prepared by drive_tune... */
+    volatile uint16_t next_ready; /**< ...and offered to the current interrupt. */
+    drive_command_t   command[2];
+    volatile uint16_t command_at; /**< Which of the two the interrupts read. */
+
+    volatile drive_state_t state;
+    volatile drive_fault_t fault;
+    uint16_t               fault_detail; /**< Parameter index for FAULT_configuration. */
+    bool                   start_wanted, stop_wanted, clear_wanted;
+
+    hal_sample_t     sample;
+    float            ia_a, ib_a, ic_a;          /**< After offset correction. */
+    float            offset_a_a, offset_b_a, offset_c_a;
+    float            sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration. */
+    drive_tracking_t tracking;
+    drive_current_t  current;
+    drive_speed_t    speed;
+    uint16_t         speed_count;               /**< Current periods until the next speed tick. */
+    volatile uint16_t periods_in_state;         /**< Stops at 65535. */
+    uint16_t         bad_samples, lost_samples; /**< In a row. */
+    bool             seen_sample;
+    uint32_t         rejected;
+    uint32_t         isr_last_cyc, isr_max_cyc;
+
+    num_t rc_memory[DRIVE_RC_CAPACITY];
+} drive_t;
+
+/** Start from nothing with @p params; the bridge is disarmed. A refused parameter leads to FAULT_configuration. */
+void drive_init(drive_t *d, const drive_params_t *params);
+
+/** The two interrupts and one pass of the main loop. Each is bounded; none waits. */
+void drive_current_isr(drive_t *d);
+void drive_speed_isr(drive_t *d);
+void drive_background(drive_t *d);
+
+/** Hand over a command, as a whole. @return false (and nothing changes) when a number is not finite. Main loop only. */
+bool drive_command(drive_t *d, const drive_command_t *command);
+/** Requests to the state machine; looked at in the next pass of the main loop. */
+void drive_start(drive_t *d);
+void drive_stop(drive_t *d);
+void drive_clear_fault(drive_t *d);
+
+/**
+ * Change parameters while running: checked as a whole, then taken over between two current samples.
+ * @param culprit  index of the refused parameter (PARAM_COUNT if none); may not be NULL.
+ * @return false when refused, or while an earlier change still waits; nothing changes then.
+ * What only acts at start-up (calibration, alignment) acts at the next start-up. The memory of the repetitive controller is cleared when its
+ * kind, length or order changes.
+ */
+bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
+
+/** Speed that the loop uses, rad/s mechanical. */
+float drive_speed_rad_s(const drive_t *d);
+/** Inputs that were refused, all blocks together. */
+uint32_t drive_rejected(const drive_t *d);
+
+#endif

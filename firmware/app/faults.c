@@ -1,0 +1,15 @@
+#include "firmware/app/faults.h"
+
+#include <stddef.h>
+
+static const fault_info_t TABLE[FAULT_COUNT] = {
+    {"none", "", ""},
+#define FAULT(name, cause, check) {#name, cause, check},
+#include "firmware/app/faults.def"
+#undef FAULT
+};
+
+const fault_info_t *faults_info(uint16_t index)
+{
+    return (index < (uint16_t)FAULT_COUNT) ? &TABLE[index] : NULL;
+}

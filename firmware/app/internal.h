@@ -1,0 +1,32 @@
+/**
+ * @file  firmware/app/internal.h
+ * @brief What the files of the drive share among themselves.
+ */
+#ifndef FIRMWARE_APP_INTERNAL_H
+#define FIRMWARE_APP_INTERNAL_H
+
+#include "firmware/app/drive.h"
+
+/** configure.c: parameters to block parameters. @return PARAM_COUNT, or the index of the refused parameter. */
+uint16_t drive_make_setup(const drive_params_t *params, drive_setup_t *setup);
+/** configure.c: build all blocks from d->setup, everything at rest. @return PARAM_COUNT or the culprit. */
+uint16_t drive_build(drive_t *d);
+/** configure.c: take over d->next between two samples. Current interrupt. */
+void drive_take_over(drive_t *d);
+/** current_isr.c: controllers at rest, for a start. */
+void drive_rest(drive_t *d);
+
+/** protection.c: enter a fault unless there is one; the bridge goes off at once. Any context. */
+void drive_trip(drive_t *d, drive_fault_t fault);
+/** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
+bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
+/** protection.c: encoder against its tracking filter, speed. Current interrupt. */
+void drive_check_motion(drive_t *d);
+
+/** speed_isr.c: one sample of the speed loop. */
+void drive_speed_step(drive_t *d);
+
+static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
+static inline bool drive_is_armed(const drive_t *d) { return (d->state == DRIVE_RUN) || (d->state == DRIVE_ALIGN); }
+
+#endif

@@ -1,0 +1,56 @@
+/**
+ * @file  firmware/app/parameters.h
+ * @brief The drive parameters: one struct and one table, both made from parameters.def.
+ */
+#ifndef FIRMWARE_APP_PARAMETERS_H
+#define FIRMWARE_APP_PARAMETERS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct {
+#define PARAM_F(name, unit, def, lo, hi, doc) float name;
+#define PARAM_U(name, unit, def, lo, hi, doc) uint16_t name;
+#define PARAM_B(name, def, doc) uint16_t name;
+#define PARAM_E(name, def, choices, count, doc) uint16_t name;
+#include "firmware/app/parameters.def"
+#undef PARAM_F
+#undef PARAM_U
+#undef PARAM_B
+#undef PARAM_E
+} drive_params_t;
+
+typedef enum { PARAM_KIND_FLOAT = 0, PARAM_KIND_INTEGER, PARAM_KIND_FLAG, PARAM_KIND_CHOICE } param_kind_t;
+
+typedef struct {
+    const char  *name, *unit, *doc, *choices;
+    float        min, max, def;
+    param_kind_t kind;
+} param_info_t;
+
+/** Position of each parameter in the table. */
+enum {
+#define PARAM_F(name, unit, def, lo, hi, doc) PARAM_##name,
+#define PARAM_U(name, unit, def, lo, hi, doc) PARAM_##name,
+#define PARAM_B(name, def, doc) PARAM_##name,
+#define PARAM_E(name, def, choices, count, doc) PARAM_##name,
+#include "firmware/app/parameters.def"
+#undef PARAM_F
+#undef PARAM_U
+#undef PARAM_B
+#undef PARAM_E
+    PARAM_COUNT
+};
+
+/** Row of the table; NULL beyond its end. */
+const param_info_t *params_info(uint16_t index);
+/** All parameters to their defaults. */
+void params_default(drive_params_t *p);
+/** Value of a parameter; 0 beyond the table. */
+float params_get(const drive_params_t *p, uint16_t index);
+/** Set one parameter. Refuses NaN, what is out of range, and a fraction for a whole number; @p p then stays as it was. */
+bool params_set(drive_params_t *p, uint16_t index, float value);
+/** First parameter outside its range, or PARAM_COUNT when all are inside. */
+uint16_t params_check(const drive_params_t *p);
+
+#endif

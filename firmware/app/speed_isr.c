@@ -1,0 +1,64 @@
+/* The 1 kHz loop: in its own interrupt, or inside the current interrupt (parameter speed_inline). */
+#include "firmware/app/internal.h"
+
+static num_t measure_speed(drive_t *d)
+{
+    drive_speed_t *const s = &d->speed;
+    const num_t          mt = ctl_mt_step(&s->mt, s->edge.edge_count, s->edge.edge_cyc, s->now_cyc);
+    if (!d->setup.use_mt) {
+        return s->pll_speed;
+    }
+    return d->setup.encoder_reversed ? num_neg(mt) : mt;
+}
+
+static num_t ripple_correction(drive_t *d, num_t error, num_t ref)
+{
+    if (!d->setup.rc_used) {
+        return (num_t)0;
+    }
+    const ctl_period_t n = ctl_period_ratio(d->setup.rc_period_scale, num_abs(ref));
+    if (n.whole > ctl_rc_period_max(&d->speed.rc)) {
+        return (num_t)0; /* too slow for the memory, or no reference: the controller rests and keeps what it knows */
+    }
+    return ctl_rc_step(&d->speed.rc, error, n, d->speed.theta_e);
+}
+
+void drive_speed_step(drive_t *d)
+{
+    const drive_command_t *const cmd = drive_active_command(d);
+    drive_speed_t *const         s = &d->speed;
+
+    s->meas = measure_speed(d);
+    if ((d->state != DRIVE_RUN) || (cmd->mode != DRIVE_MODE_SPEED)) {
+        ctl_pi_reset(&s->pi, (num_t)0); /* entering current mode clears the controller */
+        s->iq_ref = (num_t)0;
+        s->correction = (num_t)0;
+        return;
+    }
+    s->ref_rad_s = cmd->speed_ref_rad_s;
+    const num_t ref = num_from_float(s->ref_rad_s * d->scale.inv_speed);
+
+    s->error = num_mul(num_sub(ref, s->meas), d->setup.error_scale);
+    s->correction = ripple_correction(d, s->error, ref);
+    s->iq_ref = ctl_pi_output(&s->pi, num_add(s->error, s->correction));
+    ctl_pi_commit(&s->pi, s->iq_ref);
+}
+
+void drive_speed_isr(drive_t *d)
+{
+    if (!d->setup.speed_inline) {
+        drive_speed_step(d);
+    }
+}
+
+float drive_speed_rad_s(const drive_t *d)
+{
+    const num_t speed = d->setup.use_mt ? d->speed.meas : d->tracking.pll.state.w;
+    return num_to_float(speed) * d->scale.speed_rad_s;
+}
+
+uint32_t drive_rejected(const drive_t *d)
+{
+    return d->rejected + d->current.d.state.rejected + d->current.q.state.rejected + d->speed.pi.state.rejected +
+           (d->setup.rc_used ? d->speed.rc.state.rejected : 0U);
+}

@@ -1,0 +1,150 @@
+/* init -> offset calibration -> align -> ready -> run, and fault from anywhere. One pass of the main loop each. */
+#include "firmware/app/internal.h"
+#include "hal/hal_inverter.h"
+
+static void enter(drive_t *d, drive_state_t state)
+{
+    d->periods_in_state = 0U;
+    d->state = state;
+}
+
+static void enter_armed(drive_t *d, drive_state_t state)
+{
+    drive_rest(d);
+    if (hal_inverter_arm() == HAL_OK) {
+        enter(d, state);
+    } else {
+        drive_trip(d, FAULT_gate_driver);
+    }
+}
+
+static void after_calibration(drive_t *d)
+{
+    if (d->params.align_periods > 0U) {
+        enter_armed(d, DRIVE_ALIGN);
+    } else {
+        enter(d, DRIVE_READY);
+    }
+}
+
+static bool too_large(float x, float limit)
+{
+    return !((x <= limit) && (x >= -limit));
+}
+
+static void finish_calibration(drive_t *d)
+{
+    const float n = (float)d->params.offset_calibration_periods;
+    const float a = d->sum_a_a / n;
+    const float b = d->sum_b_a / n;
+    const float c = d->sum_c_a / n;
+    const float limit = d->params.offset_limit_a;
+    if (too_large(a, limit) || too_large(b, limit) || too_large(c, 2.0f * limit)) { /* ic may be the negative sum of two */
+        drive_trip(d, FAULT_offset_calibration);
+        return;
+    }
+    d->offset_a_a = a;
+    d->offset_b_a = b;
+    d->offset_c_a = c;
+    after_calibration(d);
+}
+
+static void finish_alignment(drive_t *d)
+{
+    hal_inverter_disarm();
+    /* the d axis lies on phase a now: what the encoder shows is electrical zero */
+    d->tracking.zero_e = 0U - (d->tracking.theta_m * d->setup.pole_pairs);
+    enter(d, DRIVE_READY);
+}
+
+static void leave_fault(drive_t *d)
+{
+    hal_inverter_clear_fault();
+    if (d->fault == FAULT_configuration) {
+        return; /* only new parameters help: drive_init */
+    }
+    d->fault = FAULT_none;
+    d->lost_samples = 0U;
+    d->bad_samples = 0U;
+    d->tracking.jump_periods = 0U;
+    d->start_wanted = false;
+    enter(d, DRIVE_READY);
+}
+
+void drive_background(drive_t *d)
+{
+    switch (d->state) {
+    case DRIVE_INIT:
+        if (d->params.offset_calibration_periods > 0U) {
+            d->sum_a_a = 0.0f;
+            d->sum_b_a = 0.0f;
+            d->sum_c_a = 0.0f;
+            enter(d, DRIVE_OFFSET_CALIBRATION);
+        } else {
+            after_calibration(d);
+        }
+        break;
+    case DRIVE_OFFSET_CALIBRATION:
+        if (d->periods_in_state >= d->params.offset_calibration_periods) {
+            finish_calibration(d);
+        }
+        break;
+    case DRIVE_ALIGN:
+        if (d->periods_in_state >= d->params.align_periods) {
+            finish_alignment(d);
+        }
+        break;
+    case DRIVE_READY:
+        if (d->start_wanted || (d->params.auto_run != 0U)) {
+            enter_armed(d, DRIVE_RUN);
+        }
+        d->start_wanted = false;
+        break;
+    case DRIVE_RUN:
+        if (d->stop_wanted) {
+            hal_inverter_disarm();
+            enter(d, DRIVE_READY);
+        }
+        break;
+    case DRIVE_FAULT:
+    default:
+        hal_inverter_disarm();
+        if (d->clear_wanted) {
+            leave_fault(d);
+        }
+        break;
+    }
+    d->stop_wanted = false;
+    d->clear_wanted = false;
+}
+
+void drive_init(drive_t *d, const drive_params_t *params)
+{
+    static const drive_t NOTHING;
+    hal_inverter_disarm();
+    *d = NOTHING;
+    d->params = *params;
+    const uint16_t bad = drive_build(d);
+    if (bad != (uint16_t)PARAM_COUNT) {
+        d->fault_detail = bad;
+        drive_trip(d, FAULT_configuration);
+    }
+}
+
+bool drive_command(drive_t *d, const drive_command_t *command)
+{
+    const float *const number[3] = {&command->speed_ref_rad_s, &command->id_ref_a, &command->iq_ref_a};
+    for (uint16_t i = 0U; i < 3U; i++) {
+        if (!((*number[i] <= 1.0e6f) && (*number[i] >= -1.0e6f))) {
+            return false;
+        }
+    }
+    const uint16_t idle = (uint16_t)((d->command_at & 1U) ^ 1U);
+    d->command[idle] = *command;
+    d->command_at = idle;
+    return true;
+}
+
+void drive_start(drive_t *d) { d->start_wanted = true; }
+void drive_stop(drive_t *d) { d->stop_wanted = true; }
+void drive_clear_fault(drive_t *d) { d->clear_wanted = true; }

@@ -1,0 +1,22 @@
+/**
+ * @file  hal/include/hal/hal_encoder.h
+ * @brief The last encoder edge and when it was, for speed by the M/T method.
+ */
+#ifndef HAL_HAL_ENCODER_H
+#define HAL_HAL_ENCODER_H
+
+#include "hal/hal_types.h"
+
+typedef struct {
+    int32_t  edge_count; /**< Position of the newest edge, counts; wraps at 2^32. An edge has one position, whichever way it is passed. */
+    uint32_t edge_cyc;   /**< When it was passed, on hal_clock_cyc. */
+    bool     index_seen; /**< The index pulse has been passed since start-up. */
+} hal_encoder_edge_t;
+
+/**
+ * Newest edge as of the sample that hal_sample_read gave last. From the current interrupt only; at most 60 cycles.
+ * @return HAL_OK, HAL_SENSOR_FAULT (phase error: both tracks changed at once).
+ */
+hal_status_t hal_encoder_edge(hal_encoder_edge_t *out);
+
+#endif

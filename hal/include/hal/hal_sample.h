@@ -1,0 +1,25 @@
+/**
+ * @file  hal/include/hal/hal_sample.h
+ * @brief The measurements of one PWM period.
+ */
+#ifndef HAL_HAL_SAMPLE_H
+#define HAL_HAL_SAMPLE_H
+
+#include "hal/hal_types.h"
+
+/** What the converter saw at one PWM centre; all fields belong to the same instant. */
+typedef struct {
+    float    ia_a, ib_a, ic_a; /**< Phase currents, A, positive into the motor. Two-sensor boards give ic = -ia - ib. */
+    float    vdc_v;            /**< DC link, V. */
+    float    theta_m_rad;      /**< Shaft angle, rad, [0, 2 pi). */
+    uint32_t seq;              /**< +1 per PWM period; a gap is a lost sample. */
+} hal_sample_t;
+
+/**
+ * Newest sample. From the current interrupt only. At most 100 cycles; does not wait.
+ * @return HAL_OK; HAL_STALE: the conversion is not new; HAL_SENSOR_FAULT: encoder or converter reports an error. The
+ *         struct is written in every case.
+ */
+hal_status_t hal_sample_read(hal_sample_t *out);
+
+#endif

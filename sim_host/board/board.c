@@ -1,0 +1,193 @@
+#include "sim_host/board/board.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "hal/hal_clock.h"
+#include "hal/hal_link.h"
+#include "hal/hal_storage.h"
+
+static _Thread_local sim_board_t *selected;
+
+void sim_board_select(sim_board_t *board) { selected = board; }
+
+static void zero_voltage(double duty[3])
+{
+    duty[0] = 0.5;
+    duty[1] = 0.5;
+    duty[2] = 0.5;
+}
+
+void sim_board_start(sim_board_t *board)
+{
+    const sim_disturbance_t none = {0};
+    board->disturbance = none;
+    board->periods = 0;
+    board->seq = 0;
+    board->armed = false;
+    board->gates_on = false;
+    board->speed_requested = false;
+    board->stuck_rad = 0.0f;
+    board->gate_periods = 0;
+    board->to_drive.head = board->to_drive.tail = 0;
+    board->from_drive.head = board->from_drive.tail = 0;
+    zero_voltage(board->duty);
+    zero_voltage(board->duty_next);
+    memset(board->storage, 0xFF, sizeof board->storage);
+}
+
+void sim_board_period(sim_board_t *board)
+{
+    sim_plant_period(&board->plant, board->duty, board->gates_on);
+    memcpy(board->duty, board->duty_next, sizeof board->duty);
+    board->gates_on = board->armed;
+    board->gate_periods += board->gates_on ? 1U : 0U;
+    board->periods++;
+}
+
+/* ---- hal_sample, hal_encoder ------------------------------------------------------------------------------------------ */
+
+hal_status_t hal_sample_read(hal_sample_t *out)
+{
+    sim_board_t *const b = selected;
+    sim_reading_t      r;
+    sim_plant_read(&b->plant, &r);
+    out->ia_a = b->disturbance.current_nan ? NAN : (float)r.ia_a;
+    out->ib_a = (float)r.ib_a;
+    out->ic_a = -out->ia_a - out->ib_a;
+    out->vdc_v = (float)r.vdc_v;
+    if (!b->disturbance.encoder_stuck) {
+        b->stuck_rad = (float)r.theta_m_rad;
+    }
+    out->theta_m_rad = b->stuck_rad;
+    if (b->disturbance.sample_lost) {
+        out->seq = b->seq;
+        return HAL_STALE;
+    }
+    b->seq++;
+    out->seq = b->seq;
+    return b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
+}
+
+static uint32_t to_cycles(double time_s)
+{
+    return (uint32_t)(int64_t)(time_s * SIM_CLOCK_HZ + 0.5); /* wraps, as the counter on the chip does */
+}
+
+hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
+{
+    const sim_board_t *const b = selected;
+    out->edge_count = (int32_t)(uint32_t)(uint64_t)b->plant.edge_count;
+    out->edge_cyc = to_cycles(b->plant.edge_time_s);
+    out->index_seen = true;
+    return b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
+}
+
+/* ---- hal_inverter --------------------------------------------------------------------------------------------------------- */
+
+static double cut(float duty)
+{
+    return (duty > 0.0f) ? ((duty < 1.0f) ? (double)duty : 1.0) : 0.0; /* NaN gives 0 */
+}
+
+hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
+{
+    selected->duty_next[0] = cut(duty->a);
+    selected->duty_next[1] = cut(duty->b);
+    selected->duty_next[2] = cut(duty->c);
+    return HAL_OK;
+}
+
+hal_status_t hal_inverter_arm(void)
+{
+    if (selected->disturbance.inverter_fault != HAL_INVERTER_FINE) {
+        return HAL_SENSOR_FAULT;
+    }
+    selected->armed = true;
+    if (selected->periods == 0U) { /* before the first period there is no earlier one to wait for */
+        selected->gates_on = true;
+    }
+    return HAL_OK;
+}
+
+void hal_inverter_disarm(void)
+{
+    selected->armed = false;
+    selected->gates_on = false;
+}
+
+hal_inverter_fault_t hal_inverter_fault(void) { return selected->disturbance.inverter_fault; }
+void                 hal_inverter_clear_fault(void) { selected->disturbance.inverter_fault = HAL_INVERTER_FINE; }
+
+/* ---- hal_clock -------------------------------------------------------------------------------------------------------------- */
+
+uint32_t hal_clock_cyc(void) { return to_cycles(selected->plant.time_s); }
+uint32_t hal_clock_hz(void) { return (uint32_t)SIM_CLOCK_HZ; }
+void     hal_clock_request_speed_isr(void) { selected->speed_requested = true; }
+
+/* ---- hal_link ----------------------------------------------------------------------------------------------------------------- */
+
+uint16_t hal_link_read(uint16_t *octets, uint16_t limit)
+{
+    sim_pipe_t *const p = &selected->to_drive;
+    uint16_t          n = 0;
+    while ((n < limit) && (p->tail != p->head)) {
+        octets[n++] = p->octet[p->tail++ % SIM_LINK_OCTETS];
+    }
+    return n;
+}
+
+uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
+{
+    sim_pipe_t *const p = &selected->from_drive;
+    uint16_t          n = 0;
+    while ((n < count) && ((p->head - p->tail) < SIM_LINK_OCTETS)) {
+        p->octet[p->head++ % SIM_LINK_OCTETS] = (uint16_t)(octets[n++] & 0xFFU);
+    }
+    return n;
+}
+
+/* ---- hal_storage ------------------------------------------------------------------------------------------------------------------ */
+
+static bool storage_has(uint16_t page, uint16_t offset, uint16_t count)
+{
+    return (page < SIM_STORAGE_PAGES) && ((uint32_t)offset + count <= SIM_STORAGE_WORDS);
+}
+
+uint16_t hal_storage_pages(void) { return SIM_STORAGE_PAGES; }
+uint16_t hal_storage_page_words(void) { return SIM_STORAGE_WORDS; }
+
+hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
+{
+    if (!storage_has(page, offset, count)) {
+        return HAL_UNSUPPORTED;
+    }
+    memcpy(words, &selected->storage[page][offset], count * sizeof words[0]);
+    return HAL_OK;
+}
+
+hal_status_t hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count)
+{
+    if (!storage_has(page, offset, count)) {
+        return HAL_UNSUPPORTED;
+    }
+    if (selected->armed) {
+        return HAL_BUSY;
+    }
+    for (uint16_t i = 0; i < count; i++) { /* programming clears bits and sets none, as in flash */
+        selected->storage[page][offset + i] &= words[i];
+    }
+    return HAL_OK;
+}
+
+hal_status_t hal_storage_erase(uint16_t page)
+{
+    if (page >= SIM_STORAGE_PAGES) {
+        return HAL_UNSUPPORTED;
+    }
+    if (selected->armed) {
+        return HAL_BUSY;
+    }
+    memset(selected->storage[page], 0xFF, sizeof selected->storage[page]);
+    return HAL_OK;
+}

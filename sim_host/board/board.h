@@ -1,0 +1,58 @@
+/**
+ * @file  sim_host/board/board.h
+ * @brief The virtual board: the HAL contract on the simulated machine.
+ *
+ * HAL functions have no handle, as on the chip; sim_board_select says which board they mean, per thread. Time stands
+ * still while an interrupt runs: the clock counts PWM periods of CPU cycles at 200 MHz.
+ */
+#ifndef SIM_HOST_BOARD_BOARD_H
+#define SIM_HOST_BOARD_BOARD_H
+
+#include "hal/hal_encoder.h"
+#include "hal/hal_inverter.h"
+#include "hal/hal_sample.h"
+#include "sim_host/plant/plant.h"
+
+#define SIM_CLOCK_HZ 200000000.0
+#define SIM_LINK_OCTETS 4096
+#define SIM_STORAGE_PAGES 4
+#define SIM_STORAGE_WORDS 512
+
+/** Disturbances of the electronics, for tests and scenarios. */
+typedef struct {
+    bool                 sample_lost;    /**< The converter gives nothing new. */
+    bool                 current_nan;    /**< Phase a reads as not-a-number. */
+    bool                 encoder_stuck;  /**< The angle no longer changes. */
+    bool                 encoder_error;  /**< Phase error of the encoder interface. */
+    hal_inverter_fault_t inverter_fault;
+} sim_disturbance_t;
+
+typedef struct {
+    uint16_t octet[SIM_LINK_OCTETS];
+    uint32_t head, tail; /**< Free-running; head - tail octets wait. */
+} sim_pipe_t;
+
+typedef struct {
+    sim_plant_t       plant;
+    sim_disturbance_t disturbance;
+    uint64_t          periods;
+    uint32_t          seq;
+    bool              armed;          /**< Gates follow the duties in the next period. */
+    bool              gates_on;       /**< They do in this one. */
+    double            duty[3];        /**< Of this period... */
+    double            duty_next[3];   /**< ...and of the next. */
+    bool              speed_requested;
+    float             stuck_rad;
+    uint64_t          gate_periods;   /**< Periods with the gates on, since the start. */
+    sim_pipe_t        to_drive, from_drive;
+    uint16_t          storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
+} sim_board_t;
+
+/** Everything but the plant at rest; storage erased. */
+void sim_board_start(sim_board_t *board);
+/** The board that HAL functions on this thread mean. */
+void sim_board_select(sim_board_t *board);
+/** One PWM period after the interrupts of its start have run. */
+void sim_board_period(sim_board_t *board);
+
+#endif

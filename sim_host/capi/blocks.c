@@ -1,0 +1,317 @@
+/* The control blocks for Python: conversion of numbers, nothing else. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "control/motor/frames.h"
+#include "control/motor/mt_speed.h"
+#include "control/motor/pi.h"
+#include "control/motor/pll.h"
+#include "control/motor/svm.h"
+#include "control/numeric/lagrange.h"
+#include "control/numeric/num_math.h"
+#include "control/repetitive/fal.h"
+#include "control/repetitive/repetitive.h"
+#include "sim_host/capi/evenspin_capi.h"
+
+#define PI 3.14159265358979323846
+
+static _Thread_local char message[160] = "";
+
+const char *es_block_error(void) { return message; }
+
+static num_t in(double x) { return num_from_float((float)x); }
+static double out(num_t x) { return (double)num_to_float(x); }
+/* A signal keeps its NaN or infinity on the way in, so that the block's own guard is what answers. */
+#ifdef EVENSPIN_FIXED
+static num_t signal_in(double x) { return isfinite(x) ? in(x) : INT32_MIN; }
+static angle_t angle_in(double rad) { return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * PI), 1.0) * 4294967296.0) : 0U; }
+#else
+static num_t signal_in(double x) { return (float)x; }
+static angle_t angle_in(double rad) { return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * PI), 1.0) * 4294967296.0) : 0U; }
+#endif
+
+static void explain(const char *field, double given, const char *limit)
+{
+    (void)snprintf(message, sizeof message, "%s = %g: must be %s", field, given, limit);
+}
+
+int es_lagrange(int order, double frac, double *a_out)
+{
+    if ((a_out == NULL) || (order < 0) || (order >= (int)CTL_LAGRANGE_TAPS)) {
+        explain("order", order, "within 0 .. 3");
+        return 0;
+    }
+    if (!((frac >= 0.0) && (frac <= ((order > 0) ? order : 1)))) {
+        explain("frac", frac, "within 0 .. order");
+        return 0;
+    }
+    num_t a[CTL_LAGRANGE_TAPS];
+    ctl_lagrange((uint16_t)order, in(frac), a);
+    for (int k = 0; k <= order; k++) {
+        a_out[k] = out(a[k]);
+    }
+    return order + 1;
+}
+
+static bool make_fal(ctl_fal_t *fal, double alpha, double delta)
+{
+    const ctl_fal_params_t p = {signal_in(alpha), signal_in(delta)};
+    const ctl_diag_t       d = ctl_fal_init(fal, &p);
+    if (d.status != CTL_OK) {
+        explain((d.field == CTL_FAL_ALPHA) ? "alpha" : "delta", (d.field == CTL_FAL_ALPHA) ? alpha : delta,
+                (d.field == CTL_FAL_ALPHA) ? "within 0 .. 1 and above 0" : "above 0");
+    }
+    return d.status == CTL_OK;
+}
+
+double es_fal(double e, double alpha, double delta)
+{
+    ctl_fal_t fal;
+    return make_fal(&fal, alpha, delta) ? out(ctl_fal(&fal, signal_in(e))) : (double)NAN;
+}
+
+double es_fal_lambda(double e, double alpha, double delta)
+{
+    ctl_fal_t fal;
+    return make_fal(&fal, alpha, delta) ? out(ctl_fal_lambda(&fal, signal_in(e))) : (double)NAN;
+}
+
+void es_sincos(double angle_rad, double *sine, double *cosine)
+{
+    num_t s, c;
+    angle_sincos(angle_in(angle_rad), &s, &c);
+    *sine = out(s);
+    *cosine = out(c);
+}
+
+double es_pow(double base, double exponent) { return out(num_pow(in(base), in(exponent))); }
+
+bool es_clarke(double a, double b, double c, double *alpha_beta)
+{
+    const ctl_abc_t x = {signal_in(a), signal_in(b), signal_in(c)};
+    ctl_ab_t        y;
+    const bool      good = ctl_clarke(&x, &y);
+    alpha_beta[0] = out(y.alpha);
+    alpha_beta[1] = out(y.beta);
+    return good;
+}
+
+bool es_inverse_clarke(double alpha, double beta, double *abc)
+{
+    const ctl_ab_t x = {signal_in(alpha), signal_in(beta)};
+    ctl_abc_t      y;
+    const bool     good = ctl_inverse_clarke(&x, &y);
+    abc[0] = out(y.a);
+    abc[1] = out(y.b);
+    abc[2] = out(y.c);
+    return good;
+}
+
+static ctl_rotor_t rotor_at(double angle_rad)
+{
+    ctl_rotor_t r;
+    angle_sincos(angle_in(angle_rad), &r.sine, &r.cosine);
+    return r;
+}
+
+bool es_park(double alpha, double beta, double angle_rad, double *dq)
+{
+    const ctl_ab_t    x = {signal_in(alpha), signal_in(beta)};
+    const ctl_rotor_t r = rotor_at(angle_rad);
+    ctl_dq_t          y;
+    const bool        good = ctl_park(&x, &r, &y);
+    dq[0] = out(y.d);
+    dq[1] = out(y.q);
+    return good;
+}
+
+bool es_inverse_park(double d, double q, double angle_rad, double *alpha_beta)
+{
+    const ctl_dq_t    x = {signal_in(d), signal_in(q)};
+    const ctl_rotor_t r = rotor_at(angle_rad);
+    ctl_ab_t          y;
+    const bool        good = ctl_inverse_park(&x, &r, &y);
+    alpha_beta[0] = out(y.alpha);
+    alpha_beta[1] = out(y.beta);
+    return good;
+}
+
+bool es_vector_limit(double d, double q, double limit, double *dq)
+{
+    const ctl_dq_t x = {signal_in(d), signal_in(q)};
+    ctl_dq_t       y;
+    const bool     untouched = ctl_vector_limit(&x, signal_in(limit), &y);
+    dq[0] = out(y.d);
+    dq[1] = out(y.q);
+    return untouched;
+}
+
+bool es_svm(double v_alpha, double v_beta, double v_dc, double *duty_abc)
+{
+    const ctl_ab_t x = {signal_in(v_alpha), signal_in(v_beta)};
+    ctl_abc_t      y;
+    const bool     good = ctl_svm(&x, signal_in(v_dc), &y);
+    duty_abc[0] = out(y.a);
+    duty_abc[1] = out(y.b);
+    duty_abc[2] = out(y.c);
+    return good;
+}
+
+/* ---- repetitive controller -------------------------------------------------------------------------------------------------- */
+
+struct es_rc {
+    ctl_rc_t rc;
+    num_t    memory[];
+};
+
+es_rc_t *es_rc_new(double gain, int lead, double q_side, double q_centre, int order, int fal_at, double alpha, double delta,
+                   bool truncate, int memory, int capacity, double limit, double freeze_above, int freeze_samples)
+{
+    static const char *const NAME[] = {"(pointer)", "gain", "lead", "q", "order", "fal_at", "alpha", "delta", "memory", "limit", "freeze_above", "capacity"};
+    static const char *const LIMIT[] = {"valid", "within 0 .. 100", "within 0 .. 15 samples, at least 2 for memory \"angle\"", "such that |centre| + 2 |side| <= 1",
+                                        "within 0 .. 3", "\"input\" or \"output\"", "above 0 and at most 1", "above 0", "\"keep\", \"clear\" or \"angle\"",
+                                        "above 0", ">= 0", "at least lead + order + 5, at most 32000 samples or 4096 cells"};
+    const double given[] = {0, gain, lead, q_centre, order, fal_at, alpha, delta, memory, limit, freeze_above, capacity};
+
+    if ((capacity < 1) || (capacity > 32000)) {
+        explain(NAME[11], capacity, LIMIT[11]);
+        return NULL;
+    }
+    if ((lead < 0) || (lead > 60000) || (order < 0) || (order > 60000) || (freeze_samples < 0) || (freeze_samples > 60000)) {
+        explain((lead < 0) || (lead > 60000) ? "lead" : (((order < 0) || (order > 60000)) ? "order" : "freeze_samples"),
+                (lead < 0) || (lead > 60000) ? lead : (((order < 0) || (order > 60000)) ? order : freeze_samples), "a small whole number >= 0");
+        return NULL;
+    }
+    const ctl_rc_params_t p = {
+        .gain = signal_in(gain),
+        .lead = (uint16_t)lead,
+        .q = {signal_in(q_side), signal_in(q_centre)},
+        .order = (uint16_t)order,
+        .truncate = truncate,
+        .fal_at = (ctl_rc_fal_at_t)fal_at,
+        .fal = {signal_in(alpha), signal_in(delta)},
+        .memory = (ctl_rc_memory_t)memory,
+        .limit = signal_in(limit),
+        .freeze_above = signal_in(freeze_above),
+        .freeze_samples = (uint16_t)freeze_samples,
+    };
+    /* a caller thinks in periods: room for the taps around the longest one comes on top */
+    const int slack = (memory == (int)CTL_RC_ANGLE) ? 0 : 8;
+    es_rc_t  *rc = calloc(1, sizeof *rc + (size_t)(capacity + slack) * sizeof rc->memory[0]);
+    if (rc == NULL) {
+        explain("capacity", capacity, "smaller: not enough memory");
+        return NULL;
+    }
+    const ctl_diag_t d = ctl_rc_init(&rc->rc, &p, rc->memory, (uint16_t)(capacity + slack));
+    if (d.status != CTL_OK) {
+        const uint16_t f = (d.field < 12U) ? d.field : 0U;
+        explain(NAME[f], given[f], LIMIT[f]);
+        free(rc);
+        return NULL;
+    }
+    return rc;
+}
+
+void es_rc_free(es_rc_t *rc) { free(rc); }
+
+void es_rc_reset(es_rc_t *rc)
+{
+    if (rc != NULL) {
+        ctl_rc_reset(&rc->rc);
+    }
+}
+
+double es_rc_step(es_rc_t *rc, double error, double period_samples, double theta_e_rad)
+{
+    if (rc == NULL) {
+        return (double)NAN;
+    }
+    ctl_period_t n = {0U, (num_t)0};
+    if (period_samples >= 65535.0) {
+        n.whole = 65535U;
+    } else if (period_samples > 0.0) {
+        n.whole = (uint16_t)period_samples;
+        n.fraction = in(period_samples - (double)n.whole);
+    } else {
+        /* not a period: the block cuts it and counts */
+    }
+    return out(ctl_rc_step(&rc->rc, signal_in(error), n, angle_in(theta_e_rad)));
+}
+
+uint32_t es_rc_rejected(const es_rc_t *rc) { return (rc != NULL) ? rc->rc.state.rejected : 0U; }
+
+/* ---- PI, tracking filter, M/T speed ------------------------------------------------------------------------------------------- */
+
+struct es_pi {
+    ctl_pi_t pi;
+};
+struct es_pll {
+    ctl_pll_t pll;
+};
+struct es_mt {
+    ctl_mt_t mt;
+};
+
+es_pi_t *es_pi_new(double kp, double ki_ts, double out_min, double out_max, int anti_windup)
+{
+    static const char *const NAME[] = {"anti_windup", "kp", "ki_ts", "out_min", "out_max"};
+    const double             given[] = {anti_windup, kp, ki_ts, out_min, out_max};
+    const ctl_pi_params_t    p = {signal_in(kp), signal_in(ki_ts), signal_in(out_min), signal_in(out_max), (ctl_pi_anti_windup_t)anti_windup};
+    es_pi_t                 *made = calloc(1, sizeof *made);
+    const ctl_diag_t         d = ctl_pi_init((made != NULL) ? &made->pi : NULL, &p);
+    if (d.status != CTL_OK) {
+        const uint16_t f = (d.field < 5U) ? d.field : 0U;
+        explain(NAME[f], given[f], (d.status == CTL_ERR_RELATION) ? "below out_max" : "finite, gains >= 0");
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void   es_pi_free(es_pi_t *pi) { free(pi); }
+void   es_pi_reset(es_pi_t *pi, double integrator) { ctl_pi_reset(&pi->pi, signal_in(integrator)); }
+double es_pi_output(es_pi_t *pi, double error) { return out(ctl_pi_output(&pi->pi, signal_in(error))); }
+void   es_pi_commit(es_pi_t *pi, double realised)
+{
+    /* the exact value that was proposed must not look limited because it came back through a double */
+    const num_t r = signal_in(realised);
+    ctl_pi_commit(&pi->pi, r);
+}
+
+es_pll_t *es_pll_new(double kp, double ki, double ts_s)
+{
+    const ctl_pll_params_t p = {signal_in(kp * ts_s), signal_in(ki * ts_s), signal_in(ts_s), signal_in(3.0 / ts_s)};
+    es_pll_t              *made = calloc(1, sizeof *made);
+    const ctl_diag_t       d = ctl_pll_init((made != NULL) ? &made->pll : NULL, &p);
+    if (d.status != CTL_OK) {
+        explain((d.field == CTL_PLL_KP) ? "kp" : ((d.field == CTL_PLL_KI) ? "ki" : "ts_s"), (d.field == CTL_PLL_KP) ? kp : ((d.field == CTL_PLL_KI) ? ki : ts_s),
+                (d.field == CTL_PLL_KP) ? "above 0 and at most 1 / ts_s" : "above 0");
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void   es_pll_free(es_pll_t *pll) { free(pll); }
+void   es_pll_reset(es_pll_t *pll, double angle_rad) { ctl_pll_reset(&pll->pll, angle_in(angle_rad)); }
+double es_pll_step(es_pll_t *pll, double angle_rad) { return out(ctl_pll_step(&pll->pll, angle_in(angle_rad))); }
+
+es_mt_t *es_mt_new(int counts_per_rev, double clock_hz, double ts_s)
+{
+    if ((counts_per_rev < 1) || !(clock_hz > 0.0) || !(ts_s > 0.0) || !(clock_hz * ts_s >= 1.0) || !(clock_hz * ts_s < 4e9)) {
+        explain("counts_per_rev, clock_hz, ts_s", counts_per_rev, "above 0, and clock_hz ts_s within 1 .. 4e9");
+        return NULL;
+    }
+    const ctl_mt_params_t p = {(uint32_t)(clock_hz * ts_s + 0.5), signal_in(2.0 * PI / counts_per_rev / ts_s), in(1e5), 100U};
+    es_mt_t              *made = calloc(1, sizeof *made);
+    if (ctl_mt_init((made != NULL) ? &made->mt : NULL, &p).status != CTL_OK) {
+        explain("counts_per_rev", counts_per_rev, "such that one count per sample is a speed that the numeric can hold");
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void   es_mt_free(es_mt_t *mt) { free(mt); }
+double es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc)
+{
+    return out(ctl_mt_step(&mt->mt, edge_count, edge_cyc, now_cyc));
+}

@@ -1,0 +1,145 @@
+/**
+ * @file  sim_host/capi/evenspin_capi.h
+ * @brief The C interface that Python loads: introspection of the one list of everything, the simulated drive, the blocks.
+ *
+ * Plain prototypes and typedefs only: the Python side reads this very file (without its preprocessor lines) as its
+ * declaration of the library. One library per numeric: evenspin_float and evenspin_fixed.
+ * Strings returned are static or live as long as the object that returned them.
+ * Every function is total: a NULL handle or an index out of range gives 0, false or NULL.
+ */
+#ifndef EVENSPIN_CAPI_H
+#define EVENSPIN_CAPI_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- what this library is -------------------------------------------------------------------------------------- */
+
+int         es_abi_version(void); /* raised when a prototype below changes */
+const char *es_numeric(void);     /* "float" or "fixed" */
+
+/* ---- lists: drive parameters, signals, plant model, effects, faults --------------------------------------------- */
+
+typedef struct {
+    const char *name; /* carries its unit as suffix */
+    const char *unit; /* "" when dimensionless */
+    const char *kind; /* "float", "integer", "flag", "choice" */
+    const char *doc;
+    const char *choices; /* for kind "choice": "a|b|c", value = position; otherwise "" */
+    double      min, max, value; /* range and default */
+} es_field_t;
+
+typedef struct {
+    const char *name;
+    const char *acts_on; /* "torque", "current_sensor", "angle_sensor", "inverter", "model", ... */
+    const char *doc;
+    const char *signature; /* how it shows in a log, for the person who looks for it */
+    int         param_count;
+} es_effect_t;
+
+typedef struct {
+    const char *name;
+    const char *cause;
+    const char *check; /* first thing to look at */
+} es_fault_t;
+
+int  es_param_count(void); /* drive parameters (firmware/app/parameters.def) */
+bool es_param_info(int index, es_field_t *out);
+int  es_signal_count(void); /* everything es_sim_record knows: telemetry of the drive, then the truth of the plant */
+bool es_signal_info(int index, es_field_t *out);
+int  es_model_count(void); /* plant model fields (sim_host/plant/model.def) */
+bool es_model_info(int index, es_field_t *out);
+int  es_input_count(void); /* time-varying inputs of a simulation, see es_sim_set_input */
+bool es_input_info(int index, es_field_t *out);
+int  es_effect_count(void);
+bool es_effect_info(int index, es_effect_t *out);
+bool es_effect_param_info(int effect, int param, es_field_t *out);
+int  es_fault_count(void);
+bool es_fault_info(int index, es_fault_t *out);
+
+/* ---- the simulated drive: the firmware on the plant -------------------------------------------------------------- */
+
+typedef struct es_sim es_sim_t;
+
+es_sim_t   *es_sim_new(void);
+void        es_sim_free(es_sim_t *sim);
+const char *es_sim_error(const es_sim_t *sim); /* why the last call on this object said false: "name = value: limit" */
+
+/* Before es_sim_start. Each refuses an unknown name, a value that is not finite or out of range. */
+bool es_sim_set_model(es_sim_t *sim, const char *name, double value);
+bool es_sim_set_param(es_sim_t *sim, const char *name, double value);
+bool es_sim_set_effect(es_sim_t *sim, const char *effect, const char *param, double value);
+bool es_sim_set_seed(es_sim_t *sim, uint64_t seed);
+/* Value of an input over time: count >= 1 points, t_s rising, first value holds before the first point and the last
+ * after the last; linear: ramp between points, otherwise hold. The arrays are copied. */
+bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear);
+
+bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; time 0; the drive goes to RUN by itself */
+
+/* Run up to `periods` PWM periods and write every decimate-th sample (the first one at the start) of the chosen
+ * signals to out, row by row. Returns the rows written; stops early when `capacity_rows` is full. A fault of the drive
+ * does not stop the simulation (signal "fault" tells). May be called again to go on. */
+bool    es_sim_record(es_sim_t *sim, const char *const *signals, int count);
+int64_t es_sim_run(es_sim_t *sim, int64_t periods, int decimate, double *out, int64_t capacity_rows);
+double  es_sim_time(const es_sim_t *sim); /* s */
+double  es_sim_read(const es_sim_t *sim, const char *signal); /* value of a signal in the last period; NaN if unknown */
+/* Live changes while running (parameters are taken over between two samples). */
+bool es_sim_tune(es_sim_t *sim, const char *param, double value);
+
+/* ---- blocks -------------------------------------------------------------------------------------------------------- */
+
+/* Coefficients A_0..A_order of z^-frac; out has room for 4. Returns how many were written, 0 when refused. */
+int    es_lagrange(int order, double frac, double *out);
+double es_fal(double e, double alpha, double delta);
+double es_fal_lambda(double e, double alpha, double delta);
+void   es_sincos(double angle_rad, double *sine, double *cosine);
+double es_pow(double base, double exponent);
+bool   es_clarke(double a, double b, double c, double *alpha_beta);
+bool   es_inverse_clarke(double alpha, double beta, double *abc);
+bool   es_park(double alpha, double beta, double angle_rad, double *dq);
+bool   es_inverse_park(double d, double q, double angle_rad, double *alpha_beta);
+bool   es_vector_limit(double d, double q, double limit, double *dq);
+bool   es_svm(double v_alpha, double v_beta, double v_dc, double *duty_abc);
+
+typedef struct es_rc es_rc_t;
+/* fal_at: 0 no fal, 1 at the memory input (A), 2 lambda at the output (B). memory: 0 keep, 1 clear, 2 angle.
+ * NULL when refused; es_block_error() then says field, value and limit. */
+es_rc_t    *es_rc_new(double gain, int lead, double q_side, double q_centre, int order, int fal_at, double alpha,
+                      double delta, bool truncate, int memory, int capacity, double limit, double freeze_above,
+                      int freeze_samples);
+void        es_rc_free(es_rc_t *rc);
+void        es_rc_reset(es_rc_t *rc);
+double      es_rc_step(es_rc_t *rc, double error, double period_samples, double theta_e_rad);
+uint32_t    es_rc_rejected(const es_rc_t *rc);
+const char *es_block_error(void);
+
+typedef struct es_pi es_pi_t;
+es_pi_t *es_pi_new(double kp, double ki_ts, double out_min, double out_max, int anti_windup);
+void     es_pi_free(es_pi_t *pi);
+void     es_pi_reset(es_pi_t *pi, double integrator);
+double   es_pi_output(es_pi_t *pi, double error);
+void     es_pi_commit(es_pi_t *pi, double realised);
+
+typedef struct es_pll es_pll_t;
+es_pll_t *es_pll_new(double kp, double ki, double ts_s);
+void      es_pll_free(es_pll_t *pll);
+void      es_pll_reset(es_pll_t *pll, double angle_rad);
+double    es_pll_step(es_pll_t *pll, double angle_rad); /* returns speed, rad/s */
+
+typedef struct es_mt es_mt_t;
+es_mt_t *es_mt_new(int counts_per_rev, double clock_hz, double ts_s);
+void     es_mt_free(es_mt_t *mt);
+double   es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc); /* rad/s */
+
+/* ---- measuring ------------------------------------------------------------------------------------------------------ */
+
+double es_monotonic_s(void); /* clock for the simulator's own benchmark */
+
+#ifdef __cplusplus
+}
+#endif
+#endif

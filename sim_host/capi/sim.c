@@ -1,0 +1,527 @@
+/* The simulated drive: firmware and virtual board, period by period. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "firmware/app/drive.h"
+#include "firmware/app/telemetry.h"
+#include "sim_host/board/board.h"
+#include "sim_host/capi/evenspin_capi.h"
+
+#define SIGNALS_MAX 64
+#define EFFECTS_MAX SIM_EFFECTS_MAX
+#define MAIN_LOOP_PERIODS 10U /* one pass of the main loop per millisecond */
+
+enum {
+#define INPUT(name, unit, def, lo, hi, doc) INPUT_##name,
+#include "sim_host/capi/inputs.def"
+#undef INPUT
+    INPUT_COUNT
+};
+
+static const sim_field_t INPUTS[INPUT_COUNT] = {
+#define INPUT(name, unit, def, lo, hi, doc) {#name, unit, doc, lo, hi, def, SIM_REAL},
+#include "sim_host/capi/inputs.def"
+#undef INPUT
+};
+
+/* A value over time. */
+typedef struct {
+    double *t_s, *value;
+    int     count, at;
+    bool    linear;
+    double  now;
+} track_t;
+
+struct es_sim {
+    sim_board_t    board;
+    drive_t        drive;
+    sim_model_t    model;
+    drive_params_t params;
+    double         effect[EFFECTS_MAX][SIM_EFFECT_PARAMS];
+    uint64_t       seed;
+    track_t        input[INPUT_COUNT];
+    bool           started;
+    drive_command_t sent;
+    int            signal[SIGNALS_MAX];
+    int            signal_count;
+    char           error[256];
+};
+
+static double phase_current(const es_sim_t *s, int k)
+{
+    double i[3];
+    sim_plant_phase_currents(&s->board.plant, i);
+    return i[k];
+}
+
+enum {
+#define TRUTH(name, unit, expression, doc) TRUTH_##name,
+#include "sim_host/capi/truth.def"
+#undef TRUTH
+    TRUTH_COUNT
+};
+
+static const signal_info_t TRUTHS[TRUTH_COUNT] = {
+#define TRUTH(name, unit, expression, doc) {#name, unit, doc},
+#include "sim_host/capi/truth.def"
+#undef TRUTH
+};
+
+static double read_signal(const es_sim_t *s, int index)
+{
+    switch (index - (int)SIGNAL_COUNT) {
+#define TRUTH(name, unit, expression, doc) \
+    case TRUTH_##name:                      \
+        return (expression);
+#include "sim_host/capi/truth.def"
+#undef TRUTH
+    default:
+        return (double)telemetry_read(&s->drive, (uint16_t)index);
+    }
+}
+
+/* ---- lists --------------------------------------------------------------------------------------------------------------- */
+
+static bool fill(es_field_t *out, const char *name, const char *unit, const char *kind, const char *doc, const char *choices,
+                 double min, double max, double value)
+{
+    if (out == NULL) {
+        return false;
+    }
+    const es_field_t f = {name, unit, kind, doc, choices, min, max, value};
+    *out = f;
+    return true;
+}
+
+static const char *kind_name(sim_kind_t kind)
+{
+    static const char *const NAME[] = {"float", "integer", "flag"};
+    return NAME[kind];
+}
+
+int es_param_count(void) { return PARAM_COUNT; }
+bool es_param_info(int index, es_field_t *out)
+{
+    static const char *const  KIND[] = {"float", "integer", "flag", "choice"};
+    const param_info_t *const p = (index >= 0) ? params_info((uint16_t)((index < PARAM_COUNT) ? index : PARAM_COUNT)) : NULL;
+    return (p != NULL) && fill(out, p->name, p->unit, KIND[p->kind], p->doc, p->choices, p->min, p->max, p->def);
+}
+
+static const signal_info_t *signal_at(int index)
+{
+    if ((index >= 0) && (index < (int)SIGNAL_COUNT)) {
+        return telemetry_info((uint16_t)index);
+    }
+    const int k = index - (int)SIGNAL_COUNT;
+    return ((index >= 0) && (k < (int)TRUTH_COUNT)) ? &TRUTHS[k] : NULL;
+}
+int es_signal_count(void) { return (int)SIGNAL_COUNT + (int)TRUTH_COUNT; }
+bool es_signal_info(int index, es_field_t *out)
+{
+    const signal_info_t *const s = signal_at(index);
+    return (s != NULL) && fill(out, s->name, s->unit, "float", s->doc, "", -INFINITY, INFINITY, 0.0);
+}
+
+int es_model_count(void) { return sim_model_count(); }
+bool es_model_info(int index, es_field_t *out)
+{
+    const sim_field_t *const f = sim_model_info(index);
+    return (f != NULL) && fill(out, f->name, f->unit, kind_name(f->kind), f->doc, "", f->min, f->max, f->def);
+}
+
+int es_input_count(void) { return INPUT_COUNT; }
+bool es_input_info(int index, es_field_t *out)
+{
+    if ((index < 0) || (index >= (int)INPUT_COUNT)) {
+        return false;
+    }
+    const sim_field_t *const f = &INPUTS[index];
+    return fill(out, f->name, f->unit, "float", f->doc, "", f->min, f->max, f->def);
+}
+
+int es_effect_count(void) { return sim_effect_total; }
+bool es_effect_info(int index, es_effect_t *out)
+{
+    if ((index < 0) || (index >= sim_effect_total) || (out == NULL)) {
+        return false;
+    }
+    const sim_effect_t *const e = sim_effects[index];
+    const es_effect_t         row = {e->name, e->acts_on, e->doc, e->signature, e->param_count};
+    *out = row;
+    return true;
+}
+bool es_effect_param_info(int effect, int param, es_field_t *out)
+{
+    if ((effect < 0) || (effect >= sim_effect_total) || (param < 0) || (param >= sim_effects[effect]->param_count)) {
+        return false;
+    }
+    const sim_effect_param_t *const p = &sim_effects[effect]->param[param];
+    return fill(out, p->name, p->unit, "float", p->doc, "", p->min, p->max, p->off);
+}
+
+int es_fault_count(void) { return FAULT_COUNT; }
+bool es_fault_info(int index, es_fault_t *out)
+{
+    const fault_info_t *const f = (index >= 0) ? faults_info((uint16_t)((index < (int)FAULT_COUNT) ? index : (int)FAULT_COUNT)) : NULL;
+    if ((f == NULL) || (out == NULL)) {
+        return false;
+    }
+    const es_fault_t row = {f->name, f->cause, f->check};
+    *out = row;
+    return true;
+}
+
+/* ---- setting up --------------------------------------------------------------------------------------------------------------- */
+
+static bool refuse(es_sim_t *s, const char *what, double value, const char *why)
+{
+    (void)snprintf(s->error, sizeof s->error, "%s = %g: %s", (what != NULL) ? what : "(no name)", value, why);
+    return false;
+}
+
+static bool refuse_range(es_sim_t *s, const char *what, double value, double min, double max, const char *unit, bool whole)
+{
+    char why[120];
+    (void)snprintf(why, sizeof why, "must be %swithin %g .. %g%s%s", whole ? "a whole number " : "", min, max, (unit[0] != '\0') ? " " : "", unit);
+    return refuse(s, what, value, why);
+}
+
+es_sim_t *es_sim_new(void)
+{
+    es_sim_t *const s = calloc(1, sizeof *s);
+    if (s == NULL) {
+        return NULL;
+    }
+    sim_model_default(&s->model);
+    params_default(&s->params);
+    for (int e = 0; e < sim_effect_total; e++) {
+        for (int k = 0; k < sim_effects[e]->param_count; k++) {
+            s->effect[e][k] = sim_effects[e]->param[k].off;
+        }
+    }
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        s->input[i].now = INPUTS[i].def;
+    }
+    s->seed = 1;
+    return s;
+}
+
+void es_sim_free(es_sim_t *sim)
+{
+    if (sim == NULL) {
+        return;
+    }
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        free(sim->input[i].t_s);
+        free(sim->input[i].value);
+    }
+    free(sim);
+}
+
+const char *es_sim_error(const es_sim_t *sim) { return (sim != NULL) ? sim->error : "no simulation object"; }
+
+bool es_sim_set_model(es_sim_t *sim, const char *name, double value)
+{
+    if ((sim == NULL) || (name == NULL)) {
+        return false;
+    }
+    for (int i = 0; i < sim_model_count(); i++) {
+        const sim_field_t *const f = sim_model_info(i);
+        if (strcmp(name, f->name) == 0) {
+            if (!sim_field_accepts(f, value)) {
+                return refuse_range(sim, name, value, f->min, f->max, f->unit, f->kind != SIM_REAL);
+            }
+            *sim_model_at(&sim->model, i) = value;
+            return true;
+        }
+    }
+    return refuse(sim, name, value, "no such model field");
+}
+
+static int param_index(const char *name)
+{
+    int i = 0;
+    while ((i < (int)PARAM_COUNT) && (strcmp(name, params_info((uint16_t)i)->name) != 0)) {
+        i++;
+    }
+    return i;
+}
+
+static bool set_param(es_sim_t *sim, drive_params_t *p, const char *name, double value)
+{
+    const int i = param_index(name);
+    if (i == (int)PARAM_COUNT) {
+        return refuse(sim, name, value, "no such drive parameter");
+    }
+    if (!params_set(p, (uint16_t)i, (float)value)) {
+        const param_info_t *const f = params_info((uint16_t)i);
+        return refuse_range(sim, name, value, (double)f->min, (double)f->max, f->unit, f->kind != PARAM_KIND_FLOAT);
+    }
+    return true;
+}
+
+bool es_sim_set_param(es_sim_t *sim, const char *name, double value)
+{
+    return (sim != NULL) && (name != NULL) && set_param(sim, &sim->params, name, value);
+}
+
+bool es_sim_set_effect(es_sim_t *sim, const char *effect, const char *param, double value)
+{
+    if ((sim == NULL) || (effect == NULL) || (param == NULL)) {
+        return false;
+    }
+    for (int e = 0; e < sim_effect_total; e++) {
+        if (strcmp(effect, sim_effects[e]->name) != 0) {
+            continue;
+        }
+        for (int k = 0; k < sim_effects[e]->param_count; k++) {
+            const sim_effect_param_t *const p = &sim_effects[e]->param[k];
+            if (strcmp(param, p->name) == 0) {
+                if (!((value >= p->min) && (value <= p->max))) {
+                    return refuse_range(sim, param, value, p->min, p->max, p->unit, false);
+                }
+                sim->effect[e][k] = value;
+                return true;
+            }
+        }
+        return refuse(sim, param, value, "no such parameter of this effect");
+    }
+    return refuse(sim, effect, value, "no such effect");
+}
+
+bool es_sim_set_seed(es_sim_t *sim, uint64_t seed)
+{
+    if (sim == NULL) {
+        return false;
+    }
+    sim->seed = seed;
+    return true;
+}
+
+bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear)
+{
+    if ((sim == NULL) || (name == NULL) || (t_s == NULL) || (value == NULL)) {
+        return false;
+    }
+    int i = 0;
+    while ((i < (int)INPUT_COUNT) && (strcmp(name, INPUTS[i].name) != 0)) {
+        i++;
+    }
+    if (i == (int)INPUT_COUNT) {
+        return refuse(sim, name, (double)count, "no such input");
+    }
+    if (count < 1) {
+        return refuse(sim, name, (double)count, "needs at least one point");
+    }
+    for (int k = 0; k < count; k++) {
+        if (!(isfinite(t_s[k])) || ((k > 0) && !(t_s[k] > t_s[k - 1]))) {
+            return refuse(sim, name, t_s[k], "times must be finite and rise");
+        }
+        if (!((value[k] >= INPUTS[i].min) && (value[k] <= INPUTS[i].max))) {
+            return refuse_range(sim, name, value[k], INPUTS[i].min, INPUTS[i].max, INPUTS[i].unit, false);
+        }
+    }
+    const size_t bytes = (size_t)count * sizeof(double);
+    double      *t = malloc(bytes);
+    double      *v = malloc(bytes);
+    if ((t == NULL) || (v == NULL)) {
+        free(t);
+        free(v);
+        return refuse(sim, name, (double)count, "not enough memory");
+    }
+    memcpy(t, t_s, bytes);
+    memcpy(v, value, bytes);
+    track_t *const track = &sim->input[i];
+    free(track->t_s);
+    free(track->value);
+    const track_t made = {t, v, count, 0, linear, v[0]};
+    *track = made;
+    return true;
+}
+
+/* ---- running -------------------------------------------------------------------------------------------------------------------- */
+
+static double track_value(track_t *track, double t)
+{
+    if (track->count == 0) {
+        return track->now;
+    }
+    /* half a microsecond of grace: a step at 0.1 s acts in the period that starts at 0.1 s, however that was rounded */
+    const double grace = t + 0.5e-6;
+    while ((track->at + 1 < track->count) && (track->t_s[track->at + 1] <= grace)) {
+        track->at++;
+    }
+    const int i = track->at;
+    if (!track->linear || (i + 1 >= track->count) || (t <= track->t_s[i])) {
+        return track->value[i];
+    }
+    return track->value[i] + (track->value[i + 1] - track->value[i]) * (t - track->t_s[i]) / (track->t_s[i + 1] - track->t_s[i]);
+}
+
+static void apply_inputs(es_sim_t *s)
+{
+    const double t = (double)s->board.periods * s->board.plant.period_s;
+    double       now[INPUT_COUNT];
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        now[i] = track_value(&s->input[i], t);
+    }
+    sim_outside_t *const o = &s->board.plant.outside;
+    o->load_torque_nm = now[INPUT_load_torque_nm];
+    o->load_brake_nm = now[INPUT_load_brake_nm];
+    o->dc_link_v = (s->input[INPUT_dc_link_v].count > 0) ? now[INPUT_dc_link_v] : s->board.plant.model.dc_link_v;
+
+    sim_disturbance_t *const d = &s->board.disturbance;
+    d->sample_lost = now[INPUT_sample_lost] >= 0.5;
+    d->current_nan = now[INPUT_current_nan] >= 0.5;
+    d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
+    d->encoder_error = now[INPUT_encoder_error] >= 0.5;
+    if (s->input[INPUT_inverter_fault].count > 0) {
+        d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
+    }
+
+    const drive_command_t c = {(now[INPUT_control_mode] >= 0.5) ? DRIVE_MODE_SPEED : DRIVE_MODE_CURRENT, (float)now[INPUT_speed_ref_rad_s],
+                               (float)now[INPUT_id_ref_a], (float)now[INPUT_iq_ref_a]};
+    if ((c.mode != s->sent.mode) || (c.speed_ref_rad_s != s->sent.speed_ref_rad_s) || (c.id_ref_a != s->sent.id_ref_a) ||
+        (c.iq_ref_a != s->sent.iq_ref_a) || (s->board.periods == 0U)) {
+        (void)drive_command(&s->drive, &c);
+        s->sent = c;
+    }
+}
+
+bool es_sim_start(es_sim_t *sim)
+{
+    if (sim == NULL) {
+        return false;
+    }
+    if (sim->model.pwm_hz != (double)DRIVE_PWM_HZ) {
+        return refuse(sim, "pwm_hz", sim->model.pwm_hz, "the firmware runs at 10000 Hz");
+    }
+    sim_board_select(&sim->board);
+    const double edges = (sim->model.counts_per_rev > 0.0) ? sim->model.counts_per_rev : (double)sim->params.encoder_counts;
+    const char  *bad = sim_plant_start(&sim->board.plant, &sim->model, (const double (*)[SIM_EFFECT_PARAMS])sim->effect, edges, sim->seed);
+    if (bad != NULL) {
+        return refuse(sim, bad, 0.0, "does not fit the plant");
+    }
+    sim_board_start(&sim->board);
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        sim->input[i].at = 0;
+    }
+    drive_init(&sim->drive, &sim->params);
+    if (sim->drive.fault == FAULT_configuration) {
+        const param_info_t *const p = params_info(sim->drive.fault_detail);
+        return refuse(sim, p->name, (double)params_get(&sim->params, sim->drive.fault_detail), "does not fit the other parameters; see docs/parameters.md");
+    }
+    for (int pass = 0; pass < 3; pass++) { /* init -> ready -> run before the first sample, when nothing else is asked for */
+        drive_background(&sim->drive);
+    }
+    sim->started = true;
+    return true;
+}
+
+static int find_signal(const char *name)
+{
+    for (int i = 0; i < es_signal_count(); i++) {
+        if (strcmp(name, signal_at(i)->name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+bool es_sim_record(es_sim_t *sim, const char *const *signals, int count)
+{
+    if ((sim == NULL) || (signals == NULL)) {
+        return false;
+    }
+    if ((count < 1) || (count > SIGNALS_MAX)) {
+        return refuse_range(sim, "count", (double)count, 1, SIGNALS_MAX, "", true);
+    }
+    int chosen[SIGNALS_MAX];
+    for (int i = 0; i < count; i++) {
+        chosen[i] = find_signal(signals[i]);
+        if (chosen[i] < 0) {
+            return refuse(sim, signals[i], (double)i, "no such signal");
+        }
+    }
+    memcpy(sim->signal, chosen, sizeof chosen);
+    sim->signal_count = count;
+    return true;
+}
+
+static void interrupts(es_sim_t *s)
+{
+    drive_current_isr(&s->drive);
+    if (s->board.speed_requested) {
+        s->board.speed_requested = false;
+        drive_speed_isr(&s->drive);
+    }
+    if ((s->board.periods % MAIN_LOOP_PERIODS) == 0U) {
+        drive_background(&s->drive);
+    }
+}
+
+int64_t es_sim_run(es_sim_t *sim, int64_t periods, int decimate, double *out, int64_t capacity_rows)
+{
+    if ((sim == NULL) || !sim->started || (decimate < 1)) {
+        return 0;
+    }
+    sim_board_select(&sim->board);
+    int64_t rows = 0;
+    for (int64_t k = 0; k < periods; k++) {
+        const bool due = (out != NULL) && ((sim->board.periods % (uint64_t)decimate) == 0U);
+        if (due && (rows >= capacity_rows)) {
+            break;
+        }
+        apply_inputs(sim);
+        interrupts(sim);
+        if (due) {
+            for (int i = 0; i < sim->signal_count; i++) {
+                out[rows * sim->signal_count + i] = read_signal(sim, sim->signal[i]);
+            }
+            rows++;
+        }
+        sim_board_period(&sim->board);
+    }
+    return rows;
+}
+
+double es_sim_time(const es_sim_t *sim) { return (sim != NULL) ? (double)sim->board.periods / (double)DRIVE_PWM_HZ : 0.0; }
+
+double es_sim_read(const es_sim_t *sim, const char *signal)
+{
+    const int i = ((sim != NULL) && (signal != NULL) && sim->started) ? find_signal(signal) : -1;
+    return (i >= 0) ? read_signal(sim, i) : (double)NAN;
+}
+
+bool es_sim_tune(es_sim_t *sim, const char *param, double value)
+{
+    if ((sim == NULL) || (param == NULL) || !sim->started) {
+        return false;
+    }
+    drive_params_t p = sim->drive.params;
+    if (!set_param(sim, &p, param, value)) {
+        return false;
+    }
+    sim_board_select(&sim->board);
+    uint16_t culprit = PARAM_COUNT;
+    if (!drive_tune(&sim->drive, &p, &culprit)) {
+        return refuse(sim, (culprit < (uint16_t)PARAM_COUNT) ? params_info(culprit)->name : param, value,
+                      (culprit < (uint16_t)PARAM_COUNT) ? "does not fit the other parameters" : "an earlier change still waits");
+    }
+    return true;
+}
+
+/* ---- library -------------------------------------------------------------------------------------------------------------------- */
+
+int         es_abi_version(void) { return 1; }
+const char *es_numeric(void) { return NUM_NAME; }
+
+double es_monotonic_s(void)
+{
+    struct timespec t;
+    (void)clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}

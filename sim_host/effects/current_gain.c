@@ -1,0 +1,20 @@
+#include "sim_host/plant/effect.h"
+
+static void current_sensor(const double *p, double i_ab_a[2])
+{
+    i_ab_a[0] *= p[0];
+    i_ab_a[1] *= p[1];
+}
+
+const sim_effect_t effect_current_gain = {
+    .name = "current_gain",
+    .acts_on = "current_sensor",
+    .doc = "Gain of the phase-current sensors; only the mismatch of the two shows without a torque sensor.",
+    .signature = "Second electrical order proportional to the current; nothing without load.",
+    .param_count = 2,
+    .param = {
+        {"gain_a", "", "Gain of phase a, 1 = right.", 1.0, 0.1, 10.0},
+        {"gain_b", "", "Gain of phase b, 1 = right.", 1.0, 0.1, 10.0},
+    },
+    .current_sensor = current_sensor,
+};

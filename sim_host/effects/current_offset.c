@@ -1,0 +1,20 @@
+#include "sim_host/plant/effect.h"
+
+static void current_sensor(const double *p, double i_ab_a[2])
+{
+    i_ab_a[0] += p[0];
+    i_ab_a[1] += p[1];
+}
+
+const sim_effect_t effect_current_offset = {
+    .name = "current_offset",
+    .acts_on = "current_sensor",
+    .doc = "Additive error of the phase-current sensors.",
+    .signature = "First electrical order in speed and q current, independent of load; the logged currents look controlled, the voltage commands carry the evidence.",
+    .param_count = 2,
+    .param = {
+        {"offset_a_a", "A", "Offset of phase a.", 0.0, -100.0, 100.0},
+        {"offset_b_a", "A", "Offset of phase b.", 0.0, -100.0, 100.0},
+    },
+    .current_sensor = current_sensor,
+};

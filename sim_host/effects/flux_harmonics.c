@@ -1,0 +1,21 @@
+#include <math.h>
+
+#include "sim_host/plant/effect.h"
+
+static void flux(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *h)
+{
+    h->q_wb += p[1] * p[0] * m->psi_wb * cos(6.0 * theta_e_rad);
+}
+
+const sim_effect_t effect_flux_harmonics = {
+    .name = "flux_harmonics",
+    .acts_on = "flux",
+    .doc = "Fifth and seventh flux harmonics: sixth electrical order in back-EMF and in torque per ampere, relative to the flux linkage.",
+    .signature = "Sixth electrical order in the voltage that grows with speed, and in the torque that grows with the q current.",
+    .param_count = 2,
+    .param = {
+        {"torque_ripple_rel", "", "Amplitude relative to the flux linkage.", 0.0, -0.5, 0.5},
+        {"sign", "", "+1 or -1: phase of the ripple.", 1.0, -1.0, 1.0},
+    },
+    .flux = flux,
+};

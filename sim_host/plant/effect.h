@@ -1,0 +1,54 @@
+/**
+ * @file  sim_host/plant/effect.h
+ * @brief What a non-ideal effect is: a descriptor with its parameters and the places where it acts.
+ *
+ * One effect is one file in sim_host/effects/, which defines `const sim_effect_t effect_<name>` in `<name>.c`. The build
+ * collects the files, so that a new file is a new effect: for the simulator, the command line, the documentation and
+ * the gap workflow. A hook that is NULL does not act; hooks of effects that are off cost nothing.
+ */
+#ifndef SIM_HOST_PLANT_EFFECT_H
+#define SIM_HOST_PLANT_EFFECT_H
+
+#include "sim_host/plant/model.h"
+
+#define SIM_EFFECT_PARAMS 4
+
+/** The shaft as an effect sees it. */
+typedef struct {
+    double theta_m_rad; /**< Unwrapped. */
+    double speed_rad_s;
+} sim_shaft_t;
+
+/** Magnet flux beside its fundamental, in the rotor frame, and at which electrical angle. */
+typedef struct {
+    double d_wb, q_wb; /**< Added to back-EMF per electrical speed: e_d = w d_wb, e_q = w (psi + q_wb). */
+} sim_flux_t;
+
+typedef struct {
+    const char *name, *unit, *doc;
+    double      off, min, max;
+} sim_effect_param_t;
+
+typedef struct {
+    const char        *name;
+    const char        *acts_on;   /**< For people: "torque", "current_sensor", ... */
+    const char        *doc;
+    const char        *signature; /**< How it shows in a log. */
+    int                param_count;
+    sim_effect_param_t param[SIM_EFFECT_PARAMS];
+
+    /** Parameter @p p is off when every parameter has its off value; otherwise the effect acts. */
+    void (*model)(const double *p, sim_model_t *m);                            /**< Change the machine before the start. */
+    double (*torque_nm)(const double *p, const sim_shaft_t *shaft);            /**< Torque on the shaft, positive drives it forward. */
+    double (*friction_nm)(const double *p, double speed_abs_rad_s);            /**< Size of a torque that opposes any motion, >= 0. */
+    void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);
+    void (*phase_voltage)(const double *p, const sim_model_t *m, const double i_abc_a[3], double v_abc_v[3]);
+    void (*current_sensor)(const double *p, double i_ab_a[2]);                 /**< Phases a and b, before noise. */
+    double (*angle_sensor)(const double *p, const sim_model_t *m, double theta_m_rad); /**< Angle that the encoder sees. */
+} sim_effect_t;
+
+/** The table, in alphabetical order (made by the build from the files of sim_host/effects/). */
+extern const sim_effect_t *const sim_effects[];
+extern const int                 sim_effect_total;
+
+#endif

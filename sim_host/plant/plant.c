@@ -1,0 +1,367 @@
+#include "sim_host/plant/plant.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#define PI 3.14159265358979323846
+#define SQRT3 1.73205080756887729353
+
+/* ---- start --------------------------------------------------------------------------------------------------------- */
+
+static double measured_angle(const sim_plant_t *s)
+{
+    double angle = s->x.theta_m_rad;
+    for (int i = 0; i < s->angle_count; i++) {
+        angle = s->angle[i]->effect->angle_sensor(s->angle[i]->p, &s->model, angle);
+    }
+    return angle;
+}
+
+static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PARAMS])
+{
+    for (int e = 0; (e < sim_effect_total) && (s->acting_count < SIM_EFFECTS_MAX); e++) {
+        const sim_effect_t *const effect = sim_effects[e];
+        bool                      on = false;
+        for (int k = 0; k < effect->param_count; k++) {
+            on = on || (values[e][k] != effect->param[k].off);
+        }
+        if (!on) {
+            continue;
+        }
+        sim_acting_t *const a = &s->acting[s->acting_count++];
+        a->effect = effect;
+        for (int k = 0; k < SIM_EFFECT_PARAMS; k++) {
+            a->p[k] = values[e][k];
+        }
+        if (effect->model != NULL) {
+            effect->model(a->p, &s->model);
+        }
+        if (effect->torque_nm != NULL) {
+            s->torque[s->torque_count++] = a;
+        }
+        if (effect->friction_nm != NULL) {
+            s->friction[s->friction_count++] = a;
+        }
+        if (effect->flux != NULL) {
+            s->flux[s->flux_count++] = a;
+        }
+        if (effect->phase_voltage != NULL) {
+            s->voltage[s->voltage_count++] = a;
+        }
+        if (effect->current_sensor != NULL) {
+            s->current[s->current_count++] = a;
+        }
+        if (effect->angle_sensor != NULL) {
+            s->angle[s->angle_count++] = a;
+        }
+    }
+}
+
+/* RK4 needs h / tau below about 0.4 for 1e-5 and the small-angle turn needs the angle of a step below 0.15 rad. At the
+ * speed where the back-EMF fills the dc link the latter rules. */
+static int needed_substeps(const sim_model_t *m, double period_s)
+{
+    const double l_min = (m->ld_h < m->lq_h) ? m->ld_h : m->lq_h;
+    const double decay = m->resistance_ohm / l_min * period_s / 0.4;
+    const double flux = (m->psi_wb > 1e-9) ? m->psi_wb : 1e-9;
+    const double turn = m->dc_link_v / SQRT3 / flux * period_s / 0.15;
+    const double need = ceil((decay > turn) ? decay : turn);
+    return (need < 1.0) ? 1 : ((need > 100.0) ? 100 : (int)need);
+}
+
+const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (*values)[SIM_EFFECT_PARAMS], double edges_per_rev,
+                            uint64_t seed)
+{
+    static const sim_plant_t nothing;
+    *s = nothing;
+    s->model = *m;
+    for (int i = 0; i < sim_model_count(); i++) {
+        if (!sim_field_accepts(sim_model_info(i), *sim_model_at(&s->model, i))) {
+            return sim_model_info(i)->name;
+        }
+    }
+    collect_effects(s, values);
+    s->period_s = 1.0 / s->model.pwm_hz;
+    s->substeps = (s->model.substeps > 0.0) ? (int)s->model.substeps : needed_substeps(&s->model, s->period_s);
+    s->x.theta_m_rad = s->model.initial_angle_rad;
+    s->x.speed_rad_s = (s->model.rotor_locked != 0.0) ? 0.0 : s->model.initial_speed_rad_s;
+    s->outside.dc_link_v = s->model.dc_link_v;
+    s->vdc_filtered_v = s->model.dc_link_v;
+    s->vdc_gain = 1.0 - exp(-2.0 * PI * s->model.vdc_filter_hz * s->period_s);
+    s->edge_pitch_rad = 2.0 * PI / edges_per_rev;
+    s->edge_cell = (int64_t)floor(measured_angle(s) / s->edge_pitch_rad);
+    s->edge_count = s->edge_cell;
+    sim_random_seed(&s->noise, seed);
+    return NULL;
+}
+
+/* ---- electrical machine and shaft ------------------------------------------------------------------------------------- */
+
+typedef struct {
+    double did, diq, dw, dtheta;
+} rate_t;
+
+/** One integration step: voltage in the rotor frame at its start, direction of friction, whether the shaft is free. */
+typedef struct {
+    double vd_v, vq_v, theta0_rad;
+    double friction_sign; /**< +1, -1, 0: no friction. */
+    bool   stuck;         /**< The shaft stands. */
+} step_t;
+
+static double friction_nm(const sim_plant_t *s, double speed_abs)
+{
+    double sum = s->outside.load_brake_nm;
+    for (int i = 0; i < s->friction_count; i++) {
+        sum += s->friction[i]->effect->friction_nm(s->friction[i]->p, speed_abs);
+    }
+    return sum;
+}
+
+static double motor_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
+{
+    const sim_model_t *const m = &s->model;
+    return 1.5 * m->pole_pairs * ((m->psi_wb + h->q_wb) * x->iq_a + h->d_wb * x->id_a + (m->ld_h - m->lq_h) * x->id_a * x->iq_a);
+}
+
+/** Everything on the shaft but friction. */
+static double shaft_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
+{
+    const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s};
+    double            sum = motor_torque(s, x, h) - s->model.viscous_nms * x->speed_rad_s - s->outside.load_torque_nm;
+    for (int i = 0; i < s->torque_count; i++) {
+        sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
+    }
+    return sum;
+}
+
+static sim_flux_t flux_harmonics(const sim_plant_t *s, const sim_state_t *x)
+{
+    sim_flux_t h = {0.0, 0.0};
+    for (int i = 0; i < s->flux_count; i++) {
+        s->flux[i]->effect->flux(s->flux[i]->p, &s->model, s->model.pole_pairs * x->theta_m_rad, &h);
+    }
+    return h;
+}
+
+static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_state_t *x)
+{
+    const sim_model_t *const m = &s->model;
+    const double             moved = m->pole_pairs * (x->theta_m_rad - step->theta0_rad);
+    const double             m2 = moved * moved;
+    const double             c = 1.0 - m2 * (0.5 - m2 * (1.0 / 24.0));
+    const double             n = moved * (1.0 - m2 * (1.0 / 6.0 - m2 * (1.0 / 120.0)));
+    const double             vd = step->vd_v * c + step->vq_v * n;
+    const double             vq = step->vq_v * c - step->vd_v * n;
+    const double             we = m->pole_pairs * x->speed_rad_s;
+    const sim_flux_t         h = (s->flux_count > 0) ? flux_harmonics(s, x) : (sim_flux_t){0.0, 0.0};
+
+    rate_t r;
+    r.did = (vd - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) / m->ld_h;
+    r.diq = (vq - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) / m->lq_h;
+    if (step->stuck) {
+        r.dw = 0.0;
+        r.dtheta = 0.0;
+    } else {
+        double torque = shaft_torque(s, x, &h);
+        if (step->friction_sign != 0.0) {
+            torque -= step->friction_sign * friction_nm(s, fabs(x->speed_rad_s));
+        }
+        r.dw = torque / m->inertia_kgm2;
+        r.dtheta = x->speed_rad_s;
+    }
+    return r;
+}
+
+static inline sim_state_t ahead(const sim_state_t *x, const rate_t *r, double h)
+{
+    const sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw, x->theta_m_rad + h * r->dtheta};
+    return y;
+}
+
+static sim_state_t runge_kutta(const sim_plant_t *s, const step_t *step, double h)
+{
+    const sim_state_t *const x = &s->x;
+    const rate_t             k1 = rates(s, step, x);
+    const sim_state_t        x2 = ahead(x, &k1, 0.5 * h);
+    const rate_t             k2 = rates(s, step, &x2);
+    const sim_state_t        x3 = ahead(x, &k2, 0.5 * h);
+    const rate_t             k3 = rates(s, step, &x3);
+    const sim_state_t        x4 = ahead(x, &k3, h);
+    const rate_t             k4 = rates(s, step, &x4);
+    const rate_t             mean = {(k1.did + 2.0 * (k2.did + k3.did) + k4.did) / 6.0, (k1.diq + 2.0 * (k2.diq + k3.diq) + k4.diq) / 6.0,
+                         (k1.dw + 2.0 * (k2.dw + k3.dw) + k4.dw) / 6.0, (k1.dtheta + 2.0 * (k2.dtheta + k3.dtheta) + k4.dtheta) / 6.0};
+    return ahead(x, &mean, h);
+}
+
+static void note_edges(sim_plant_t *s, double angle_before, double t0_s, double h)
+{
+    const double  angle = (s->angle_count > 0) ? measured_angle(s) : s->x.theta_m_rad;
+    const int64_t cell = (int64_t)floor(angle / s->edge_pitch_rad);
+    if (cell != s->edge_cell) {
+        s->edge_count = (cell > s->edge_cell) ? cell : (cell + 1);
+        const double way = angle - angle_before;
+        const double part = (way != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - angle_before) / way : 1.0;
+        s->edge_time_s = t0_s + h * ((part < 0.0) ? 0.0 : ((part > 1.0) ? 1.0 : part));
+        s->edge_cell = cell;
+    }
+}
+
+/** Advance by at most h; ends early where the speed passes zero against friction. @return time done. */
+static double piece(sim_plant_t *s, const double v_ab[2], double h, double t0_s)
+{
+    const double before = (s->angle_count > 0) ? measured_angle(s) : s->x.theta_m_rad;
+    const double theta_e = s->model.pole_pairs * s->x.theta_m_rad;
+    const double c = cos(theta_e);
+    const double n = sin(theta_e);
+    step_t       step = {v_ab[0] * c + v_ab[1] * n, v_ab[1] * c - v_ab[0] * n, s->x.theta_m_rad, 0.0, false};
+    double       done = h;
+
+    const bool has_friction = (s->friction_count > 0) || (s->outside.load_brake_nm > 0.0);
+    if (s->model.rotor_locked != 0.0) {
+        step.stuck = true;
+    } else if (has_friction) {
+        if (s->x.speed_rad_s != 0.0) {
+            step.friction_sign = (s->x.speed_rad_s > 0.0) ? 1.0 : -1.0;
+        } else {
+            const sim_flux_t flux = flux_harmonics(s, &s->x);
+            const double     push = shaft_torque(s, &s->x, &flux);
+            step.stuck = fabs(push) <= friction_nm(s, 0.0);
+            step.friction_sign = (push > 0.0) ? 1.0 : -1.0;
+        }
+    }
+    sim_state_t y = runge_kutta(s, &step, h);
+    if (has_friction && !step.stuck && (y.speed_rad_s * step.friction_sign < 0.0)) {
+        const double w0 = s->x.speed_rad_s;
+        done = h * w0 / (w0 - y.speed_rad_s); /* 0 when it would start backwards: friction holds it */
+        if (done > 0.0) {
+            y = runge_kutta(s, &step, done);
+        } else {
+            step.stuck = true;
+            done = h;
+            y = runge_kutta(s, &step, h);
+        }
+        y.speed_rad_s = 0.0;
+    }
+    s->x = y;
+    note_edges(s, before, t0_s, done);
+    return done;
+}
+
+/* ---- inverter ------------------------------------------------------------------------------------------------------------ */
+
+void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
+{
+    const double theta_e = s->model.pole_pairs * s->x.theta_m_rad;
+    const double c = cos(theta_e);
+    const double n = sin(theta_e);
+    const double alpha = s->x.id_a * c - s->x.iq_a * n;
+    const double beta = s->x.id_a * n + s->x.iq_a * c;
+    i_abc[0] = alpha;
+    i_abc[1] = 0.5 * (-alpha + SQRT3 * beta);
+    i_abc[2] = -i_abc[0] - i_abc[1];
+}
+
+static void to_alpha_beta(const double v[3], double ab[2])
+{
+    ab[0] = (2.0 * v[0] - v[1] - v[2]) / 3.0;
+    ab[1] = (v[1] - v[2]) / SQRT3;
+}
+
+static void bridge_voltage(const sim_plant_t *s, const double duty[3], double ab[2])
+{
+    double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
+    if (s->voltage_count > 0) {
+        double i[3];
+        sim_plant_phase_currents(s, i);
+        for (int k = 0; k < s->voltage_count; k++) {
+            s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &s->model, i, v);
+        }
+    }
+    to_alpha_beta(v, ab);
+}
+
+/** Gates off: each conducting phase lies at the rail that its diode reaches; a phase without current floats, which is
+ *  approximated by its back-EMF. Once all currents are small they are zero. (Rectification above the dc link is left out.) */
+static bool diodes(sim_plant_t *s, double ab[2])
+{
+    double i[3];
+    sim_plant_phase_currents(s, i);
+    const double small = 1e-3 * (1.0 + s->model.rated_current_a);
+    if ((fabs(i[0]) < small) && (fabs(i[1]) < small) && (fabs(i[2]) < small)) {
+        s->x.id_a = 0.0;
+        s->x.iq_a = 0.0;
+        return false;
+    }
+    double v[3];
+    for (int k = 0; k < 3; k++) {
+        v[k] = (i[k] > small) ? -0.5 * s->outside.dc_link_v : ((i[k] < -small) ? 0.5 * s->outside.dc_link_v : 0.0);
+    }
+    to_alpha_beta(v, ab);
+    return true;
+}
+
+void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
+{
+    const double h = s->period_s / s->substeps;
+    double       ab[2] = {0.0, 0.0};
+
+    for (int k = 0; k < s->substeps; k++) {
+        if (armed) {
+            if ((k == 0) || (s->voltage_count > 0)) {
+                bridge_voltage(s, duty, ab);
+            }
+        } else if (!diodes(s, ab)) {
+            /* no current, no torque, terminals follow the back-EMF */
+            const double we = s->model.pole_pairs * s->x.speed_rad_s;
+            const double theta_e = s->model.pole_pairs * s->x.theta_m_rad;
+            ab[0] = -we * s->model.psi_wb * sin(theta_e);
+            ab[1] = we * s->model.psi_wb * cos(theta_e);
+        }
+        double left = h;
+        for (int n = 0; (n < 4) && (left > 1e-12 * h); n++) {
+            left -= piece(s, ab, left, s->time_s + k * h + (h - left));
+        }
+    }
+    s->time_s += s->period_s;
+    s->vdc_filtered_v += s->vdc_gain * (s->outside.dc_link_v - s->vdc_filtered_v);
+}
+
+/* ---- sensors --------------------------------------------------------------------------------------------------------------- */
+
+static double convert(double x, double lsb, double range)
+{
+    const double y = (lsb > 0.0) ? rint(x / lsb) * lsb : x;
+    return (y > range) ? range : ((y < -range) ? -range : y);
+}
+
+void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
+{
+    const sim_model_t *const m = &s->model;
+    double                   i[3];
+    sim_plant_phase_currents(s, i);
+    for (int k = 0; k < s->current_count; k++) {
+        s->current[k]->effect->current_sensor(s->current[k]->p, i);
+    }
+    if (m->current_noise_a > 0.0) {
+        double n[2];
+        sim_random_normal2(&s->noise, n);
+        i[0] += m->current_noise_a * n[0];
+        i[1] += m->current_noise_a * n[1];
+    }
+    out->ia_a = convert(i[0], m->current_lsb_a, m->current_range_a);
+    out->ib_a = convert(i[1], m->current_lsb_a, m->current_range_a);
+    out->vdc_v = s->vdc_filtered_v;
+
+    double angle = measured_angle(s);
+    if (m->counts_per_rev > 0.0) {
+        const double count = 2.0 * PI / m->counts_per_rev;
+        angle = floor(angle / count) * count;
+    }
+    angle = fmod(angle, 2.0 * PI);
+    out->theta_m_rad = (angle < 0.0) ? angle + 2.0 * PI : angle;
+
+    const sim_flux_t flux = flux_harmonics(s, &s->x);
+    s->torque_nm = motor_torque(s, &s->x, &flux);
+    const double direction = (s->x.speed_rad_s > 0.0) ? 1.0 : ((s->x.speed_rad_s < 0.0) ? -1.0 : 0.0);
+    s->load_nm = s->outside.load_torque_nm + direction * s->outside.load_brake_nm;
+}

@@ -1,0 +1,90 @@
+/**
+ * @file  sim_host/plant/plant.h
+ * @brief The machine: dq motor with saliency, average-voltage inverter, shaft, load, sensors. Knows no firmware.
+ *
+ *     Ld did/dt = vd - R id + we (Lq iq - h_d)                                                           (1)
+ *     Lq diq/dt = vq - R iq - we (Ld id + psi + h_q)                                                     (2)
+ *     T = 1.5 p ((psi + h_q) iq + h_d id + (Ld - Lq) id iq)                                              (3)
+ *     J dw/dt = T + sum of torques - B w - load - sign(w) friction                                       (4)
+ *
+ * Amplitude-invariant frame, d on the magnets. h_d, h_q: flux harmonics, 0 without that effect.
+ * Integration: fixed-step RK4 in the rotor frame; the phase voltage is constant over a step and turned by the small
+ * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
+ * speed passes zero ends there, and the shaft stays when the rest of the torque is below the friction.
+ */
+#ifndef SIM_HOST_PLANT_PLANT_H
+#define SIM_HOST_PLANT_PLANT_H
+
+#include <stdint.h>
+
+#include "sim_host/plant/effect.h"
+#include "sim_host/plant/random.h"
+
+#define SIM_EFFECTS_MAX 32
+
+typedef struct {
+    double id_a, iq_a;
+    double speed_rad_s;
+    double theta_m_rad; /**< Unwrapped. */
+} sim_state_t;
+
+/** What acts from outside during a period. */
+typedef struct {
+    double load_torque_nm; /**< Positive brakes positive rotation; may drive. */
+    double load_brake_nm;  /**< >= 0; opposes motion, holds at standstill. */
+    double dc_link_v;
+} sim_outside_t;
+
+/** What the converter reads. */
+typedef struct {
+    double ia_a, ib_a, vdc_v;
+    double theta_m_rad; /**< [0, 2 pi). */
+} sim_reading_t;
+
+/** An effect that acts, with its numbers. */
+typedef struct {
+    const sim_effect_t *effect;
+    double              p[SIM_EFFECT_PARAMS];
+} sim_acting_t;
+
+typedef struct {
+    sim_model_t   model;
+    sim_state_t   x;
+    sim_outside_t outside;
+    sim_random_t  noise;
+    double        time_s;
+    double        period_s;
+    int           substeps;
+    double        vdc_filtered_v, vdc_gain;
+    double        torque_nm; /**< (3) at the last start of a period. */
+    double        load_nm;   /**< What the torque sensor reads. */
+
+    int          acting_count;
+    sim_acting_t acting[SIM_EFFECTS_MAX];
+    /* the acting effects by hook, so that a step visits only who has something to do */
+    int                 torque_count, friction_count, flux_count, voltage_count, current_count, angle_count;
+    const sim_acting_t *torque[SIM_EFFECTS_MAX], *friction[SIM_EFFECTS_MAX], *flux[SIM_EFFECTS_MAX],
+        *voltage[SIM_EFFECTS_MAX], *current[SIM_EFFECTS_MAX], *angle[SIM_EFFECTS_MAX];
+
+    double  edge_pitch_rad; /**< Angle between two encoder edges. */
+    int64_t edge_cell;      /**< floor(measured angle / pitch). */
+    int64_t edge_count;     /**< Position of the last edge passed, and when. */
+    double  edge_time_s;
+} sim_plant_t;
+
+/**
+ * Start the machine.
+ * @param values  SIM_EFFECT_PARAMS numbers for each effect of the table, in its order.
+ * @param edges_per_rev encoder edges per turn for the edge timer (an ideal encoder has them, too).
+ * @return NULL, or the name of the model field that does not fit.
+ */
+const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (*values)[SIM_EFFECT_PARAMS], double edges_per_rev,
+                            uint64_t seed);
+/** One PWM period with phase duties in [0, 1]; with gates off (@p armed false) the diodes conduct until the current is gone. */
+void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed);
+/** Sample the sensors now; draws noise. */
+void sim_plant_read(sim_plant_t *s, sim_reading_t *out);
+/** True phase currents, A. */
+void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3]);
+
+#endif
