@@ -93,7 +93,7 @@ static void control_currents(drive_t *d, angle_t theta_e)
     }
 
     /* the voltage acts one period later and for one period: rotate it to the middle of that */
-    const angle_t ahead = theta_e + angle_from_rad(num_mul(d->setup.advance, d->tracking.pll.state.w));
+    const angle_t ahead = theta_e + angle_from_rad_short(num_mul(d->setup.advance, d->tracking.pll.state.w));
     ctl_rotor_t   rotor;
     ctl_ab_t      v;
     ctl_abc_t     duty;

@@ -45,6 +45,7 @@ struct es_sim {
     track_t        input[INPUT_COUNT];
     bool           started;
     drive_command_t sent;
+    double         inputs_until; /* time at which an input changes next */
     int            signal[SIGNALS_MAX];
     int            signal_count;
     char           error[256];
@@ -342,6 +343,9 @@ bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const 
     return true;
 }
 
+/* A step at 0.1 s acts in the period that starts at 0.1 s, however that was rounded. */
+#define GRACE_S 0.5e-6
+
 /* ---- running -------------------------------------------------------------------------------------------------------------------- */
 
 static double track_value(track_t *track, double t)
@@ -349,8 +353,7 @@ static double track_value(track_t *track, double t)
     if (track->count == 0) {
         return track->now;
     }
-    /* half a microsecond of grace: a step at 0.1 s acts in the period that starts at 0.1 s, however that was rounded */
-    const double grace = t + 0.5e-6;
+    const double grace = t + GRACE_S;
     while ((track->at + 1 < track->count) && (track->t_s[track->at + 1] <= grace)) {
         track->at++;
     }
@@ -365,8 +368,17 @@ static void apply_inputs(es_sim_t *s)
 {
     const double t = (double)s->board.periods * s->board.plant.period_s;
     double       now[INPUT_COUNT];
+    if (t + GRACE_S < s->inputs_until) {
+        return;
+    }
+    s->inputs_until = INFINITY;
     for (int i = 0; i < (int)INPUT_COUNT; i++) {
-        now[i] = track_value(&s->input[i], t);
+        track_t *const track = &s->input[i];
+        now[i] = track_value(track, t);
+        const bool ends = track->at + 1 >= track->count;
+        if (!ends) {
+            s->inputs_until = fmin(s->inputs_until, track->linear ? t : track->t_s[track->at + 1]);
+        }
     }
     sim_outside_t *const o = &s->board.plant.outside;
     o->load_torque_nm = now[INPUT_load_torque_nm];
@@ -406,6 +418,7 @@ bool es_sim_start(es_sim_t *sim)
         return refuse(sim, bad, 0.0, "does not fit the plant");
     }
     sim_board_start(&sim->board);
+    sim->inputs_until = -INFINITY;
     for (int i = 0; i < (int)INPUT_COUNT; i++) {
         sim->input[i].at = 0;
     }

@@ -55,6 +55,11 @@ typedef struct {
     double        time_s;
     double        period_s;
     int           substeps;
+    double        sine_e, cosine_e;           /**< Of the electrical angle now, turned along from step to step... */
+    int           turns_left;                 /**< ...and computed anew after so many. */
+    double        inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
+    double        torque_per_amp;             /**< 1.5 p. */
+    bool          plain;                      /**< No effect acts on torque, friction or flux. */
     double        vdc_filtered_v, vdc_gain;
     double        torque_nm; /**< (3) at the last start of a period. */
     double        load_nm;   /**< What the torque sensor reads. */
