@@ -4,13 +4,13 @@
 
 static double torque_nm(const double *p, const sim_shaft_t *shaft)
 {
-    return p[0] * sin(p[2] * shaft->theta_m_rad + p[1]);
+    return -p[0] * sin(p[2] * shaft->theta_m_rad + p[1]);
 }
 
 const sim_effect_t effect_cogging = {
     .name = "cogging",
     .acts_on = "torque",
-    .doc = "Torque A sin(order theta_m + phase), independent of the current.",
+    .doc = "Braking torque A sin(order theta_m + phase), independent of the current; as the load it is positive where it brakes positive rotation.",
     .signature = "Torque ripple at the slot order, constant size whatever the load; no trace in the back-EMF.",
     .param_count = 3,
     .param = {

@@ -4,13 +4,13 @@
 
 static double torque_nm(const double *p, const sim_shaft_t *shaft)
 {
-    return p[0] * (sin(shaft->theta_m_rad + p[1]) + p[2] * sin(2.0 * shaft->theta_m_rad + p[3]));
+    return -p[0] * (sin(shaft->theta_m_rad + p[1]) + p[2] * sin(2.0 * shaft->theta_m_rad + p[3]));
 }
 
 const sim_effect_t effect_misalignment = {
     .name = "misalignment",
     .acts_on = "torque",
-    .doc = "Torque of first and second mechanical order from a coupling out of line: A sin(theta + phase) + A second_rel sin(2 theta + phase2).",
+    .doc = "Braking torque of first and second mechanical order from a coupling out of line: A sin(theta + phase) + A second_rel sin(2 theta + phase2).",
     .signature = "First (and second) mechanical order in the torque; speed ripple falls with speed, the q current answers.",
     .param_count = 4,
     .param = {
