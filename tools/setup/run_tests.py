@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "build" / "checks"
 JOBS = str(os.cpu_count() or 2)
-TAIL_LINES = 60
+TAIL_LINES = 100
 
 
 @dataclass(frozen=True, slots=True)
