@@ -1,0 +1,97 @@
+"""`evenspin design rc`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from evenspin.cli.options import JsonFile
+from evenspin.cli.output import check_json_file, console, write_json
+
+app = typer.Typer(no_args_is_help=True, help="Design of controllers: margins and bounds before anything turns.")
+
+Number = float | None
+
+
+def register(parent: typer.Typer) -> None:
+    parent.add_typer(app, name="design")
+
+
+@app.callback()
+def group() -> None:
+    """Design of controllers: margins and bounds before anything turns."""
+
+
+def _option(text: str, **limits: int) -> typer.models.OptionInfo:
+    return typer.Option(help=text, show_default="from the model", **limits)
+
+
+@app.command("rc")
+def design_rc(
+    model: Annotated[str, typer.Option(help="A model file .toml, or a built-in model.")] = "guo2024",
+    k_rc: Annotated[Number, _option("Learning gain k_rc, no unit.")] = None,
+    lead: Annotated[int | None, _option("Phase lead m, samples.", min=0, max=15)] = None,
+    q_side: Annotated[Number, _option("Outer taps of Q(z), no unit.")] = None,
+    q_centre: Annotated[Number, _option("Middle tap of Q(z), no unit.")] = None,
+    order: Annotated[int | None, _option("Order of the interpolation.", min=1, max=3)] = None,
+    fal: Annotated[bool, typer.Option(help="With fal: bounds are divided by its largest gain.")] = False,
+    inertia_kgm2: Annotated[Number, _option("Total inertia, kg m^2.")] = None,
+    viscous_nms: Annotated[Number, _option("Viscous friction, N m s/rad.")] = None,
+    torque_per_a_nm: Annotated[Number, _option("Torque constant 1.5 p psi, N m/A.")] = None,
+    kp: Annotated[Number, _option("Proportional gain of the speed loop, A per unit of the error.")] = None,
+    ki: Annotated[Number, _option("Integral gain of the speed loop, A per unit and s.")] = None,
+    error_gain: Annotated[
+        Number, _option("Unit of the speed error: 1: rad/s, pole pairs: electrical, 9.55: rpm.")
+    ] = None,
+    bandwidth_rad_s: Annotated[Number, _option("Bandwidth of the current loop, rad/s.")] = None,
+    delay_s: Annotated[float, typer.Option(help="Delay of the loop beyond the hold of the speed controller, s.")] = 0.0,
+    speed_rpm: Annotated[float, typer.Option(help="Speed whose ripple the controller is tuned to, rpm.")] = 307.0,
+    gain_at: Annotated[
+        list[float] | None,
+        typer.Option(help="Frequency for |1 + G_RC|, Hz; may be repeated.", show_default="ripple and CRC period"),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Bode plots: FILE.svg or FILE.png.")] = None,
+    json_file: JsonFile = None,
+) -> None:
+    """Stability margins and gain bounds of a repetitive controller in the speed loop of a drive.
+
+    M is the closed speed loop without it. It is stable where |Q (1 - k_rc z^m M)| < 1 at every frequency.
+
+    Example: `evenspin design rc --k-rc 0.525 --gain-at 20.83 --gain-at 20.47`
+    """
+    from evenspin.design.command import Choices, prepare, tables_of
+    from evenspin.design.rc import as_json
+    from evenspin.tableview import print_table
+
+    check_json_file(json_file)
+    choices = Choices(
+        gain=k_rc,
+        lead=lead,
+        q_side=q_side,
+        q_centre=q_centre,
+        order=order,
+        fal=fal,
+        inertia_kgm2=inertia_kgm2,
+        viscous_nms=viscous_nms,
+        torque_per_a_nm=torque_per_a_nm,
+        kp_a_per_unit=kp,
+        ki_a_per_unit_s=ki,
+        error_gain=error_gain,
+        current_bandwidth_rad_s=bandwidth_rad_s,
+        delay_s=delay_s,
+        speed_rpm=speed_rpm,
+        gain_at_hz=tuple(gain_at or ()),
+    )
+    work = prepare(model, choices)
+    screen = console(json_file)
+    for view in tables_of(work):
+        print_table(view, screen)
+    if plot is not None:
+        from evenspin.design.plots import write_bode
+
+        write_bode(plot, work.found)
+        screen.print(str(plot), style="bold")
+    if json_file is not None:
+        write_json(as_json(work.found) | {"gains_db": work.gains_db, "period_samples": work.period_samples}, json_file)

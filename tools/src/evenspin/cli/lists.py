@@ -1,0 +1,128 @@
+"""`evenspin effects`, `parameters`, `faults`, `version`: what the library knows."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from evenspin.cli.options import JsonFlag
+from evenspin.cli.output import STDOUT, console, write_json
+
+if TYPE_CHECKING:
+    from evenspin.native import Effect, Field
+
+
+def register(app: typer.Typer) -> None:
+    for command in (effects, parameters, faults, version):
+        app.command(command.__name__)(command)
+
+
+def effects(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Only this one, with all it says.")] = None,
+    as_json: JsonFlag = False,
+) -> None:
+    """Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and range.
+
+    Example: `evenspin effects cogging`
+    """
+    from evenspin.errors import InputError, did_you_mean
+    from evenspin.native import tables
+    from evenspin.tableview import TableView, print_table
+
+    known = tables().effects
+    if name is not None and name not in known:
+        raise InputError("effects", "NAME", name, "the name of an effect", did_you_mean(name, known))
+    chosen = [known[name]] if name else list(known.values())
+    if as_json:
+        write_json([_effect_json(effect) for effect in chosen], STDOUT)
+        return
+    screen = console()
+    if name is None:
+        rows = [(effect.name, effect.acts_on, ", ".join(effect.params), effect.doc) for effect in chosen]
+        print_table(TableView("Effects", "", ("name", "acts on", "parameters", "what it is"), rows, left=4), screen)
+        return
+    effect = chosen[0]
+    screen.print(f"{effect.name} (acts on {effect.acts_on})\n{effect.doc}\nShows as: {effect.signature}")
+    rows = [_field_row(field) for field in effect.params.values()]
+    print_table(TableView("Parameters", "", FIELD_HEADER, rows, left=5), screen)
+    first = next(iter(effect.params.values()))
+    screen.print(f"In a model or scenario file:\n[effects.{effect.name}]\n{first.name} = {first.default:g}")
+
+
+def parameters(as_json: JsonFlag = False) -> None:
+    """Parameters of the drive: unit, default and range. They go into the table [drive] of a model or scenario file.
+
+    Example: `evenspin parameters --json`
+    """
+    from evenspin.native import tables
+    from evenspin.tableview import TableView, print_table
+
+    fields = list(tables().params.values())
+    if as_json:
+        write_json([_field_json(field) for field in fields], STDOUT)
+        return
+    print_table(TableView("Drive parameters", "", FIELD_HEADER, [_field_row(f) for f in fields], left=5), console())
+
+
+def faults(as_json: JsonFlag = False) -> None:
+    """Reasons for which the drive switches off: cause, and the first thing to check.
+
+    Example: `evenspin faults`
+    """
+    from evenspin.native import tables
+    from evenspin.tableview import TableView, print_table
+
+    numbered = [(number, fault) for number, fault in enumerate(tables().faults) if number > 0]
+    if as_json:
+        write_json([{"number": n, "name": f.name, "cause": f.cause, "check": f.check} for n, f in numbered], STDOUT)
+        return
+    rows = [(str(n), f.name, f.cause, f.check) for n, f in numbered]
+    print_table(TableView("Faults", "", ("no.", "name", "cause", "check first"), rows, left=4), console())
+
+
+def version(as_json: JsonFlag = False) -> None:
+    """Version of the package and of its library."""
+    import evenspin
+    from evenspin.native import NUMERICS, load
+
+    libraries = {numeric: str(load(numeric).path) for numeric in NUMERICS}
+    if as_json:
+        write_json({"version": evenspin.version(), "libraries": libraries}, STDOUT)
+        return
+    screen = console()
+    screen.print(f"evenspin {evenspin.version()}")
+    for numeric, path in libraries.items():
+        screen.print(f"{numeric}: {path}")
+
+
+FIELD_HEADER = ("name", "unit", "default", "range", "what it is")
+
+
+def _field_row(field: Field) -> tuple[str, ...]:
+    return (field.name, field.unit, field.to_text(field.default), _range(field), field.doc)
+
+
+def _range(field: Field) -> str:
+    if field.kind == "choice":
+        return ", ".join(field.choices)
+    return "false, true" if field.kind == "flag" else f"{field.minimum:g} .. {field.maximum:g}"
+
+
+def _field_json(field: Field) -> dict[str, Any]:
+    content: dict[str, Any] = {"name": field.name, "unit": field.unit, "kind": field.kind, "doc": field.doc}
+    if field.kind == "choice":
+        return content | {"choices": list(field.choices), "default": field.to_text(field.default)}
+    limits = {"min": field.minimum, "max": field.maximum, "default": field.default}
+    return content | {key: value if math.isfinite(value) else None for key, value in limits.items()}
+
+
+def _effect_json(effect: Effect) -> dict[str, Any]:
+    return {
+        "name": effect.name,
+        "acts_on": effect.acts_on,
+        "doc": effect.doc,
+        "signature": effect.signature,
+        "parameters": [_field_json(field) for field in effect.params.values()],
+    }

@@ -1,0 +1,49 @@
+"""The commands, and what becomes of errors. Each command loads what it needs when it is called."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+import typer
+
+from evenspin.cli import benchmark, demo, design, lists, pages, reproduce, run
+from evenspin.cli.output import split_json_option
+from evenspin.errors import EvenspinError, one_line
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    help="Makes a permanent-magnet synchronous motor turn evenly.\n\n"
+    "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
+)
+
+for module in (run, reproduce, design, lists, demo, benchmark, pages):
+    module.register(app)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point of the command. A user error is one line on stderr, never a traceback."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        app(split_json_option(words), prog_name="evenspin")
+    except EvenspinError as error:
+        fail(str(error), error.exit_code)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads any more: nothing to say
+        sys.exit(0)
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        fail(f"{place}{error.strerror or error}", 2)
+    except MemoryError:
+        fail("out of memory: shorten duration_s or lower log_rate_hz", 2)
+    except KeyboardInterrupt:
+        fail("interrupted", 130)
+
+
+def fail(text: str, status: int) -> None:
+    print(f"evenspin: {one_line(text)}" if ": " not in text else one_line(text), file=sys.stderr)
+    sys.exit(status)

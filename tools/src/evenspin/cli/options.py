@@ -1,0 +1,37 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Method(StrEnum):
+    """Ripple suppression in the speed loop."""
+
+    PI = "pi"
+    CRC = "crc"
+    FORC = "forc"
+    FAL_FORC = "fal-forc"
+
+
+class Numeric(StrEnum):
+    """Which build of the firmware."""
+
+    FLOAT = "float"
+    FIXED = "fixed"
+
+
+NumericOption = Annotated[Numeric, typer.Option(help="Arithmetic of the firmware: single precision or fixed point.")]
+JsonFlag = Annotated[bool, typer.Option("--json", help="Print JSON on stdout; text for people goes to stderr.")]
+JsonFile = Annotated[
+    str | None,
+    typer.Option("--json", metavar="[FILE]", help="Write JSON to FILE, or to stdout when FILE is left out."),
+]
+OutFolder = Annotated[
+    Path,
+    typer.Option("--out", metavar="DIR", help="Folder for the output: new, empty, or an earlier output (replaced)."),
+]

@@ -1,0 +1,1 @@
+"""Design of controllers: margins and bounds before anything turns."""

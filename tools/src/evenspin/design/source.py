@@ -1,0 +1,40 @@
+"""Loop and controller of a drive, from the parameters that the drive itself runs with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from evenspin.design.loop import SpeedLoop
+from evenspin.design.rc import Repetitive
+from evenspin.native import tables
+
+Numbers = Mapping[str, float]
+
+
+def loop_of(plant: Numbers, drive: Numbers, delay_s: float = 0.0) -> SpeedLoop:
+    """The speed loop; the current loop counts as a first-order lag of k_cp / L."""
+    return SpeedLoop(
+        kp_a_per_unit=drive["speed_kp_a_per_unit"],
+        ki_a_per_unit_s=drive["speed_ki_a_per_unit_s"],
+        error_gain=drive["speed_error_gain"],
+        ts_s=drive["speed_divider"] / plant["pwm_hz"],
+        torque_per_a_nm=1.5 * plant["pole_pairs"] * plant["psi_wb"],
+        inertia_kgm2=plant["inertia_kgm2"],
+        viscous_nms=plant["viscous_nms"],
+        current_bandwidth_rad_s=drive["current_kp_v_per_a"] / plant["lq_h"],
+        delay_s=delay_s,
+    )
+
+
+def repetitive_of(drive: Numbers, fal: bool | None = None) -> Repetitive:
+    """The repetitive controller; `fal` None: as the method of the drive has it."""
+    if fal is None:
+        fal = tables().params["method"].to_text(drive["method"]) == "fal-forc"
+    return Repetitive(
+        gain=drive["rc_gain"],
+        lead=int(drive["rc_lead"]),
+        q_side=drive["rc_q_side"],
+        q_centre=drive["rc_q_centre"],
+        order=int(drive["rc_order"]),
+        fal=(drive["rc_fal_alpha"], drive["rc_fal_delta"]) if fal else None,
+    )

@@ -1,0 +1,64 @@
+"""A case: a folder with meta.json and one CSV per experiment. What only a simulation knows is not part of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evenspin.errors import MISSING, InputError
+from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
+from evenspin.log.csvfile import read_csv, write_csv
+from evenspin.sim.record import Record
+
+META = "meta.json"
+HINT = "`evenspin run` writes this format"
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What was read from a case folder."""
+
+    path: Path
+    meta: Mapping[str, Any]
+    experiments: Mapping[str, Record]
+
+
+def write_case(folder: Path, meta: Mapping[str, Any], records: Mapping[str, Record]) -> None:
+    """Write meta.json and the log of each experiment into an existing folder."""
+    write_json(folder / META, meta)
+    for name, record in records.items():
+        write_csv(folder / f"{name}.csv", LOG_COLUMNS, record.pick(LOG_COLUMNS).values)
+
+
+def read_case(folder: Path) -> Case:
+    """Read a case; an experiment of meta.json without a file is left out."""
+    meta = read_meta(folder / META)
+    found = {name: _find(folder, name) for name in meta["experiments"]}
+    records = {name: read_csv(path, LOG_COLUMNS, LOG_UNITS) for name, path in found.items() if path is not None}
+    if not records:
+        raise InputError(folder, "experiments", meta["experiments"], "at least one file NAME.csv or .csv.gz", HINT)
+    return Case(folder, meta, records)
+
+
+def read_meta(path: Path) -> dict[str, Any]:
+    try:
+        meta = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(path, "file", MISSING, "an existing file", HINT) from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(path, "file", str(error), "JSON", HINT) from None
+    names = meta.get("experiments") if isinstance(meta, dict) else None
+    if not isinstance(names, list) or not all(isinstance(name, str) and name == Path(name).name for name in names):
+        raise InputError(path, "experiments", names, "a list of names", HINT)
+    return meta
+
+
+def write_json(path: Path, value: object) -> None:
+    path.write_text(json.dumps(value, indent=1) + "\n", encoding="utf-8")
+
+
+def _find(folder: Path, name: str) -> Path | None:
+    return next((path for path in (folder / f"{name}.csv", folder / f"{name}.csv.gz") if path.is_file()), None)

@@ -1,0 +1,86 @@
+"""CSV with one header row. Nine digits: a float32 comes back as it was, and the same numbers give the same bytes."""
+
+from __future__ import annotations
+
+import gzip
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.errors import MISSING, InputError, did_you_mean
+from evenspin.sim.record import Record
+
+ROWS_AT_ONCE = 4096
+HINT = "`evenspin run` writes this format"
+
+
+def write_csv(path: Path, names: Sequence[str], values: NDArray[np.float64]) -> None:
+    """Write a table; a name that ends in .gz is compressed."""
+    with _open_to_write(path) as file:
+        file.write(",".join(names) + "\n")
+        row = ",".join(["%.9g"] * len(names)) + "\n"
+        for start in range(0, len(values), ROWS_AT_ONCE):
+            block = values[start : start + ROWS_AT_ONCE] + 0.0  # no negative zeros
+            file.write((row * len(block)) % tuple(block.ravel().tolist()))
+
+
+def read_csv(path: Path, names: Sequence[str], units: Sequence[str]) -> Record:
+    """Read these columns; the file may have more, in any order. What cannot be read is an InputError."""
+    try:
+        with _open_to_read(path) as file:
+            return _parse(path, file, tuple(names), tuple(units))
+    except FileNotFoundError:
+        raise InputError(path, "file", MISSING, "an existing file", HINT) from None
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise InputError(path, "file", str(error), "a readable CSV file", HINT) from None
+
+
+def _parse(path: Path, file: IO[str], names: tuple[str, ...], units: tuple[str, ...]) -> Record:
+    header = file.readline().strip().split(",")
+    for name in names:
+        if name not in header:
+            raise InputError(path, "column", name, "in the header", did_you_mean(name, header), 1)
+    columns = [header.index(name) for name in names]
+    text = file.read()
+    try:
+        values = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None)
+    except ValueError:
+        raise _first_bad_cell(path, text, header) from None
+    if len(values) == 0:
+        raise InputError(path, "rows", 0, "at least 1", HINT, 2)
+    if values.shape[1] != len(header):
+        raise InputError(path, "columns", values.shape[1], f"{len(header)} as in the header", HINT, 2)
+    return Record(names, units, np.ascontiguousarray(values[:, columns]))
+
+
+def _first_bad_cell(path: Path, text: str, header: list[str]) -> InputError:
+    for number, line in enumerate(text.splitlines(), start=2):
+        cells = line.split(",")
+        if line and len(cells) != len(header):
+            return InputError(path, "columns", len(cells), f"{len(header)} as in the header", HINT, number)
+        for name, cell in zip(header, cells, strict=False):
+            if line and not _is_number(cell):
+                return InputError(path, name, cell, "a number", "correct the cell", number)
+    return InputError(path, "file", "(unreadable)", "a CSV file of numbers", HINT)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _open_to_write(path: Path) -> IO[str]:
+    if path.suffix == ".gz":
+        return io.TextIOWrapper(gzip.GzipFile(path, "wb", mtime=0), encoding="ascii", newline="\n")
+    return path.open("w", encoding="ascii", newline="\n")
+
+
+def _open_to_read(path: Path) -> IO[str]:
+    return gzip.open(path, "rt", encoding="utf-8") if path.suffix == ".gz" else path.open(encoding="utf-8")

@@ -1,0 +1,280 @@
+"""Scenario files: what happens to a drive, when.
+
+name = "load step"
+model = "guo2024"       # a built-in model, or a file relative to this one
+duration_s = 4.0
+seed = 1
+log_rate_hz = 2000.0
+
+[drive]                 # on top of the model's
+method = "forc"
+
+[effects.current_offset]
+offset_a_a = 0.2
+
+[[event]]
+at_s = 0.0
+speed_rpm = 150.0       # or speed_rad_s; ramp_s: how long it takes to get there
+load_brake_a = 1.0      # A of q-axis current, or load_brake_nm; load_torque_nm, load_torque_a push either way
+
+[[event]]
+at_s = 2.0
+load_brake_a = 2.5      # what holds from now on, not an increment
+drive = { rc_gain = 0.5 }
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import pydantic
+
+from evenspin.errors import InputError, did_you_mean
+from evenspin.model.document import Document, read_document
+from evenspin.model.machine import (
+    DATA,
+    Machine,
+    drive_schema,
+    effect_numbers,
+    effects_schema,
+    find_model,
+    load_machine,
+)
+from evenspin.model.schema import Strict, check, given_numbers, real
+from evenspin.model.setup import InputCurve, Setup, Tune
+from evenspin.native import tables
+
+RPM = math.pi / 30.0  # rad/s
+MAX_DURATION_S = 3600.0
+MAX_ROWS = 4_000_000
+STEP_S = 1e-9  # a step between straight lines takes this long: far less than a PWM period
+
+
+@dataclass(frozen=True, slots=True)
+class EventKey:
+    """A key of [[event]] that sets an input: which one, in which unit, and that unit in units of the input."""
+
+    input: str
+    unit: str
+    scale: Callable[[Machine], float]
+
+
+def _one(_: Machine) -> float:
+    return 1.0
+
+
+def _rpm(_: Machine) -> float:
+    return RPM
+
+
+def _torque_per_a(machine: Machine) -> float:
+    return machine.torque_per_a_nm
+
+
+SPEED, CONTROL_MODE = "speed_ref_rad_s", "control_mode"
+OTHER_UNITS = {
+    "speed_rpm": EventKey(SPEED, "rpm", _rpm),
+    "speed_rad_s": EventKey(SPEED, "rad/s", _one),
+    "load_torque_a": EventKey("load_torque_nm", "A of q-axis current", _torque_per_a),
+    "load_brake_a": EventKey("load_brake_nm", "A of q-axis current", _torque_per_a),
+}
+CONTROL = {"current": 0.0, "speed": 1.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A scenario file with its model, and what it comes to."""
+
+    path: Path
+    machine: Machine
+    setup: Setup
+
+    def with_changes(self, drive: Mapping[str, float] | None = None, seed: int | None = None) -> Setup:
+        """The same run with other drive parameters or another seed."""
+        setup = replace(self.setup, drive={**self.setup.drive, **(drive or {})})
+        return setup if seed is None else replace(setup, seed=seed)
+
+
+# ---- what a file may hold ------------------------------------------------------------------------------------------
+
+
+@functools.cache
+def event_keys() -> dict[str, EventKey]:
+    """Keys in other units, then every input by its own name."""
+    named = (field for field in tables().inputs.values() if field.name not in (SPEED, CONTROL_MODE))
+    return OTHER_UNITS | {field.name: EventKey(field.name, field.unit, _one) for field in named}
+
+
+@functools.cache
+def event_schema() -> type[Strict]:
+    def optional(kind: Any, description: str) -> Any:
+        return (kind | None, pydantic.Field(None, description=description))
+
+    at_s = pydantic.Field(description=f"a time in 0 .. {MAX_DURATION_S:g} s")
+    members: dict[str, Any] = {"at_s": (real(0.0, MAX_DURATION_S), at_s)}
+    members |= {
+        name: optional(real(), f"a finite number{f' in {key.unit}' if key.unit else ''}")
+        for name, key in event_keys().items()
+    }
+    members["ramp_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
+    members["control"] = optional(Literal[*CONTROL], '"current" or "speed"')
+    members["drive"] = optional(drive_schema(), "drive parameters, as in { rc_gain = 0.5 }")
+    return pydantic.create_model("Event", __base__=Strict, **members)
+
+
+@functools.cache
+def scenario_schema() -> type[Strict]:
+    def described(text: str, default: Any = ...) -> Any:
+        return pydantic.Field(default, description=text)
+
+    duration, rate = real(1e-3, MAX_DURATION_S), real(1.0, 1e6)
+    members: dict[str, Any] = {
+        "name": (str, described("the name of the scenario, in quotes")),
+        "description": (str, described("text in quotes", "")),
+        "model": (str, described("the name of a built-in model or of a file, in quotes")),
+        "duration_s": (duration, described(f"a time in 0.001 .. {MAX_DURATION_S:g} s")),
+        "seed": (int, pydantic.Field(1, ge=0, lt=2**63, description="a whole number from 0")),
+        "log_rate_hz": (rate, described("a rate in 1 .. 1e6 Hz", 2000.0)),
+        "drive": (drive_schema() | None, described("a table [drive]", None)),
+        "effects": (effects_schema() | None, described("tables [effects.NAME]", None)),
+        "event": (list[event_schema()], described("a list of tables [[event]]", ())),
+    }
+    return pydantic.create_model("Scenario", __base__=Strict, **members)
+
+
+# ---- reading -------------------------------------------------------------------------------------------------------
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Read and check a scenario file and its model."""
+    document = read_document(path)
+    file: Any = check(scenario_schema(), document)
+    model = find_model(file.model, path.parent, lambda must, hint: document.error(["model"], must, hint))
+    machine = load_machine(model)
+    events = _ordered_events(document, file)
+    _check_rate(document, file, machine)
+    drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
+    effects = {name: dict(params) for name, params in machine.effects.items()}
+    for name, params in effect_numbers(file.effects).items():
+        effects[name] = effects.get(name, {}) | params
+    setup = Setup(
+        name=file.name,
+        plant=machine.plant,
+        drive=drive | given_numbers(file.drive, tables().params),
+        effects=effects,
+        inputs=_inputs(document, events, machine),
+        tunes=_tunes(events),
+        duration_s=file.duration_s,
+        log_rate_hz=file.log_rate_hz,
+        seed=file.seed,
+    )
+    return Scenario(path, machine, setup)
+
+
+def builtin_scenarios() -> dict[str, Path]:
+    """Scenario files that come with the package, as FOLDER/NAME."""
+    found = (path for path in sorted(DATA.glob("*/*.toml")) if path.parent.name != "models")
+    return {f"{path.parent.name}/{path.stem}": path for path in found}
+
+
+def builtin_scenario(name: str) -> Scenario:
+    known = builtin_scenarios()
+    if name not in known:
+        raise InputError("scenario", "name", name, "a file or a built-in scenario", did_you_mean(name, known))
+    return load_scenario(known[name])
+
+
+def _ordered_events(document: Document, file: Any) -> list[tuple[int, Any]]:
+    """Events with their position in the file, each later than the one before."""
+    events = list(enumerate(file.event))
+    last_s = -1.0
+    for index, event in events:
+        keys = ["event", index, "at_s"]
+        if event.at_s <= last_s:
+            raise document.error(keys, f"later than the event before ({last_s:g} s)", "order the events by time")
+        if event.at_s + (event.ramp_s or 0.0) >= file.duration_s:
+            must = f"over before duration_s ({file.duration_s:g} s)"
+            raise document.error(keys, must, "correct it or duration_s")
+        last_s = event.at_s
+    return events
+
+
+def _check_rate(document: Document, file: Any, machine: Machine) -> None:
+    pwm_hz = machine.plant["pwm_hz"]
+    ratio = pwm_hz / file.log_rate_hz
+    if ratio < 0.999 or abs(ratio - round(ratio)) > 1e-6 * ratio:
+        nearest = pwm_hz / max(1, round(ratio))
+        must = f"pwm_hz ({pwm_hz:g} Hz) divided by a whole number"
+        raise document.error(["log_rate_hz"], must, f"nearest: {nearest:.10g}")
+    if file.duration_s * file.log_rate_hz > MAX_ROWS:
+        must = f"low enough for {MAX_ROWS} rows in duration_s"
+        raise document.error(["log_rate_hz"], must, f"at most {MAX_ROWS / file.duration_s:g}")
+
+
+def _inputs(document: Document, events: list[tuple[int, Any]], machine: Machine) -> dict[str, InputCurve]:
+    """Inputs over time: every key that some event gives."""
+    points: dict[str, list[tuple[float, float, float]]] = {}
+    for index, event in events:
+        seen: dict[str, str] = {}
+        for name, key in event_keys().items():
+            value = getattr(event, name)
+            if value is None:
+                continue
+            if key.input in seen:
+                raise document.error(["event", index, name], f"given without {seen[key.input]}", "keep one of the two")
+            seen[key.input] = name
+            _check_input(document, ["event", index, name], key, value, machine)
+            ramp_s = event.ramp_s or 0.0 if key.input == SPEED else 0.0
+            points.setdefault(key.input, []).append((event.at_s, ramp_s, value * key.scale(machine)))
+        if event.ramp_s is not None and SPEED not in seen:
+            raise document.error(["event", index, "ramp_s"], "beside speed_rpm or speed_rad_s", "move it or remove it")
+        if event.control is not None:
+            points.setdefault(CONTROL_MODE, []).append((event.at_s, 0.0, CONTROL[event.control]))
+    # An input that is a field of the plant, too, starts from there.
+    return {
+        name: _curve(machine.plant.get(name, tables().inputs[name].default), steps) for name, steps in points.items()
+    }
+
+
+def _check_input(document: Document, keys: list[str | int], key: EventKey, value: float, machine: Machine) -> None:
+    field, scale = tables().inputs[key.input], key.scale(machine)
+    if not field.minimum <= value * scale <= field.maximum:
+        low, high = (limit / scale if scale else 0.0 for limit in (field.minimum, field.maximum))
+        raise document.error(keys, f"a number in {low:g} .. {high:g} {key.unit}".rstrip(), "correct the value")
+
+
+def _curve(before: float, steps: list[tuple[float, float, float]]) -> InputCurve:
+    """Steps (time, ramp time, value) as points, after the value `before`."""
+    if not any(ramp_s > 0.0 for _, ramp_s, _ in steps):
+        points = [(at_s, value) for at_s, _, value in steps]
+        points = points if points[0][0] == 0.0 else [(0.0, before), *points]
+        return InputCurve(tuple(t for t, _ in points), tuple(v for _, v in points))
+    points = [(0.0, before)]
+    for at_s, ramp_s, value in steps:
+        start_s = at_s if ramp_s > 0.0 else at_s - STEP_S
+        level = _interpolate(points, start_s)
+        points = [point for point in points if point[0] < start_s]
+        points += [(start_s, level)] if start_s >= 0.0 else []
+        points.append((at_s + ramp_s, value))
+    return InputCurve(tuple(t for t, _ in points), tuple(v for _, v in points), linear=True)
+
+
+def _interpolate(points: list[tuple[float, float]], t_s: float) -> float:
+    for (t0, v0), (t1, v1) in itertools.pairwise(points):
+        if t0 <= t_s < t1:
+            return v0 + (v1 - v0) * (t_s - t0) / (t1 - t0)
+    return points[-1][1]
+
+
+def _tunes(events: list[tuple[int, Any]]) -> tuple[Tune, ...]:
+    return tuple(
+        Tune(event.at_s, name, value)
+        for _, event in events
+        for name, value in given_numbers(event.drive, tables().params).items()
+    )

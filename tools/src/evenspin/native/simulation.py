@@ -1,0 +1,86 @@
+"""The simulated drive as an object. Each method is one call of the library."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.errors import NativeError
+from evenspin.native.library import load
+
+
+class Simulation:
+    """Firmware on plant. Configure, `start`, then `run` as often as wanted."""
+
+    def __init__(self, numeric: str = "float") -> None:
+        self._library = load(numeric)
+        lib, ffi = self._library.lib, self._library.ffi
+        handle = lib.es_sim_new()
+        if handle == ffi.NULL:
+            raise NativeError("no memory for a simulation; close other programs")
+        self._handle = ffi.gc(handle, lib.es_sim_free)
+        self._signal_count = 0
+
+    def set_model(self, name: str, value: float) -> None:
+        self._need(self._library.lib.es_sim_set_model(self._handle, name.encode(), value))
+
+    def set_param(self, name: str, value: float) -> None:
+        self._need(self._library.lib.es_sim_set_param(self._handle, name.encode(), value))
+
+    def set_effect(self, effect: str, param: str, value: float) -> None:
+        self._need(self._library.lib.es_sim_set_effect(self._handle, effect.encode(), param.encode(), value))
+
+    def set_seed(self, seed: int) -> None:
+        self._need(self._library.lib.es_sim_set_seed(self._handle, seed))
+
+    def set_input(self, name: str, t_s: Sequence[float], value: Sequence[float], *, linear: bool = False) -> None:
+        """Value over time: held between the points, or a ramp."""
+        ffi = self._library.ffi
+        times, values = (np.ascontiguousarray(x, dtype=np.float64) for x in (t_s, value))
+        self._need(
+            self._library.lib.es_sim_set_input(
+                self._handle,
+                name.encode(),
+                ffi.from_buffer("double[]", times),
+                ffi.from_buffer("double[]", values),
+                len(times),
+                linear,
+            )
+        )
+
+    def start(self) -> None:
+        self._need(self._library.lib.es_sim_start(self._handle))
+
+    def record(self, signals: Sequence[str]) -> None:
+        """Choose what `run` returns."""
+        names = [self._library.ffi.new("char[]", name.encode()) for name in signals]
+        self._need(self._library.lib.es_sim_record(self._handle, names, len(names)))
+        self._signal_count = len(names)
+
+    def run(self, periods: int, decimate: int = 1) -> NDArray[np.float64]:
+        """Go on for so many PWM periods; one row for each `decimate`-th of them."""
+        rows = -(-periods // decimate)
+        out = np.empty((rows, self._signal_count))
+        buffer = self._library.ffi.from_buffer("double[]", out, require_writable=True)
+        written = self._library.lib.es_sim_run(self._handle, periods, decimate, buffer, rows)
+        if written < 0:
+            raise NativeError(self.error())
+        return out[:written]
+
+    def time_s(self) -> float:
+        return self._library.lib.es_sim_time(self._handle)
+
+    def read(self, signal: str) -> float:
+        return self._library.lib.es_sim_read(self._handle, signal.encode())
+
+    def tune(self, param: str, value: float) -> None:
+        self._need(self._library.lib.es_sim_tune(self._handle, param.encode(), value))
+
+    def error(self) -> str:
+        return self._library.text(self._library.lib.es_sim_error(self._handle))
+
+    def _need(self, done: bool) -> None:
+        if not done:
+            raise NativeError(self.error())

@@ -1,0 +1,139 @@
+"""The one list of everything, read from the library: parameters, signals, model, inputs, effects, faults."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from evenspin.native.library import Library, load
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One named number. For kind "choice" the value is the position of the word in `choices`."""
+
+    name: str
+    unit: str
+    kind: str
+    doc: str
+    choices: tuple[str, ...]
+    minimum: float
+    maximum: float
+    default: float
+
+    def allowed(self) -> str:
+        """What the value has to be, in words."""
+        if self.kind == "choice":
+            return " or ".join(f'"{word}"' for word in self.choices)
+        if self.kind == "flag":
+            return "true or false"
+        what = "a whole number" if self.kind == "integer" else "a number"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{what} in {self.minimum:g} .. {self.maximum:g}{unit}"
+
+    def to_text(self, value: float) -> str:
+        """The value as a person writes it."""
+        if self.kind == "choice":
+            return self.choices[int(value)]
+        if self.kind == "flag":
+            return "true" if value else "false"
+        return f"{value:g}"
+
+    def to_number(self, value: bool | float | str) -> float:
+        """The value as the library takes it."""
+        return float(self.choices.index(value)) if isinstance(value, str) else float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """A non-ideal effect of the plant."""
+
+    name: str
+    acts_on: str
+    doc: str
+    signature: str
+    params: Mapping[str, Field]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A reason for which the drive switches off."""
+
+    name: str
+    cause: str
+    check: str
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """Every table of the library, in its order, by name."""
+
+    params: Mapping[str, Field]
+    signals: Mapping[str, Field]
+    model: Mapping[str, Field]
+    inputs: Mapping[str, Field]
+    effects: Mapping[str, Effect]
+    faults: tuple[Fault, ...]
+
+
+@functools.cache
+def tables() -> Tables:
+    """The tables; they are the same for both numerics."""
+    library = load()
+    lib = library.lib
+    return Tables(
+        params=_fields(library, lib.es_param_count(), lib.es_param_info),
+        signals=_fields(library, lib.es_signal_count(), lib.es_signal_info),
+        model=_fields(library, lib.es_model_count(), lib.es_model_info),
+        inputs=_fields(library, lib.es_input_count(), lib.es_input_info),
+        effects=MappingProxyType({effect.name: effect for effect in _effects(library)}),
+        faults=tuple(_faults(library)),
+    )
+
+
+def _fields(library: Library, count: int, info: Callable[[int, Any], bool]) -> Mapping[str, Field]:
+    raw = library.ffi.new("es_field_t *")
+    found = {}
+    for index in range(count):
+        if info(index, raw):
+            field = _field(library, raw)
+            found[field.name] = field
+    return MappingProxyType(found)
+
+
+def _field(library: Library, raw: Any) -> Field:
+    choices = library.text(raw.choices)
+    return Field(
+        name=library.text(raw.name),
+        unit=library.text(raw.unit),
+        kind=library.text(raw.kind),
+        doc=library.text(raw.doc),
+        choices=tuple(choices.split("|")) if choices else (),
+        minimum=raw.min,
+        maximum=raw.max,
+        default=raw.value,
+    )
+
+
+def _effects(library: Library) -> Iterator[Effect]:
+    raw = library.ffi.new("es_effect_t *")
+    for index in range(library.lib.es_effect_count()):
+        if library.lib.es_effect_info(index, raw):
+            effect_params = functools.partial(library.lib.es_effect_param_info, index)
+            yield Effect(
+                name=library.text(raw.name),
+                acts_on=library.text(raw.acts_on),
+                doc=library.text(raw.doc),
+                signature=library.text(raw.signature),
+                params=_fields(library, raw.param_count, effect_params),
+            )
+
+
+def _faults(library: Library) -> Iterator[Fault]:
+    raw = library.ffi.new("es_fault_t *")
+    for index in range(library.lib.es_fault_count()):
+        if library.lib.es_fault_info(index, raw):
+            yield Fault(library.text(raw.name), library.text(raw.cause), library.text(raw.check))

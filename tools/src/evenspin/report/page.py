@@ -1,0 +1,52 @@
+"""One HTML page with everything in it, and beside it every picture and its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from evenspin.log.csvfile import write_csv
+from evenspin.report.figures import Picture
+from evenspin.tableview import TableView
+
+TEMPLATE = Path(__file__).with_name("page.html.j2")
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """What a report says."""
+
+    title: str
+    summary: str
+    facts: Sequence[tuple[str, str]]
+    tables: Sequence[TableView]
+    pictures: Sequence[Picture]
+    command: str
+
+
+def write_page(folder: Path, page: Page) -> None:
+    """report.html, figures/NAME.svg and figures/NAME.csv."""
+    from jinja2 import Environment
+
+    figures = folder / "figures"
+    figures.mkdir()
+    for picture in page.pictures:
+        (figures / f"{picture.name}.svg").write_text(_stand_alone(picture.svg), encoding="utf-8")
+        _write_columns(figures / f"{picture.name}.csv", picture)
+    template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(TEMPLATE.read_text())
+    (folder / "report.html").write_text(template.render(page=page), encoding="utf-8")
+
+
+def _stand_alone(svg: str) -> str:
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{svg}'
+
+
+def _write_columns(path: Path, picture: Picture) -> None:
+    columns = [np.asarray(column, dtype=float) for column in picture.data.values()]
+    table = np.full((max(map(len, columns)), len(columns)), np.nan)
+    for index, column in enumerate(columns):
+        table[: len(column), index] = column
+    write_csv(path, list(picture.data), table)

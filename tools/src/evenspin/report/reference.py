@@ -1,0 +1,76 @@
+"""Reference pages made from the tables of the library, so that they cannot disagree with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from evenspin.native import Field, tables
+
+MADE = "<!-- Made by `evenspin docs` from the tables of the library. Do not edit. -->"
+
+
+def pages() -> dict[str, str]:
+    """File name and content."""
+    return {
+        "parameters.md": _parameters(),
+        "model.md": _model(),
+        "effects.md": _effects(),
+        "faults.md": _faults(),
+    }
+
+
+def _parameters() -> str:
+    text = (
+        "Every parameter of the drive. In a model or scenario file they go into the table `[drive]`; the choices are "
+        "given as their word, the switches as `true` or `false`."
+    )
+    return _page("Drive parameters", text, _field_table(tables().params.values()))
+
+
+def _model() -> str:
+    text = "Every number of the simulated machine. In a model file they go into the table `[plant]`."
+    return _page("Plant model", text, _field_table(tables().model.values()))
+
+
+def _effects() -> str:
+    text = "Non-ideal effects of the simulated machine. In a model or scenario file each has a table `[effects.NAME]`."
+    parts = []
+    for effect in tables().effects.values():
+        about = f"Acts on: {effect.acts_on}. {_escape(effect.doc)}\n\nShows as: {_escape(effect.signature)}"
+        parts.append(f"## {effect.name}\n\n{about}\n\n{_field_table(effect.params.values())}")
+    return _page("Effects", text, "\n\n".join(parts))
+
+
+def _faults() -> str:
+    text = (
+        "The first fault wins: it switches the bridge off and stays until it is cleared. "
+        "The number is what the signal `fault` shows."
+    )
+    rows = [
+        f"| {number} | `{fault.name}` | {_escape(fault.cause)} | {_escape(fault.check)} |"
+        for number, fault in enumerate(tables().faults)
+        if number > 0
+    ]
+    table = "\n".join(["| no. | name | cause | check first |", "| --- | --- | --- | --- |", *rows])
+    return _page("Faults", text, table)
+
+
+def _page(title: str, text: str, body: str) -> str:
+    return f"{MADE}\n\n# {title}\n\n{text}\n\n{body}\n"
+
+
+def _field_table(fields: Iterable[Field]) -> str:
+    rows = [
+        f"| `{f.name}` | {_escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {_escape(f.doc)} |" for f in fields
+    ]
+    return "\n".join(["| name | unit | default | range | |", "| --- | --- | --- | --- | --- |", *rows])
+
+
+def _range(field: Field) -> str:
+    if field.kind == "choice":
+        return ", ".join(f"`{word}`" for word in field.choices)
+    return "" if field.kind == "flag" else f"{field.minimum:g} .. {field.maximum:g}"
+
+
+def _escape(text: str) -> str:
+    return text.replace("|", "\\|")

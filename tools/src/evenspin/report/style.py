@@ -1,0 +1,55 @@
+"""How the pictures look."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+METHOD_COLOURS = {"pi": "#8c8c8c", "crc": "#e08e0b", "forc": "#1f6fb4", "fal-forc": "#0b8f6a"}
+METHOD_NAMES = {"pi": "PI", "crc": "CRC", "forc": "FORC", "fal-forc": "fal-FORC"}
+REFERENCE_COLOUR = "#222222"
+OTHER_COLOURS = ("#1f6fb4", "#e08e0b", "#0b8f6a", "#b4441f", "#7a4fb4")
+
+RC = {
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.labelsize": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "figure.constrained_layout.use": True,
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9,
+    "grid.alpha": 0.35,
+    "grid.linewidth": 0.6,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.0,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "evenspin",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+}
+
+
+def subplots(rows: int = 1, columns: int = 1, *, width: float = 10.0, height: float = 3.2, **options: Any) -> Any:
+    """A figure and its axes (always a 2-D array), in this style, without a window."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(width, height))
+        axes = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, axes
+
+
+def to_svg(figure: Any) -> str:
+    """The figure as an <svg> element; the same figure always gives the same text."""
+    import matplotlib as mpl
+
+    out = io.StringIO()
+    with mpl.rc_context(RC):
+        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    text = out.getvalue()
+    return text[text.index("<svg") :]

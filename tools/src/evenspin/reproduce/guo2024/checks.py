@@ -1,0 +1,108 @@
+"""Is the result what it should be? Bands have two sides: suddenly much better needs a look, too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from evenspin.reproduce.guo2024.printed import REFERENCE
+
+# The reference has an ideal encoder and no delay of the speed measurement; ours has 4000 counts and an M/T measurement.
+REFERENCE_BAND = 0.15
+FIXED_BAND_PP = 0.05  # percentage points
+
+Rows = Iterable[Mapping[str, Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One number and where it has to be. `required`: section 1.5; otherwise a comparison with the reference."""
+
+    what: str
+    key: str
+    value: float
+    low: float
+    high: float
+    required: bool
+    method: str = ""
+    speed_rpm: float | None = None
+
+    @property
+    def passed(self) -> bool:
+        return self.low <= self.value <= self.high
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "what": self.what,
+            "value": self.value,
+            "low": self.low,
+            "high": self.high,
+            "required": self.required,
+            "passed": self.passed,
+        }
+
+
+# (method, speed_rpm, key, low, high)
+ACCEPTANCE = (
+    ("pi", 255.0, "n1_pct", 4.2, 4.9),
+    ("pi", 255.0, "n2_pct", 2.9, 5.2),
+    ("pi", 150.0, "n1_pct", 10.0, 12.0),
+    ("crc", 255.0, "n1_pct", 0.5, 0.95),
+    ("forc", 255.0, "n1_pct", 0.02, 0.06),
+    ("forc", 255.0, "n2_pct", 0.1, 0.45),
+    ("fal-forc", 255.0, "n1_pct", 0.015, 0.045),
+    ("fal-forc", 255.0, "n2_pct", 0.08, 0.32),
+    *((method, 150.0, key, 0.005, 0.07) for method in ("crc", "forc", "fal-forc") for key in ("n1_pct", "n2_pct")),
+)
+
+# fal-FORC over FORC at 150 rpm, where the paper compares them: (what, key, low, high)
+RATIOS = (
+    ("start overshoot, fal-forc / forc", "overshoot_start_rpm", 0.2, 0.5),
+    ("load overshoot, fal-forc / forc", "overshoot_load_rpm", 0.5, 0.8),
+    ("load dip, fal-forc / forc", "load_dip_rpm", 0.95, 1.05),
+)
+
+
+def check_rows(rows: Rows) -> list[Check]:
+    """Everything that can be checked with the rows there are."""
+    found = {(row["method"], row["speed_rpm"]): row for row in rows}
+    checks = [
+        _of_row(found[method, speed], key, low, high, required=True)
+        for method, speed, key, low, high in ACCEPTANCE
+        if (method, speed) in found
+    ]
+    forc, fal = found.get(("forc", 150.0)), found.get(("fal-forc", 150.0))
+    if forc is not None and fal is not None:
+        checks += [Check(what, "", fal[key] / forc[key], low, high, True) for what, key, low, high in RATIOS]
+    return checks + list(_against_reference(found))
+
+
+def check_fixed(rows: Rows, float_rows: Rows) -> list[Check]:
+    """Speed residues of the fixed-point build against those of the float build."""
+    pairs = {(row["method"], row["speed_rpm"]): row for row in float_rows}
+    return [
+        Check(
+            f"{row['method']} at {row['speed_rpm']:g} rpm: {key}, fixed - float",
+            "",
+            row[key] - pairs[row["method"], row["speed_rpm"]][key],
+            -FIXED_BAND_PP,
+            FIXED_BAND_PP,
+            True,
+        )
+        for row in rows
+        for key in ("n1_pct", "n2_pct")
+    ]
+
+
+def _of_row(row: Mapping[str, Any], key: str, low: float, high: float, required: bool) -> Check:
+    what = f"{row['method']} at {row['speed_rpm']:g} rpm: {key}"
+    return Check(what, key, row[key], low, high, required, row["method"], row["speed_rpm"])
+
+
+def _against_reference(found: Mapping[tuple[str, float], Mapping[str, Any]]) -> Iterator[Check]:
+    for method, speed, keys, values in REFERENCE:
+        if (method, speed) in found:
+            for key, value in zip(keys, values, strict=True):
+                low, high = (1 - REFERENCE_BAND) * value, (1 + REFERENCE_BAND) * value
+                yield _of_row(found[method, speed], key, low, high, required=False)

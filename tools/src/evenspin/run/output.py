@@ -1,0 +1,123 @@
+"""What a run leaves behind: the log as a drive would write it, the truth, a summary, pictures."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from evenspin.analysis.segments import measure_segment, segments
+from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
+from evenspin.log.case import write_json
+from evenspin.model.setup import Setup
+from evenspin.native import tables
+from evenspin.report.figures import Curve, pictures
+from evenspin.report.page import Page, write_page
+from evenspin.sim import Record, truth_signals
+from evenspin.tableview import TableView, number
+
+COLUMNS = {
+    "start_s": "from s",
+    "end_s": "to s",
+    "speed_ref_rpm": "ref. rpm",
+    "speed_mean_rpm": "mean rpm",
+    "iq_mean_a": "iq A",
+    "n1_pct": "n1 %",
+    "n2_pct": "n2 %",
+    "q1_pct": "q1 %",
+    "q2_pct": "q2 %",
+    "distortion_pct": "D %",
+    "overshoot_rpm": "over rpm",
+    "dip_rpm": "dip rpm",
+}
+
+
+def experiment_name(setup: Setup) -> str:
+    """The scenario's name as a file name."""
+    return re.sub(r"[^a-z0-9]+", "_", setup.name.lower()).strip("_") or "run"
+
+
+def run_signals() -> tuple[str, ...]:
+    """Everything but the signals that depend on the computer."""
+    return tuple(name for name in tables().signals if name != "isr_cycles")
+
+
+def summary_of(setup: Setup, record: Record, numeric: str) -> dict[str, Any]:
+    """The run in numbers, for a script."""
+    params = tables().params
+    pieces = [measure_segment(record, segment, setup.plant["pole_pairs"]) for segment in segments(setup)]
+    return {
+        "scenario": setup.name,
+        "method": params["method"].to_text(setup.drive["method"]),
+        "numeric": numeric,
+        "seed": setup.seed,
+        "duration_s": setup.duration_s,
+        "log_rate_hz": setup.log_rate_hz,
+        "fault": _first_fault(record),
+        "rejected_count": int(record["rejected_count"][-1]),
+        "segments": [{key: _finite(value) for key, value in piece.items()} for piece in pieces if piece],
+        "drive": {name: _as_written(name, value) for name, value in setup.drive.items()},
+        "plant": dict(setup.plant),
+        "effects": {name: dict(params) for name, params in setup.effects.items()},
+    }
+
+
+def write_run(folder: Path, setup: Setup, record: Record, summary: Mapping[str, Any], command: str) -> None:
+    """Everything into an existing, empty folder."""
+    name = experiment_name(setup)
+    write_case(folder, meta_of(setup, name, [name]), {name: record.pick(LOG_COLUMNS)})
+    truth = ("t_s", *truth_signals())
+    write_csv(folder / "truth.csv", truth, record.pick(truth).values)
+    write_json(folder / "summary.json", summary)
+    write_page(folder, page_of(setup, record, summary, command))
+
+
+def page_of(setup: Setup, record: Record, summary: Mapping[str, Any], command: str) -> Page:
+    fault = summary["fault"]
+    effects = [f"{name} ({', '.join(f'{k} = {v:g}' for k, v in p.items())})" for name, p in setup.effects.items()]
+    facts = (
+        ("method", summary["method"]),
+        ("duration", f"{setup.duration_s:g} s, a row every {1000.0 / setup.log_rate_hz:g} ms"),
+        ("effects", "; ".join(effects) or "none"),
+        ("numeric", summary["numeric"]),
+        ("seed", str(setup.seed)),
+        ("fault", f"{fault['name']} at {fault['t_s']:g} s: {fault['cause']}" if fault else "none"),
+    )
+    return Page(
+        title=setup.name,
+        summary="The drive firmware on the simulated machine. The log beside this page is what a drive would log.",
+        facts=facts,
+        tables=[segment_table(summary)],
+        pictures=pictures(setup, [Curve(summary["method"], record)]),
+        command=command,
+    )
+
+
+def segment_table(summary: Mapping[str, Any]) -> TableView:
+    rows = [tuple(number(piece[key]) for key in COLUMNS) for piece in summary["segments"]]
+    text = "From one change to the next: ripple of the steady state at its end, overshoot and dip since its start."
+    return TableView(f"{summary['scenario']}, {summary['method']}", text, tuple(COLUMNS.values()), rows, left=0)
+
+
+def _first_fault(record: Record) -> dict[str, Any] | None:
+    tripped = record["fault"] > 0.0
+    if not tripped.any():
+        return None
+    row = int(tripped.argmax())
+    fault = tables().faults[int(record["fault"][row])]
+    return {"name": fault.name, "t_s": float(record["t_s"][row]), "cause": fault.cause, "check": fault.check}
+
+
+def _as_written(name: str, value: float) -> float | int | bool | str:
+    field = tables().params[name]
+    if field.kind == "choice":
+        return field.to_text(value)
+    if field.kind == "flag":
+        return bool(value)
+    return int(value) if field.kind == "integer" else value
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
