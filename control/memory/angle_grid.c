@@ -32,7 +32,7 @@ void ctl_grid_clear(ctl_grid_t *self)
 static num_t ratio(int64_t part, int64_t whole)
 {
 #ifdef EVENSPIN_FIXED
-    return (num_t)((part * INT64_C(0x1000000)) / whole); /* part <= 2^32 + whole <= 2^44: no overflow below 2^63 for 2^19 cells */
+    return (num_t)((part * INT64_C(0x1000000)) / whole); /* part is one cell at most: 2^32 2^24 fits */
 #else
     return (num_t)part / (num_t)whole;
 #endif

@@ -7,8 +7,9 @@
  *
  * Total    every angle is valid. A step of half a turn or more cannot be told from one the other way; the shorter way
  *          is taken. Reversal and standstill need no care: a point is visited when it is reached or passed.
- * Cost     read-out: linear 2 products, cubic 10. A walk: 1 division, then 1 product per point passed, at most
+ * Cost     read-out: linear 2 products, cubic 15. A walk: up to 2 divisions, then 1 sum per point passed, at most
  *          cells / 2 points; never more than cells * (speed * T_s) / turn + 1.
+ * Error    a visited value is off by less than 3e-7 per point since the start of the walk, for values within +-2.
  */
 #ifndef CONTROL_MEMORY_ANGLE_GRID_H
 #define CONTROL_MEMORY_ANGLE_GRID_H

@@ -34,11 +34,9 @@ static num_t speed_of(const ctl_mt_params_t *p, int32_t counts, uint32_t cycles)
 {
     const int32_t some = (counts > 32767) ? 32767 : ((counts < -32767) ? -32767 : counts);
 #ifdef EVENSPIN_FIXED
-    /* counts * speed_1_count * sample_cyc / cycles; the product of three fits 64 bits up to 2^15 2^31 2^17 */
-    const int64_t travel = (int64_t)some * p->speed_1_count;
-    const num_t   periods = num_sat64((int64_t)(((uint64_t)cycles << 24) / p->sample_cyc));
-    const num_t   speed = (travel > NUM_MAX) ? NUM_MAX : ((travel < -NUM_MAX) ? -NUM_MAX : (num_t)travel);
-    const num_t   value = num_div(speed, periods);
+    const num_t travel = num_sat64((int64_t)some * p->speed_1_count); /* speed unit, if it took one sample time */
+    const num_t samples = num_sat64((int64_t)(((uint64_t)cycles << 24) / p->sample_cyc));
+    const num_t value = (travel != 0) ? num_div(travel, samples) : 0;
 #else
     const num_t value = num_div((num_t)some * p->speed_1_count * (num_t)p->sample_cyc, (num_t)cycles);
 #endif
@@ -52,7 +50,8 @@ num_t ctl_mt_step(ctl_mt_t *self, int32_t edge_count, uint32_t edge_cyc, uint32_
 
     const bool new_edge = edge_cyc != s->edge_cyc;
     if (!s->primed || new_edge) {
-        if (s->primed) {
+        /* After a standstill the clock may have wrapped since the last edge: the new one only starts the next interval. */
+        if (s->primed && (s->idle_samples < p->stop_samples)) {
             /* after a reversal the same edge is passed again: no way in between, mean speed 0 */
             s->speed = speed_of(p, (int32_t)((uint32_t)edge_count - (uint32_t)s->edge_count), edge_cyc - s->edge_cyc);
         }

@@ -6,11 +6,13 @@
  *     w = (2 pi / counts) (c1 - c0) / (t1 - t0),   c: position of an edge in counts, t: its time             (1)
  *
  * No quantisation error, whatever the speed; the value is the mean over the last T_s, so its age is about T_s / 2.
- * Without a new edge the speed is at most one count over the time since the last one, and 0 after `stop_samples`.
+ * Without a new edge the speed is at most one count over the time since the last one, and 0 after `stop_samples`; the
+ * first edge after such a standstill gives no speed yet, because the clock may have wrapped in between.
  *
  * Source   Ohmae et al. 1982, microprocessor-controlled high-accuracy wide-range speed regulator.
- * Total    equal times, jumps of time or count and the wrap of the clock give a value within +-speed_max.
- * Cost     1 division.
+ * Total    equal times, jumps of time or count and the wrap of the clock give a value within +-speed_max. More than
+ *          32767 counts between two samples count as 32767.
+ * Cost     1 division (fixed: 2).
  */
 #ifndef CONTROL_MOTOR_MT_SPEED_H
 #define CONTROL_MOTOR_MT_SPEED_H

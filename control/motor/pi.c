@@ -18,6 +18,9 @@ ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params)
     if ((d.status == CTL_OK) && !(params->out_min < params->out_max)) {
         d = ctl_diag(CTL_ERR_RELATION, CTL_PI_OUT_MIN, params->out_min);
     }
+    if ((d.status == CTL_OK) && ((uint16_t)params->anti_windup > (uint16_t)CTL_PI_HOLD_OUTWARD)) {
+        d = ctl_diag_count(CTL_ERR_RANGE, CTL_PI_ANTI_WINDUP, (uint16_t)params->anti_windup);
+    }
     if (d.status != CTL_OK) {
         return d;
     }

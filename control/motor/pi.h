@@ -42,7 +42,7 @@ typedef struct {
     ctl_pi_state_t  state;
 } ctl_pi_t;
 
-enum { CTL_PI_KP = 1, CTL_PI_KI_TS, CTL_PI_OUT_MIN, CTL_PI_OUT_MAX };
+enum { CTL_PI_KP = 1, CTL_PI_KI_TS, CTL_PI_OUT_MIN, CTL_PI_OUT_MAX, CTL_PI_ANTI_WINDUP };
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params);

@@ -11,9 +11,21 @@ angle_t angle_from_rad(num_t rad)
     /* 2^32 / (2 pi 2^24) = 40.7436654; the product of two 32-bit numbers keeps its low 32 bits by design */
     return (angle_t)(uint64_t)(((int64_t)rad * INT64_C(683565276)) >> 24);
 #else
+    /* within half a turn: a small angle keeps all its digits, backwards as well as forwards */
     const num_t turns = rad * INV_TWO_PI;
-    const num_t part = turns - (num_t)num_floor(turns);
-    return (part < 1.0f) ? (angle_t)(part * 4294967296.0f) : 0U;
+    const num_t steps = (turns - (num_t)num_floor(turns + 0.5f)) * 4294967296.0f;
+    return (steps < 0.0f) ? (0U - (angle_t)(-steps)) : (angle_t)steps;
+#endif
+}
+
+angle_t angle_from_rad_short(num_t rad)
+{
+#ifdef EVENSPIN_FIXED
+    const num_t cut = num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f));
+    return (angle_t)(int32_t)(((int64_t)cut * INT64_C(683565276)) >> 24);
+#else
+    const num_t cut = num_clamp(rad, -3.14159250f, 3.14159250f);
+    return (cut == cut) ? (angle_t)(int32_t)(cut * 6.83565276e8f) : 0U; /* 2^31 / pi */
 #endif
 }
 
@@ -28,8 +40,11 @@ num_t angle_to_rad_signed(angle_t angle)
 
 num_t angle_to_rad(angle_t angle)
 {
-    const num_t rad = angle_to_rad_signed(angle);
-    return (rad < (num_t)0) ? num_add(rad, NUM_C(6.28318531f)) : rad;
+#ifdef EVENSPIN_FIXED
+    return (num_t)(((uint64_t)angle * UINT64_C(105414357)) >> 32);
+#else
+    return (num_t)angle * 1.46291807926715968e-9f;
+#endif
 }
 
 /* t: angle in quarter turns, within +-1/2. Minimax fits, errors 3.3e-9 (relative, sine) and 5.4e-11 (cosine). */

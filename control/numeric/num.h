@@ -26,8 +26,10 @@ typedef int32_t num_t;
 #define NUM_FRAC_BITS 24
 #define NUM_MAX INT32_MAX
 #define NUM_EPS ((num_t)1) /**< Smallest step above zero. */
+/** Half a step towards x. From 1/2 on a float has no parts of a step, and the half would be rounded to a whole one. */
+#define NUM_HALF_STEP(x) ((((x) < 0.5f) && ((x) > -0.5f)) ? (((x) < 0.0f) ? -0.5f : 0.5f) : 0.0f)
 /** A constant, written with the f suffix: NUM_C(0.45f). Rounded to the nearest step. */
-#define NUM_C(x) ((num_t)(((x) * 16777216.0f) + (((x) < 0.0f) ? -0.5f : 0.5f)))
+#define NUM_C(x) ((num_t)(((x) * 16777216.0f) + NUM_HALF_STEP(x)))
 
 static inline num_t num_sat64(int64_t x)
 {
@@ -43,7 +45,7 @@ static inline num_t num_mac(num_t acc, num_t a, num_t b)
 {
     return num_sat64((((((int64_t)acc) * INT64_C(0x1000000)) + ((int64_t)a * b)) + INT64_C(0x800000)) >> 24);
 }
-/** a / b; a division by zero gives the limit with the sign of a. */
+/** a / b, cut towards zero; a division by zero gives the limit with the sign of a. */
 static inline num_t num_div(num_t a, num_t b)
 {
     if (b == 0) {
@@ -61,7 +63,7 @@ static inline num_t num_from_float(float x)
     if (x <= -128.0f) {
         return -NUM_MAX;
     }
-    return (num_t)((x * 16777216.0f) + ((x < 0.0f) ? -0.5f : 0.5f));
+    return (num_t)((x * 16777216.0f) + NUM_HALF_STEP(x));
 }
 static inline float num_to_float(num_t x) { return (float)x * 5.9604644775390625e-8f; }
 static inline num_t num_from_int(int16_t n) { return num_sat64((int64_t)n * INT64_C(0x1000000)); }

@@ -105,8 +105,8 @@ num_t num_log2(num_t x)
 
 num_t num_exp2(num_t x)
 {
-    if (!(x < 39.0f)) {
-        return (x >= 39.0f) ? NUM_MAX : 0.0f;
+    if (!(x < 40.0f)) { /* log2(NUM_MAX) = 39.86 */
+        return (x >= 40.0f) ? NUM_MAX : 0.0f;
     }
     if (x < -126.0f) {
         return 0.0f;
@@ -114,7 +114,7 @@ num_t num_exp2(num_t x)
     const int32_t k = num_floor(x + 0.5f);
     float_bits_t  scale;
     scale.bits = (uint32_t)(k + EXPONENT_BIAS) << EXPONENT_SHIFT;
-    return exp2_reduced(x - (num_t)k) * scale.value;
+    return num_min(exp2_reduced(x - (num_t)k) * scale.value, NUM_MAX);
 }
 
 num_t num_sqrt(num_t x)

@@ -17,13 +17,16 @@
  */
 num_t num_log2(num_t x);
 
-/** 2^x. Relative error below 3e-7 (float), absolute error of two steps times the result (fixed). Saturates at NUM_MAX. */
+/**
+ * 2^x. Relative error below 3e-7 (float), below four steps times the larger of 1 and the result (fixed). Saturates at
+ * NUM_MAX.
+ */
 num_t num_exp2(num_t x);
 
 /**
  * base^exponent for base > 0. 0 for base <= 0 or NaN, saturates at NUM_MAX.
  * Float: relative error below 2e-6 for base within 1e-9..1e9 and |exponent| <= 1 (the logarithm's error times ln 2).
- * Fixed: below 1e-5 of the larger of 1 and the result, for base from 2^-16.
+ * Fixed: below 1e-6 of the larger of 1 and the result, for base from 2^-16 and |exponent| <= 1.
  */
 num_t num_pow(num_t base, num_t exponent);
 

@@ -11,10 +11,15 @@ ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->delta, NUM_EPS, NUM_MAX, CTL_FAL_DELTA);
     }
-    if (d.status == CTL_OK) {
-        self->params = *params;
-        self->slope = num_pow(params->delta, num_sub(params->alpha, NUM_C(1.0f)));
+    if (d.status != CTL_OK) {
+        return d;
     }
+    const num_t slope = num_pow(params->delta, num_sub(params->alpha, NUM_C(1.0f)));
+    if (slope >= NUM_MAX) { /* saturated: fal would jump at the knee */
+        return ctl_diag(CTL_ERR_RELATION, CTL_FAL_DELTA, params->delta);
+    }
+    self->params = *params;
+    self->slope = slope;
     return d;
 }
 

@@ -10,7 +10,7 @@
  *          delta^(alpha-1) = 1.4427 for alpha 0.6, delta 0.4.
  * Total    NaN gives fal = 0 and lambda(0); infinity counts as NUM_MAX.
  * Cost     inside +-delta one product, outside num_pow (about 30 operations): no libm.
- *          Float: relative error below 2e-6 for |e| in 1e-9..1e9. Fixed: below 1e-5 absolute for |e| from 2^-16.
+ *          Float: relative error below 2e-6 for |e| in 1e-9..1e9. Fixed: below 1e-6 of the larger of 1 and |fal|.
  */
 #ifndef CONTROL_REPETITIVE_FAL_H
 #define CONTROL_REPETITIVE_FAL_H

@@ -113,7 +113,8 @@ static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
     const ctl_rc_params_t *const p = &self->params;
     const uint16_t               shortest = (uint16_t)(p->lead + 2U);
     const uint16_t               longest = ctl_rc_period_max(self);
-    const num_t                  rounding = ((p->order == 0U) && !p->truncate) ? NUM_C(0.5f) : ALMOST_ONE;
+    const bool                   in_whole = (p->order == 0U) && (p->memory != CTL_RC_ANGLE);
+    const num_t                  rounding = (in_whole && !p->truncate) ? NUM_C(0.5f) : ALMOST_ONE;
     ctl_period_t                 n = wanted;
 
     if (!((n.fraction >= (num_t)0) && (n.fraction < NUM_C(1.0f)))) {
@@ -123,7 +124,7 @@ static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
         n.whole++;
         n.fraction = (num_t)0;
     }
-    if ((p->order == 0U) && (p->memory != CTL_RC_ANGLE)) {
+    if (in_whole) {
         n.fraction = (num_t)0;
     }
     if ((n.whole < shortest) || (n.whole > longest)) {
@@ -134,6 +135,13 @@ static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
     return n;
 }
 
+/* a - b in samples, where they are close; else just more than that */
+static num_t period_step(ctl_period_t a, ctl_period_t b)
+{
+    const int32_t whole = (int32_t)a.whole - (int32_t)b.whole;
+    return num_add(num_from_int((int16_t)((whole > 2) ? 2 : ((whole < -2) ? -2 : whole))), num_sub(a.fraction, b.fraction));
+}
+
 static void take_period(ctl_rc_t *self, ctl_period_t wanted)
 {
     ctl_rc_state_t *const s = &self->state;
@@ -142,18 +150,15 @@ static void take_period(ctl_rc_t *self, ctl_period_t wanted)
     if ((n.whole == s->period.whole) && (n.fraction == s->period.fraction)) {
         return;
     }
-    if (self->params.memory == CTL_RC_CLEAR) {
-        const bool near = (n.whole == s->period.whole) && (num_abs(num_sub(n.fraction, s->period.fraction)) <= CLEAR_STEP);
-        if (!near) {
-            ctl_ring_clear(&s->time);
-        }
+    if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(n, s->period)) > CLEAR_STEP)) {
+        ctl_ring_clear(&s->time);
     }
     s->period = n;
     ctl_lagrange(self->params.order, n.fraction, s->a);
 }
 
 /* What this sample teaches: k_rc f(e), or nothing while learning rests. */
-static num_t lesson(ctl_rc_t *self, num_t e, bool usable)
+static num_t lesson(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
     ctl_rc_state_t *const        s = &self->state;
@@ -162,10 +167,8 @@ static num_t lesson(ctl_rc_t *self, num_t e, bool usable)
         s->frozen = p->freeze_samples;
     } else if (s->frozen > 0U) {
         s->frozen--;
-    } else if (usable) {
-        return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal(&self->fal, e) : e);
     } else {
-        /* not a number: nothing to learn from */
+        return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal(&self->fal, e) : e);
     }
     return (num_t)0;
 }
@@ -257,11 +260,10 @@ static num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
 
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
-    const bool  usable = num_is_finite(err);
-    const num_t e = num_guard(err, (num_t)0, &self->state.rejected);
+    const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
 
     take_period(self, period);
-    const num_t learned = lesson(self, e, usable);
+    const num_t learned = lesson(self, e);
     const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e)
                                                           : step_in_time(self, learned);
     return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;

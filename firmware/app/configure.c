@@ -67,9 +67,9 @@ static void make_speed(const drive_params_t *p, drive_setup_t *s)
     s->speed_pi.anti_windup = CTL_PI_HOLD_OUTWARD;
     s->error_scale = num_from_float(p->speed_error_gain * s->scale.speed_rad_s / s->scale.error_unit);
 
-    s->use_mt = p->speed_source == 1U;
+    s->speed_source = (drive_speed_source_t)p->speed_source;
     s->mt.sample_cyc = (hal_clock_hz() / DRIVE_PWM_HZ) * p->speed_divider;
-    s->mt.speed_1_count = num_from_float(TWO_PI / ((float)p->encoder_counts * ts_s * s->scale.speed_rad_s));
+    s->mt.speed_1_count = num_from_float(TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s));
     s->mt.speed_max = num_from_float(4.0f * p->over_speed_rad_s / s->scale.speed_rad_s);
     s->mt.stop_samples = 100U;
 }
@@ -79,7 +79,7 @@ static void make_repetitive(const drive_params_t *p, drive_setup_t *s)
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     const bool  fal = p->method == (uint16_t)DRIVE_METHOD_FAL_FORC;
 
-    s->rc_used = p->method != (uint16_t)DRIVE_METHOD_PI;
+    s->rc_used = (p->method >= (uint16_t)DRIVE_METHOD_CRC) && (p->method <= (uint16_t)DRIVE_METHOD_FAL_FORC);
     s->rc.gain = num_from_float(p->rc_gain * ((fal && (p->rc_fal_at == 0U)) ? fal_gain_scale(s->scale.error_unit, p->rc_fal_alpha) : 1.0f));
     s->rc.lead = p->rc_lead;
     s->rc.q.side = num_from_float(p->rc_q_side);
@@ -95,6 +95,128 @@ static void make_repetitive(const drive_params_t *p, drive_setup_t *s)
     s->rc.freeze_samples = p->rc_freeze_samples;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
     s->rc_period_scale = num_from_float(TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s));
+}
+
+static void make_deadbeat(const drive_params_t *p, drive_setup_t *s)
+{
+    const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
+    const float volt_per_amp = s->scale.current_a * s->scale.inv_voltage;
+    const float we = (float)p->pole_pairs * s->scale.speed_rad_s;
+
+    s->deadbeat_used = p->current_controller == 1U;
+    s->deadbeat.r = num_from_float(p->motor_resistance_ohm * volt_per_amp);
+    s->deadbeat.ld_ts = num_from_float(p->motor_ld_h / ts_s * volt_per_amp);
+    s->deadbeat.lq_ts = num_from_float(p->motor_lq_h / ts_s * volt_per_amp);
+    s->deadbeat.ts_ld = num_from_float(ts_s / (p->motor_ld_h * volt_per_amp));
+    s->deadbeat.ts_lq = num_from_float(ts_s / (p->motor_lq_h * volt_per_amp));
+    s->deadbeat.w_ld = num_from_float(we * p->motor_ld_h * volt_per_amp);
+    s->deadbeat.w_lq = num_from_float(we * p->motor_lq_h * volt_per_amp);
+    s->deadbeat.w_psi = num_from_float(we * p->motor_psi_wb * s->scale.inv_voltage);
+    s->deadbeat.correction = num_from_float(p->deadbeat_correction);
+    s->deadbeat.c_max = num_from_float(p->over_current_a * s->scale.inv_current);
+    s->deadbeat.v_max = num_from_float(AXIS_BOUND);
+}
+
+/* Torque is counted in ampere of q current: J / (T_s k_T) is all that the observer needs of the machine. */
+static uint16_t make_observer(const drive_params_t *p, drive_setup_t *s)
+{
+    const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
+    const float torque_per_amp = 1.5f * (float)p->pole_pairs * p->motor_psi_wb;
+    const float amp_per_speed = p->observer_inertia_kgm2 / (ts_s * torque_per_amp);
+
+    s->observer_used = p->method >= (uint16_t)DRIVE_METHOD_DOB;
+    s->meter_used = s->observer_used || (s->speed_source == DRIVE_SPEED_FIR);
+    if (!s->meter_used) {
+        return PARAM_COUNT;
+    }
+    s->meter.speed_per_rad = num_from_float(s->scale.inv_speed / ts_s);
+    s->meter.torque_per_16 = num_from_float(amp_per_speed * s->scale.speed_rad_s * s->scale.inv_current / 16.0f);
+    s->meter.a22 = num_from_float(1.0f - (p->observer_viscous_nms * ts_s / p->observer_inertia_kgm2));
+    s->meter.actuation = num_from_float(p->observer_actuation_samples);
+    s->meter.step_max_rad = num_min(num_from_float(4.0f * p->over_speed_rad_s * ts_s), NUM_C(3.1415f));
+    if (ctl_fir_design(&s->meter.fir1, p->observer_fir1_order, num_from_float(p->observer_fir1_hz * ts_s)).status != CTL_OK) {
+        return PARAM_observer_fir1_hz;
+    }
+    if (ctl_fir_design(&s->meter.fir2, p->observer_fir2_order, num_from_float(p->observer_fir2_hz * ts_s)).status != CTL_OK) {
+        return PARAM_observer_fir2_hz;
+    }
+
+    ctl_observer_params_t *const o = &s->observer;
+    const ctl_observer_kind_t    kind[] = {CTL_OBSERVER_DOB, CTL_OBSERVER_RO, CTL_OBSERVER_ARO};
+    o->kind = s->observer_used ? kind[p->method - (uint16_t)DRIVE_METHOD_DOB] : CTL_OBSERVER_DOB;
+    o->memory.gain = num_from_float(p->observer_gain);
+    o->memory.forgetting = num_from_float(p->observer_forgetting);
+    o->memory.write = (ctl_write_t)p->aro_write;
+    o->memory.read = (ctl_read_t)p->aro_read;
+    o->memory.limit = num_from_float(p->observer_limit_a * s->scale.inv_current);
+    o->age_half = (p->observer_age_samples > 0.0f) ? (uint16_t)((2.0f * p->observer_age_samples) + 0.5f) : ctl_meter_age_half(&s->meter);
+    o->ahead = s->meter.actuation;
+    o->rad_per_speed = num_from_float(ts_s * s->scale.speed_rad_s);
+    o->fast_gain = num_from_float(p->aro_fast_gain);
+    o->fast_samples = (uint32_t)(p->aro_fast_s * (float)DRIVE_PWM_HZ);
+    o->remove_mean = p->aro_remove_mean != 0U;
+    o->rest_torque = num_from_float(p->aro_rest_torque_a * s->scale.inv_current);
+    o->rest_turns = num_from_float(p->aro_rest_turns);
+    o->rest_step = num_from_float(p->aro_rest_accel_rad_s2 * ts_s * s->scale.inv_speed);
+    o->rest_samples = (uint32_t)(p->aro_rest_s * (float)DRIVE_PWM_HZ);
+    o->sync_samples = p->aro_sync_samples;
+    s->observer_hold = p->observer_hold != 0U;
+    s->observer_capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
+    return PARAM_COUNT;
+}
+
+static uint16_t observer_culprit(uint16_t field)
+{
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
+                                        PARAM_method,
+                                        PARAM_observer_gain,
+                                        PARAM_observer_forgetting,
+                                        PARAM_observer_limit_a,
+                                        PARAM_observer_age_samples,
+                                        PARAM_observer_actuation_samples,
+                                        PARAM_over_speed_rad_s,
+                                        PARAM_aro_fast_gain,
+                                        PARAM_aro_rest_torque_a,
+                                        PARAM_aro_cells};
+    return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_method;
+}
+
+static uint16_t meter_culprit(uint16_t field)
+{
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
+                                        PARAM_over_speed_rad_s,
+                                        PARAM_observer_inertia_kgm2,
+                                        PARAM_observer_viscous_nms,
+                                        PARAM_observer_fir1_hz,
+                                        PARAM_observer_fir2_hz,
+                                        PARAM_observer_actuation_samples,
+                                        PARAM_over_speed_rad_s};
+    return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_observer_inertia_kgm2;
+}
+
+static uint16_t judge_observer(const drive_setup_t *s)
+{
+    ctl_meter_t    meter;
+    ctl_observer_t observer;
+    num_t          room[CTL_ARO_AGE_MAX + 34U];
+    if (!s->meter_used) {
+        return PARAM_COUNT;
+    }
+    ctl_diag_t d = ctl_meter_init(&meter, &s->meter);
+    if (d.status != CTL_OK) {
+        return meter_culprit(d.field);
+    }
+    d = ctl_observer_init(&observer, &s->observer, room, (uint16_t)(sizeof room / sizeof room[0]));
+    return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : observer_culprit(d.field);
+}
+
+static uint16_t judge_deadbeat(const drive_setup_t *s)
+{
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,      PARAM_motor_resistance_ohm, PARAM_motor_ld_h,   PARAM_motor_lq_h,
+                                        PARAM_motor_psi_wb, PARAM_deadbeat_correction, PARAM_over_current_a};
+    ctl_deadbeat_t   trial;
+    const ctl_diag_t d = ctl_deadbeat_init(&trial, &s->deadbeat);
+    return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : PARAM_OF[d.field];
 }
 
 /* Which parameter a block meant. */
@@ -133,11 +255,18 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
 
     make_speed(p, s);
     make_repetitive(p, s);
+    make_deadbeat(p, s);
+    const uint16_t unfit = make_observer(p, s);
+    if (unfit != (uint16_t)PARAM_COUNT) {
+        return unfit;
+    }
 
     s->voltage_limit = num_from_float(p->voltage_limit_v / s->scale.voltage_v);
     s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s);
     s->id_limit = num_from_float(p->id_limit_a / s->scale.current_a);
     s->align_current = num_from_float(p->align_current_a / s->scale.current_a);
+    /* a twentieth of the alignment as lead time damps every rotor that swings at 20 rad or more in that time */
+    s->align_damping = num_from_float(0.05f * (float)p->align_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s);
     s->encoder_offset = angle_from_rad(num_from_float(p->encoder_offset_rad));
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     s->pole_pairs = p->pole_pairs;
@@ -181,7 +310,8 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
             return rc_culprit(r.field);
         }
     }
-    return PARAM_COUNT;
+    const uint16_t model = judge_deadbeat(s);
+    return (model != (uint16_t)PARAM_COUNT) ? model : judge_observer(s);
 }
 
 uint16_t drive_build(drive_t *d)
@@ -202,7 +332,30 @@ uint16_t drive_build(drive_t *d)
     if (s->rc_used) {
         (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
     }
+    (void)ctl_deadbeat_init(&d->current.deadbeat, &s->deadbeat);
+    if (s->meter_used) {
+        (void)ctl_meter_init(&d->observer.meter, &s->meter);
+    }
+    if (s->observer_used) {
+        (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
+        ctl_observer_hold(&d->observer.observer, s->observer_hold);
+    }
     return PARAM_COUNT;
+}
+
+/* A new base would rescale every state: only drive_init does that. All bases are 1 in the float build. */
+static uint16_t changed_base(const drive_scale_t *wanted, const drive_scale_t *used)
+{
+    if (wanted->current_a != used->current_a) {
+        return PARAM_over_current_a;
+    }
+    if (wanted->voltage_v != used->voltage_v) {
+        return PARAM_over_voltage_v;
+    }
+    if (wanted->speed_rad_s != used->speed_rad_s) {
+        return PARAM_over_speed_rad_s;
+    }
+    return (wanted->error_unit != used->error_unit) ? (uint16_t)PARAM_speed_error_gain : (uint16_t)PARAM_COUNT;
 }
 
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
@@ -215,41 +368,74 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     if (*culprit != (uint16_t)PARAM_COUNT) {
         return false;
     }
-#ifdef EVENSPIN_FIXED
-    /* a new base would rescale every state: only at rest */
-    if ((d->next.scale.current_a != d->scale.current_a) || (d->next.scale.voltage_v != d->scale.voltage_v) ||
-        (d->next.scale.error_unit != d->scale.error_unit)) {
-        *culprit = PARAM_over_speed_rad_s;
+    *culprit = changed_base(&d->next.scale, &d->scale);
+    if (*culprit != (uint16_t)PARAM_COUNT) {
         return false;
     }
-#endif
-    d->params = *params;
+    d->next_params = *params;
     d->next_ready = 1U;
     return true;
+}
+
+static void take_over_repetitive(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
+{
+    const bool same_memory = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
+                             (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
+    if (s->rc_used && same_memory) {
+        d->speed.rc.params = s->rc;
+        (void)ctl_fal_init(&d->speed.rc.fal, &s->rc.fal);
+        return;
+    }
+    if (s->rc_used) {
+        (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
+    }
+    d->speed.correction = (num_t)0;
+}
+
+static void take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
+{
+    const bool same_chain = before->meter_used && (before->meter.fir1.order == s->meter.fir1.order) &&
+                            (before->meter.fir2.order == s->meter.fir2.order);
+    const bool same_memory = before->observer_used && (before->observer.kind == s->observer.kind) &&
+                             (before->observer_capacity == s->observer_capacity);
+    if (s->meter_used && same_chain) {
+        d->observer.meter.params = s->meter;
+        d->observer.meter.state.speed_fir.params = s->meter.fir1;
+        d->observer.meter.state.ref_fir.params = s->meter.fir1;
+        d->observer.meter.state.torque_fir.params = s->meter.fir2;
+    } else if (s->meter_used) {
+        (void)ctl_meter_init(&d->observer.meter, &s->meter);
+    } else {
+        /* nobody looks at it */
+    }
+    if (s->observer_used && same_memory) {
+        d->observer.observer.params = s->observer;
+        d->observer.observer.state.memory.params = s->observer.memory;
+    } else if (s->observer_used) {
+        (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
+    } else {
+        d->observer.estimate = (num_t)0;
+    }
+    ctl_observer_hold(&d->observer.observer, s->observer_hold);
 }
 
 void drive_take_over(drive_t *d)
 {
     const drive_setup_t *const s = &d->next;
-    const bool same_memory = d->setup.rc_used && (d->setup.rc.memory == s->rc.memory) && (d->setup.rc_capacity == s->rc_capacity) &&
-                             (d->setup.rc.order == s->rc.order) && (d->setup.rc.lead == s->rc.lead);
+    take_over_repetitive(d, &d->setup, s);
+    take_over_observer(d, &d->setup, s);
+    if (s->deadbeat_used && !d->setup.deadbeat_used) {
+        ctl_deadbeat_reset(&d->current.deadbeat);
+    }
     d->setup = *s;
     if (d->params.align_periods == 0U) {
         d->tracking.zero_e = s->encoder_offset;
     }
     d->current.d.params = s->current_pi;
     d->current.q.params = s->current_pi;
+    d->current.deadbeat.params = s->deadbeat;
     d->speed.pi.params = s->speed_pi;
     d->tracking.pll.params = s->pll;
     d->speed.mt.params = s->mt;
-    if (s->rc_used && same_memory) {
-        d->speed.rc.params = s->rc;
-        (void)ctl_fal_init(&d->speed.rc.fal, &s->rc.fal);
-    } else if (s->rc_used) {
-        (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
-        d->speed.correction = (num_t)0;
-    } else {
-        d->speed.correction = (num_t)0;
-    }
     d->next_ready = 0U;
 }

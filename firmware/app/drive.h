@@ -15,10 +15,13 @@
 #ifndef FIRMWARE_APP_DRIVE_H
 #define FIRMWARE_APP_DRIVE_H
 
+#include "control/motor/deadbeat.h"
 #include "control/motor/frames.h"
 #include "control/motor/mt_speed.h"
 #include "control/motor/pi.h"
 #include "control/motor/pll.h"
+#include "control/observer/observer.h"
+#include "control/observer/torque_meter.h"
 #include "control/repetitive/repetitive.h"
 #include "firmware/app/faults.h"
 #include "firmware/app/parameters.h"
@@ -27,6 +30,7 @@
 
 #define DRIVE_PWM_HZ 10000U
 #define DRIVE_RC_CAPACITY 512U /**< Longest period in speed samples: 29 r/min with 4 pole pairs. */
+#define DRIVE_OBSERVER_CAPACITY 6144U /**< ro: one turn at 100 r/min and 10 kHz; aro: more cells than it takes. */
 
 typedef enum {
     DRIVE_INIT = 0,
@@ -38,7 +42,8 @@ typedef enum {
 } drive_state_t;
 
 typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED } drive_mode_t;
-typedef enum { DRIVE_METHOD_PI = 0, DRIVE_METHOD_CRC, DRIVE_METHOD_FORC, DRIVE_METHOD_FAL_FORC } drive_method_t;
+typedef enum { DRIVE_METHOD_PI = 0, DRIVE_METHOD_CRC, DRIVE_METHOD_FORC, DRIVE_METHOD_FAL_FORC, DRIVE_METHOD_DOB, DRIVE_METHOD_RO, DRIVE_METHOD_ARO } drive_method_t;
+typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_speed_source_t;
 
 /** What the user wants, taken over as a whole. */
 typedef struct {
@@ -65,13 +70,20 @@ typedef struct {
     uint16_t         rc_capacity;
     bool             rc_used;
     num_t            rc_period_scale; /**< N = this / |speed reference|. */
+    ctl_deadbeat_params_t deadbeat;
+    ctl_meter_params_t    meter;
+    ctl_observer_params_t observer;
+    uint16_t         observer_capacity;
+    bool             observer_used, meter_used, deadbeat_used, observer_hold;
     num_t            error_scale;     /**< Speed error to loop error. */
     num_t            voltage_limit;   /**< 0: follow the dc link. */
     num_t            advance;         /**< Voltage angle advance per mechanical speed, rad electrical. */
     num_t            id_limit, align_current;
+    num_t            align_damping;   /**< Lead of the alignment vector against a mechanical speed, rad electrical. */
     angle_t          encoder_offset;  /**< Electrical. */
     uint16_t         pole_pairs, speed_divider;
-    bool             speed_inline, encoder_reversed, use_mt;
+    bool             speed_inline, encoder_reversed;
+    drive_speed_source_t speed_source;
     uint32_t         period_cyc;      /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
@@ -79,14 +91,24 @@ typedef struct {
     ctl_pll_t pll;
     angle_t   theta_m, theta_e;
     angle_t   zero_e;       /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
+    bool      zero_found;   /**< By alignment; otherwise it follows the parameter. */
     bool      locked;       /**< The filter has been set on a first angle. */
     uint16_t  jump_periods; /**< Periods for which encoder and filter have been apart. */
 } drive_tracking_t;
 
 typedef struct {
-    ctl_pi_t d, q;
-    ctl_dq_t ref, meas, volt;
+    ctl_pi_t       d, q;
+    ctl_deadbeat_t deadbeat;
+    ctl_dq_t       ref, meas, volt;
 } drive_current_t;
+
+/** The observer of the disturbance torque, counted in q current; current interrupt. */
+typedef struct {
+    ctl_meter_t     meter;
+    ctl_observer_t  observer;
+    ctl_meter_out_t seen;
+    num_t           estimate; /**< Disturbance expected when a reference of now acts. */
+} drive_observer_t;
 
 typedef struct {
     ctl_pi_t           pi;
@@ -95,7 +117,7 @@ typedef struct {
     hal_encoder_edge_t edge;     /**< Written by the current interrupt at the speed tick. */
     uint32_t           now_cyc;
     angle_t            theta_e;
-    num_t              pll_speed;
+    num_t              tracked;  /**< Speed of the tracking filter or of the FIR filter at the speed tick. */
     num_t              meas, error, correction;
     num_t              iq_ref;   /**< Read by the current interrupt. */
     float              ref_rad_s;
@@ -106,23 +128,28 @@ typedef struct {
     drive_setup_t  setup;
     drive_scale_t  scale;
 
-    drive_setup_t     next;       /**< Prepared by drive_tune... */
-    volatile uint16_t next_ready; /**< ...and offered to the current interrupt. */
+    drive_setup_t     next;        /**< Prepared by drive_tune... */
+    drive_params_t    next_params; /**< ...with what it was made from... */
+    volatile uint16_t next_ready;  /**< ...and offered to the current interrupt. */
+    volatile uint16_t speed_busy;  /**< The speed interrupt was requested and has not ended: its blocks may not change. */
     drive_command_t   command[2];
     volatile uint16_t command_at; /**< Which of the two the interrupts read. */
 
     volatile drive_state_t state;
     volatile drive_fault_t fault;
     uint16_t               fault_detail; /**< Parameter index for FAULT_configuration. */
+    bool                   started_up;   /**< Offsets and the electrical zero are known. */
     bool                   start_wanted, stop_wanted, clear_wanted;
 
     hal_sample_t     sample;
     float            ia_a, ib_a, ic_a;          /**< After offset correction. */
     float            offset_a_a, offset_b_a, offset_c_a;
-    float            sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration. */
+    float            sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
+    volatile uint16_t sum_count;                /**< ...and of how many samples. */
     drive_tracking_t tracking;
     drive_current_t  current;
     drive_speed_t    speed;
+    drive_observer_t observer;
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
     volatile uint16_t periods_in_state;         /**< Stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */
@@ -131,6 +158,7 @@ typedef struct {
     uint32_t         isr_last_cyc, isr_max_cyc;
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
+    num_t observer_memory[DRIVE_OBSERVER_CAPACITY];
 } drive_t;
 
 /** Start from nothing with @p params; the bridge is disarmed. A refused parameter leads to FAULT_configuration. */
@@ -143,7 +171,10 @@ void drive_background(drive_t *d);
 
 /** Hand over a command, as a whole. @return false (and nothing changes) when a number is not finite. Main loop only. */
 bool drive_command(drive_t *d, const drive_command_t *command);
-/** Requests to the state machine; looked at in the next pass of the main loop. */
+/**
+ * Requests to the state machine; looked at in the next pass of the main loop, a stop before a start. A start during
+ * start-up waits for its end. Clearing a fault of the encoder, or one that came during start-up, starts up anew.
+ */
 void drive_start(drive_t *d);
 void drive_stop(drive_t *d);
 void drive_clear_fault(drive_t *d);
@@ -152,10 +183,24 @@ void drive_clear_fault(drive_t *d);
  * Change parameters while running: checked as a whole, then taken over between two current samples.
  * @param culprit  index of the refused parameter (PARAM_COUNT if none); may not be NULL.
  * @return false when refused, or while an earlier change still waits; nothing changes then.
- * What only acts at start-up (calibration, alignment) acts at the next start-up. The memory of the repetitive controller is cleared when its
+ * What only acts at start-up (calibration, alignment) acts at the next start-up; the electrical zero that an alignment
+ * has found stays. The memory of the repetitive controller is cleared when its
  * kind, length or order changes.
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
+
+/**
+ * What the angle observer has learned, as a table in ampere of q current over one mechanical turn. Main loop only.
+ * @return cells written to @p amps (at most @p room; 0 unless method = aro).
+ */
+uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room);
+/** Replace it. Refused (false) while running, with another number of cells, or with a value that is not finite. */
+bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells);
+/** Forget it, the repetitive controller's memory included. Refused while running. */
+bool drive_memory_clear(drive_t *d);
+/** To and from non-volatile storage. A save cut off by a power failure leaves the older save. */
+hal_status_t drive_memory_save(drive_t *d);
+hal_status_t drive_memory_restore(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);

@@ -5,8 +5,8 @@ static num_t measure_speed(drive_t *d)
 {
     drive_speed_t *const s = &d->speed;
     const num_t          mt = ctl_mt_step(&s->mt, s->edge.edge_count, s->edge.edge_cyc, s->now_cyc);
-    if (!d->setup.use_mt) {
-        return s->pll_speed;
+    if (d->setup.speed_source != DRIVE_SPEED_MT) {
+        return s->tracked;
     }
     return d->setup.encoder_reversed ? num_neg(mt) : mt;
 }
@@ -46,14 +46,17 @@ void drive_speed_step(drive_t *d)
 
 void drive_speed_isr(drive_t *d)
 {
+    d->speed_busy = 1U;
     if (!d->setup.speed_inline) {
         drive_speed_step(d);
     }
+    d->speed_busy = 0U;
 }
 
 float drive_speed_rad_s(const drive_t *d)
 {
-    const num_t speed = d->setup.use_mt ? d->speed.meas : d->tracking.pll.state.w;
+    const drive_speed_source_t source = d->setup.speed_source;
+    const num_t speed = (source == DRIVE_SPEED_MT) ? d->speed.meas : ((source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w);
     return num_to_float(speed) * d->scale.speed_rad_s;
 }
 

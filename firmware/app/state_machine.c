@@ -1,11 +1,18 @@
 /* init -> offset calibration -> align -> ready -> run, and fault from anywhere. One pass of the main loop each. */
+#include <string.h>
+
 #include "firmware/app/internal.h"
 #include "hal/hal_inverter.h"
 
+/* The current interrupt may have tripped since the state was looked at, even between arming and here. It writes `fault`
+ * first and `state` after it, this the other way round: whoever comes last leaves FAULT. */
 static void enter(drive_t *d, drive_state_t state)
 {
     d->periods_in_state = 0U;
     d->state = state;
+    if (d->fault != FAULT_none) {
+        drive_trip(d, d->fault);
+    }
 }
 
 static void enter_armed(drive_t *d, drive_state_t state)
@@ -23,6 +30,9 @@ static void after_calibration(drive_t *d)
     if (d->params.align_periods > 0U) {
         enter_armed(d, DRIVE_ALIGN);
     } else {
+        d->tracking.zero_e = d->setup.encoder_offset;
+        d->tracking.zero_found = false;
+        d->started_up = true;
         enter(d, DRIVE_READY);
     }
 }
@@ -34,7 +44,11 @@ static bool too_large(float x, float limit)
 
 static void finish_calibration(drive_t *d)
 {
-    const float n = (float)d->params.offset_calibration_periods;
+    if (d->sum_count == 0U) { /* tuned to no calibration in the meantime */
+        after_calibration(d);
+        return;
+    }
+    const float n = (float)d->sum_count;
     const float a = d->sum_a_a / n;
     const float b = d->sum_b_a / n;
     const float c = d->sum_c_a / n;
@@ -54,6 +68,8 @@ static void finish_alignment(drive_t *d)
     hal_inverter_disarm();
     /* the d axis lies on phase a now: what the encoder shows is electrical zero */
     d->tracking.zero_e = 0U - (d->tracking.theta_m * d->setup.pole_pairs);
+    d->tracking.zero_found = true;
+    d->started_up = d->fault == FAULT_none;
     enter(d, DRIVE_READY);
 }
 
@@ -63,29 +79,34 @@ static void leave_fault(drive_t *d)
     if (d->fault == FAULT_configuration) {
         return; /* only new parameters help: drive_init */
     }
+    const bool encoder = (d->fault == FAULT_encoder_lost) || (d->fault == FAULT_encoder_error); /* it may have lost counts */
     d->fault = FAULT_none;
     d->lost_samples = 0U;
     d->bad_samples = 0U;
     d->tracking.jump_periods = 0U;
-    d->start_wanted = false;
-    enter(d, DRIVE_READY);
+    enter(d, (d->started_up && !encoder) ? DRIVE_READY : DRIVE_INIT);
 }
 
 void drive_background(drive_t *d)
 {
+    if (d->stop_wanted) {
+        d->start_wanted = false;
+    }
     switch (d->state) {
     case DRIVE_INIT:
+        d->started_up = false;
         if (d->params.offset_calibration_periods > 0U) {
             d->sum_a_a = 0.0f;
             d->sum_b_a = 0.0f;
             d->sum_c_a = 0.0f;
+            d->sum_count = 0U;
             enter(d, DRIVE_OFFSET_CALIBRATION);
         } else {
             after_calibration(d);
         }
         break;
     case DRIVE_OFFSET_CALIBRATION:
-        if (d->periods_in_state >= d->params.offset_calibration_periods) {
+        if (d->sum_count >= d->params.offset_calibration_periods) {
             finish_calibration(d);
         }
         break;
@@ -101,6 +122,7 @@ void drive_background(drive_t *d)
         d->start_wanted = false;
         break;
     case DRIVE_RUN:
+        d->start_wanted = false;
         if (d->stop_wanted) {
             hal_inverter_disarm();
             enter(d, DRIVE_READY);
@@ -109,6 +131,7 @@ void drive_background(drive_t *d)
     case DRIVE_FAULT:
     default:
         hal_inverter_disarm();
+        d->start_wanted = false;
         if (d->clear_wanted) {
             leave_fault(d);
         }
@@ -120,9 +143,8 @@ void drive_background(drive_t *d)
 
 void drive_init(drive_t *d, const drive_params_t *params)
 {
-    static const drive_t NOTHING;
     hal_inverter_disarm();
-    *d = NOTHING;
+    (void)memset(d, 0, sizeof *d); /* zero bits are 0, 0.0f and false on every machine that runs this */
     d->params = *params;
     const uint16_t bad = drive_build(d);
     if (bad != (uint16_t)PARAM_COUNT) {

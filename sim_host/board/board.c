@@ -24,6 +24,7 @@ void sim_board_start(sim_board_t *board)
     board->disturbance = none;
     board->periods = 0;
     board->seq = 0;
+    board->latched_fault = HAL_INVERTER_FINE;
     board->armed = false;
     board->gates_on = false;
     board->speed_requested = false;
@@ -98,9 +99,19 @@ hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
     return HAL_OK;
 }
 
+hal_inverter_fault_t hal_inverter_fault(void)
+{
+    if (selected->latched_fault == HAL_INVERTER_FINE) {
+        selected->latched_fault = selected->disturbance.inverter_fault;
+    }
+    return selected->latched_fault;
+}
+
+void hal_inverter_clear_fault(void) { selected->latched_fault = HAL_INVERTER_FINE; }
+
 hal_status_t hal_inverter_arm(void)
 {
-    if (selected->disturbance.inverter_fault != HAL_INVERTER_FINE) {
+    if (hal_inverter_fault() != HAL_INVERTER_FINE) {
         return HAL_SENSOR_FAULT;
     }
     selected->armed = true;
@@ -115,9 +126,6 @@ void hal_inverter_disarm(void)
     selected->armed = false;
     selected->gates_on = false;
 }
-
-hal_inverter_fault_t hal_inverter_fault(void) { return selected->disturbance.inverter_fault; }
-void                 hal_inverter_clear_fault(void) { selected->disturbance.inverter_fault = HAL_INVERTER_FINE; }
 
 /* ---- hal_clock -------------------------------------------------------------------------------------------------------------- */
 

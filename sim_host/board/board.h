@@ -15,8 +15,8 @@
 
 #define SIM_CLOCK_HZ 200000000.0
 #define SIM_LINK_OCTETS 4096
-#define SIM_STORAGE_PAGES 4
-#define SIM_STORAGE_WORDS 512
+#define SIM_STORAGE_PAGES 8
+#define SIM_STORAGE_WORDS 1024
 
 /** Disturbances of the electronics, for tests and scenarios. */
 typedef struct {
@@ -24,7 +24,7 @@ typedef struct {
     bool                 current_nan;    /**< Phase a reads as not-a-number. */
     bool                 encoder_stuck;  /**< The angle no longer changes. */
     bool                 encoder_error;  /**< Phase error of the encoder interface. */
-    hal_inverter_fault_t inverter_fault;
+    hal_inverter_fault_t inverter_fault; /**< The cause, as long as it stands. */
 } sim_disturbance_t;
 
 typedef struct {
@@ -37,6 +37,7 @@ typedef struct {
     sim_disturbance_t disturbance;
     uint64_t          periods;
     uint32_t          seq;
+    hal_inverter_fault_t latched_fault; /**< What the hardware remembers of it. */
     bool              armed;          /**< Gates follow the duties in the next period. */
     bool              gates_on;       /**< They do in this one. */
     double            duty[3];        /**< Of this period... */

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "control/motor/deadbeat.h"
 #include "control/motor/frames.h"
 #include "control/motor/mt_speed.h"
 #include "control/motor/pi.h"
@@ -10,6 +11,8 @@
 #include "control/motor/svm.h"
 #include "control/numeric/lagrange.h"
 #include "control/numeric/num_math.h"
+#include "control/observer/observer.h"
+#include "control/observer/torque_meter.h"
 #include "control/repetitive/fal.h"
 #include "control/repetitive/repetitive.h"
 #include "sim_host/capi/evenspin_capi.h"
@@ -314,4 +317,201 @@ void   es_mt_free(es_mt_t *mt) { free(mt); }
 double es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc)
 {
     return out(ctl_mt_step(&mt->mt, edge_count, edge_cyc, now_cyc));
+}
+
+/* ---- observers, deadbeat ----------------------------------------------------------------------------------------------------- */
+
+#define FALLBACK_LIMIT 1.0e6
+
+struct es_angle_memory {
+    ctl_angle_memory_t memory;
+    num_t              cell[];
+};
+
+static bool cells_fit(int cells)
+{
+    if ((cells < 4) || (cells > 4096)) {
+        explain("cells", cells, "within 4 .. 4096");
+        return false;
+    }
+    return true;
+}
+
+es_angle_memory_t *es_angle_memory_new(int cells, double gain, double forgetting, int write, int read, double limit)
+{
+    static const char *const NAME[] = {"cells", "gain", "forgetting", "write", "read", "limit", "cells"};
+    static const char *const LIMIT[] = {"valid", "above 0 and at most 1", "within 0 .. 1", "\"one\", \"all\" or \"hat\"", "\"linear\" or \"cubic\"",
+                                        "above 0", "within 4 .. 4096"};
+    const double given[] = {cells, gain, forgetting, write, read, limit, cells};
+    if (!cells_fit(cells)) {
+        return NULL;
+    }
+    const ctl_angle_memory_params_t p = {signal_in(gain), signal_in(forgetting), (ctl_write_t)write, (ctl_read_t)read, signal_in(limit)};
+    es_angle_memory_t              *made = calloc(1, sizeof *made + (size_t)cells * sizeof made->cell[0]);
+    const ctl_diag_t d = ctl_angle_memory_init((made != NULL) ? &made->memory : NULL, &p, (made != NULL) ? made->cell : NULL, (uint16_t)cells);
+    if (d.status != CTL_OK) {
+        const uint16_t f = (d.field < 7U) ? d.field : 0U;
+        explain(NAME[f], given[f], LIMIT[f]);
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void es_angle_memory_free(es_angle_memory_t *memory) { free(memory); }
+
+void es_angle_memory_write(es_angle_memory_t *memory, double theta_rad, double value)
+{
+    if (!isfinite(theta_rad)) { /* an angle_t cannot say "not a number": count it as the block would */
+        num_count(&memory->memory.state.rejected);
+        return;
+    }
+    ctl_angle_memory_write(&memory->memory, angle_in(theta_rad), signal_in(value), memory->memory.params.gain);
+}
+
+double es_angle_memory_read(const es_angle_memory_t *memory, double theta_rad)
+{
+    return out(ctl_angle_memory_read(&memory->memory, angle_in(theta_rad)));
+}
+
+int es_angle_memory_cells(const es_angle_memory_t *memory, double *values, int room)
+{
+    const ctl_grid_t *const grid = &memory->memory.state.grid;
+    for (int i = 0; (i < (int)grid->cells) && (i < room); i++) {
+        values[i] = out(grid->cell[i]);
+    }
+    return grid->cells;
+}
+
+uint32_t es_angle_memory_rejected(const es_angle_memory_t *memory) { return memory->memory.state.rejected; }
+
+struct es_fir {
+    ctl_fir_t fir;
+};
+
+es_fir_t *es_fir_new(int order, double cutoff_over_rate, double *taps_out)
+{
+    ctl_fir_params_t p;
+    es_fir_t        *made = calloc(1, sizeof *made);
+    const uint16_t   n = ((order >= 0) && (order <= 60000)) ? (uint16_t)order : 60000U;
+    if ((made == NULL) || (ctl_fir_design(&p, n, signal_in(cutoff_over_rate)).status != CTL_OK) || (ctl_fir_init(&made->fir, &p).status != CTL_OK)) {
+        explain((n > CTL_FIR_ORDER_MAX) ? "order" : "cutoff_over_rate", (n > CTL_FIR_ORDER_MAX) ? order : cutoff_over_rate,
+                (n > CTL_FIR_ORDER_MAX) ? "within 0 .. 15" : "above 0.0001 and below 0.5");
+        free(made);
+        return NULL;
+    }
+    for (int i = 0; (taps_out != NULL) && (i <= order); i++) {
+        taps_out[i] = out(p.tap[i]);
+    }
+    return made;
+}
+void   es_fir_free(es_fir_t *fir) { free(fir); }
+double es_fir_step(es_fir_t *fir, double x) { return out(ctl_fir_step(&fir->fir, signal_in(x))); }
+double es_fir_delay_samples(const es_fir_t *fir) { return 0.5 * ctl_fir_delay_half(&fir->fir.params); }
+
+struct es_observer {
+    ctl_meter_t    meter;
+    ctl_observer_t observer;
+    num_t          memory[8192];
+};
+
+es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms, double ts_s, int fir1_order, double fir1_hz, int fir2_order,
+                               double fir2_hz, double actuation_samples, double age_samples, double gain, double forgetting, int cells, int write,
+                               int read)
+{
+    if (!(inertia_kgm2 > 0.0) || !(ts_s > 0.0)) {
+        explain(!(inertia_kgm2 > 0.0) ? "inertia_kgm2" : "ts_s", !(inertia_kgm2 > 0.0) ? inertia_kgm2 : ts_s, "above 0");
+        return NULL;
+    }
+    if (!(age_samples >= 0.0) || !(age_samples <= (double)CTL_ARO_AGE_MAX)) {
+        explain("age_samples", age_samples, "within 0 (the true one) .. 31");
+        return NULL;
+    }
+    if (!cells_fit(cells)) {
+        return NULL;
+    }
+    ctl_meter_params_t m = {
+        .speed_per_rad = signal_in(1.0 / ts_s),
+        .torque_per_16 = signal_in(inertia_kgm2 / ts_s / 16.0),
+        .a22 = signal_in(1.0 - viscous_nms * ts_s / inertia_kgm2),
+        .actuation = signal_in(actuation_samples),
+        .step_max_rad = NUM_C(3.1415f),
+    };
+    es_observer_t *made = calloc(1, sizeof *made);
+    ctl_diag_t     d = ctl_fir_design(&m.fir1, (uint16_t)fir1_order, signal_in(fir1_hz * ts_s));
+    if (d.status == CTL_OK) {
+        d = ctl_fir_design(&m.fir2, (uint16_t)fir2_order, signal_in(fir2_hz * ts_s));
+    }
+    if ((made == NULL) || (d.status != CTL_OK)) {
+        explain("fir1_order, fir1_hz, fir2_order, fir2_hz", fir1_hz, "such that orders are within 0 .. 15 and corners below half the rate");
+        free(made);
+        return NULL;
+    }
+    if (ctl_meter_init(&made->meter, &m).status != CTL_OK) {
+        explain("inertia_kgm2, viscous_nms, actuation_samples", inertia_kgm2, "finite, B T_s / J within 0 .. 1, actuation within 0.5 .. 12");
+        free(made);
+        return NULL;
+    }
+    const ctl_observer_params_t o = {
+        .kind = (ctl_observer_kind_t)kind,
+        .memory = {signal_in(gain), signal_in(forgetting), (ctl_write_t)write, (ctl_read_t)read, in(FALLBACK_LIMIT)},
+        .age_half = (age_samples > 0.0) ? (uint16_t)(2.0 * age_samples + 0.5) : ctl_meter_age_half(&m),
+        .ahead = m.actuation,
+        .rad_per_speed = signal_in(ts_s),
+        .fast_gain = signal_in(gain),
+    };
+    d = ctl_observer_init(&made->observer, &o, made->memory, (kind == (int)CTL_OBSERVER_ARO) ? (uint16_t)cells : 8192U);
+    if (d.status != CTL_OK) {
+        explain((d.field == CTL_OBSERVER_GAIN) ? "gain" : "kind, forgetting, write, read", (d.field == CTL_OBSERVER_GAIN) ? gain : kind, "in range");
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void es_observer_free(es_observer_t *observer) { free(observer); }
+
+double es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_last_nm, double *seen)
+{
+    const angle_t         theta = angle_in(theta_m_rad);
+    const ctl_meter_out_t m = ctl_meter_step(&observer->meter, theta, signal_in(ref_last_nm));
+    if (seen != NULL) {
+        seen[0] = out(m.speed);
+        seen[1] = out(m.torque);
+    }
+    return out(ctl_observer_step(&observer->observer, theta, m.speed, m.torque));
+}
+double es_observer_age_samples(const es_observer_t *observer) { return 0.5 * observer->observer.params.age_half; }
+
+struct es_deadbeat {
+    ctl_deadbeat_t deadbeat;
+};
+
+es_deadbeat_t *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s, double correction)
+{
+    const ctl_deadbeat_params_t p = {
+        signal_in(r_ohm),           signal_in(ld_h / ts_s),       signal_in(lq_h / ts_s), signal_in(ts_s / ld_h), signal_in(ts_s / lq_h),
+        signal_in(pole_pairs * ld_h), signal_in(pole_pairs * lq_h), signal_in(pole_pairs * psi_wb), signal_in(correction),
+        in(FALLBACK_LIMIT),         in(FALLBACK_LIMIT),
+    };
+    static const char *const NAME[] = {"(pointer)", "r_ohm", "ld_h", "lq_h", "psi_wb", "correction", "limit"};
+    const double             given[] = {0, r_ohm, ld_h, lq_h, psi_wb, correction, 0};
+    es_deadbeat_t           *made = calloc(1, sizeof *made);
+    const ctl_diag_t         d = ctl_deadbeat_init((made != NULL) ? &made->deadbeat : NULL, &p);
+    if (d.status != CTL_OK) {
+        const uint16_t f = (d.field < 7U) ? d.field : 0U;
+        explain(NAME[f], given[f], (f == CTL_DEADBEAT_CORRECTION) ? "within 0 .. 0.5" : "above 0 and finite");
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void es_deadbeat_free(es_deadbeat_t *deadbeat) { free(deadbeat); }
+
+void es_deadbeat_step(es_deadbeat_t *deadbeat, const double *x, double *v)
+{
+    const ctl_dq_t meas = {signal_in(x[0]), signal_in(x[1])};
+    const ctl_dq_t ref = {signal_in(x[2]), signal_in(x[3])};
+    const ctl_dq_t last = {signal_in(x[5]), signal_in(x[6])};
+    const ctl_dq_t y = ctl_deadbeat_step(&deadbeat->deadbeat, &meas, &ref, signal_in(x[4]), &last);
+    v[0] = out(y.d);
+    v[1] = out(y.q);
 }

@@ -69,7 +69,7 @@ es_sim_t   *es_sim_new(void);
 void        es_sim_free(es_sim_t *sim);
 const char *es_sim_error(const es_sim_t *sim); /* why the last call on this object said false: "name = value: limit" */
 
-/* Before es_sim_start. Each refuses an unknown name, a value that is not finite or out of range. */
+/* For the next es_sim_start; inputs act at once. Each refuses an unknown name, a value that is not finite or out of range. */
 bool es_sim_set_model(es_sim_t *sim, const char *name, double value);
 bool es_sim_set_param(es_sim_t *sim, const char *name, double value);
 bool es_sim_set_effect(es_sim_t *sim, const char *effect, const char *param, double value);
@@ -78,7 +78,7 @@ bool es_sim_set_seed(es_sim_t *sim, uint64_t seed);
  * after the last; linear: ramp between points, otherwise hold. The arrays are copied. */
 bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear);
 
-bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; time 0; the drive goes to RUN by itself */
+bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; time 0; with auto_run = 1 the drive goes to RUN by itself */
 
 /* Run up to `periods` PWM periods and write every decimate-th sample (the first one at the start) of the chosen
  * signals to out, row by row. Returns the rows written; stops early when `capacity_rows` is full. A fault of the drive
@@ -89,6 +89,12 @@ double  es_sim_time(const es_sim_t *sim); /* s */
 double  es_sim_read(const es_sim_t *sim, const char *signal); /* value of a signal in the last period; NaN if unknown */
 /* Live changes while running (parameters are taken over between two samples). */
 bool es_sim_tune(es_sim_t *sim, const char *param, double value);
+
+/* What the angle observer has learned, A of q current over one mechanical turn; number of cells, 0 without one.
+ * Writing and clearing need a drive that does not run; before es_sim_start a table waits until the start. */
+int  es_sim_memory_read(const es_sim_t *sim, double *amps, int room);
+bool es_sim_memory_write(es_sim_t *sim, const double *amps, int cells);
+bool es_sim_memory_clear(es_sim_t *sim);
 
 /* ---- blocks -------------------------------------------------------------------------------------------------------- */
 
@@ -134,6 +140,39 @@ typedef struct es_mt es_mt_t;
 es_mt_t *es_mt_new(int counts_per_rev, double clock_hz, double ts_s);
 void     es_mt_free(es_mt_t *mt);
 double   es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc); /* rad/s */
+
+typedef struct es_angle_memory es_angle_memory_t;
+/* write: 0 one, 1 all, 2 hat; read: 0 linear, 1 cubic. Angles are unwrapped radians. */
+es_angle_memory_t *es_angle_memory_new(int cells, double gain, double forgetting, int write, int read, double limit);
+void               es_angle_memory_free(es_angle_memory_t *memory);
+void               es_angle_memory_write(es_angle_memory_t *memory, double theta_rad, double value);
+double             es_angle_memory_read(const es_angle_memory_t *memory, double theta_rad);
+int                es_angle_memory_cells(const es_angle_memory_t *memory, double *out, int room);
+uint32_t           es_angle_memory_rejected(const es_angle_memory_t *memory);
+
+typedef struct es_fir es_fir_t;
+/* Hamming low-pass; taps_out may be NULL or have room for order + 1. */
+es_fir_t *es_fir_new(int order, double cutoff_over_rate, double *taps_out);
+void      es_fir_free(es_fir_t *fir);
+double    es_fir_step(es_fir_t *fir, double x);
+double    es_fir_delay_samples(const es_fir_t *fir);
+
+typedef struct es_observer es_observer_t;
+/* Meter and observer as the drive has them; torque and reference in N m, SI throughout. kind: 0 dob, 1 ro, 2 aro.
+ * age_samples 0: the true one. */
+es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms, double ts_s, int fir1_order, double fir1_hz,
+                               int fir2_order, double fir2_hz, double actuation_samples, double age_samples, double gain,
+                               double forgetting, int cells, int write, int read);
+void           es_observer_free(es_observer_t *observer);
+/* One sample: estimate of the disturbance torque when a reference of now acts, N m. seen: [speed rad/s, torque N m]. */
+double         es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_last_nm, double *seen);
+double         es_observer_age_samples(const es_observer_t *observer);
+
+typedef struct es_deadbeat es_deadbeat_t;
+es_deadbeat_t *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s, double correction);
+void           es_deadbeat_free(es_deadbeat_t *deadbeat);
+/* in: [id, iq, id_ref, iq_ref, speed_m rad/s, vd_last, vq_last]; out: [vd, vq] */
+void           es_deadbeat_step(es_deadbeat_t *deadbeat, const double *in, double *out);
 
 /* ---- measuring ------------------------------------------------------------------------------------------------------ */
 

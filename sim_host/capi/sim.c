@@ -45,6 +45,8 @@ struct es_sim {
     track_t        input[INPUT_COUNT];
     bool           started;
     drive_command_t sent;
+    double        *table; /* memory of the angle observer that waits for the start, and its cells */
+    int            table_cells;
     double         inputs_until; /* time at which an input changes next */
     int            signal[SIGNALS_MAX];
     int            signal_count;
@@ -219,6 +221,7 @@ void es_sim_free(es_sim_t *sim)
         free(sim->input[i].t_s);
         free(sim->input[i].value);
     }
+    free(sim->table);
     free(sim);
 }
 
@@ -340,6 +343,7 @@ bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const 
     free(track->value);
     const track_t made = {t, v, count, 0, linear, v[0]};
     *track = made;
+    sim->inputs_until = -INFINITY; /* acts in the next period when the simulation runs already */
     return true;
 }
 
@@ -390,9 +394,7 @@ static void apply_inputs(es_sim_t *s)
     d->current_nan = now[INPUT_current_nan] >= 0.5;
     d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;
-    if (s->input[INPUT_inverter_fault].count > 0) {
-        d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
-    }
+    d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
 
     const drive_command_t c = {(now[INPUT_control_mode] >= 0.5) ? DRIVE_MODE_SPEED : DRIVE_MODE_CURRENT, (float)now[INPUT_speed_ref_rad_s],
                                (float)now[INPUT_id_ref_a], (float)now[INPUT_iq_ref_a]};
@@ -403,11 +405,23 @@ static void apply_inputs(es_sim_t *s)
     }
 }
 
+static bool give_table(es_sim_t *sim)
+{
+    float amps[DRIVE_OBSERVER_CAPACITY];
+    for (int i = 0; i < sim->table_cells; i++) {
+        amps[i] = (float)sim->table[i];
+    }
+    return drive_memory_write(&sim->drive, amps, (uint16_t)sim->table_cells)
+               ? true
+               : refuse(sim, "memory", (double)sim->table_cells, "needs method = aro, aro_cells values within +-observer_limit_a, and a drive that does not run");
+}
+
 bool es_sim_start(es_sim_t *sim)
 {
     if (sim == NULL) {
         return false;
     }
+    sim->started = false;
     if (sim->model.pwm_hz != (double)DRIVE_PWM_HZ) {
         return refuse(sim, "pwm_hz", sim->model.pwm_hz, "the firmware runs at 10000 Hz");
     }
@@ -426,6 +440,9 @@ bool es_sim_start(es_sim_t *sim)
     if (sim->drive.fault == FAULT_configuration) {
         const param_info_t *const p = params_info(sim->drive.fault_detail);
         return refuse(sim, p->name, (double)params_get(&sim->params, sim->drive.fault_detail), "does not fit the other parameters; see docs/parameters.md");
+    }
+    if ((sim->table != NULL) && !give_table(sim)) {
+        return false;
     }
     for (int pass = 0; pass < 3; pass++) { /* init -> ready -> run before the first sample, when nothing else is asked for */
         drive_background(&sim->drive);
@@ -454,7 +471,7 @@ bool es_sim_record(es_sim_t *sim, const char *const *signals, int count)
     }
     int chosen[SIGNALS_MAX];
     for (int i = 0; i < count; i++) {
-        chosen[i] = find_signal(signals[i]);
+        chosen[i] = (signals[i] != NULL) ? find_signal(signals[i]) : -1;
         if (chosen[i] < 0) {
             return refuse(sim, signals[i], (double)i, "no such signal");
         }
@@ -523,6 +540,51 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
     if (!drive_tune(&sim->drive, &p, &culprit)) {
         return refuse(sim, (culprit < (uint16_t)PARAM_COUNT) ? params_info(culprit)->name : param, value,
                       (culprit < (uint16_t)PARAM_COUNT) ? "does not fit the other parameters" : "an earlier change still waits");
+    }
+    return true;
+}
+
+int es_sim_memory_read(const es_sim_t *sim, double *amps, int room)
+{
+    float table[DRIVE_OBSERVER_CAPACITY];
+    if ((sim == NULL) || !sim->started) {
+        return 0;
+    }
+    const int cells = drive_memory_read(&sim->drive, table, (uint16_t)DRIVE_OBSERVER_CAPACITY);
+    for (int i = 0; (amps != NULL) && (i < cells) && (i < room); i++) {
+        amps[i] = (double)table[i];
+    }
+    return cells;
+}
+
+bool es_sim_memory_write(es_sim_t *sim, const double *amps, int cells)
+{
+    if ((sim == NULL) || (amps == NULL)) {
+        return false;
+    }
+    if ((cells < 1) || (cells > (int)DRIVE_OBSERVER_CAPACITY)) {
+        return refuse_range(sim, "cells", (double)cells, 1, (double)DRIVE_OBSERVER_CAPACITY, "", true);
+    }
+    double *const copy = malloc((size_t)cells * sizeof *copy);
+    if (copy == NULL) {
+        return refuse(sim, "cells", (double)cells, "not enough memory");
+    }
+    memcpy(copy, amps, (size_t)cells * sizeof *copy);
+    free(sim->table);
+    sim->table = copy;
+    sim->table_cells = cells;
+    return !sim->started || give_table(sim);
+}
+
+bool es_sim_memory_clear(es_sim_t *sim)
+{
+    if (sim == NULL) {
+        return false;
+    }
+    free(sim->table);
+    sim->table = NULL;
+    if (sim->started && !drive_memory_clear(&sim->drive)) {
+        return refuse(sim, "memory", 0.0, "cannot be cleared while the drive runs");
     }
     return true;
 }

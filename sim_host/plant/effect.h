@@ -11,7 +11,7 @@
 
 #include "sim_host/plant/model.h"
 
-#define SIM_EFFECT_PARAMS 4
+#define SIM_EFFECT_PARAMS 18
 
 /** The shaft as an effect sees it. */
 typedef struct {

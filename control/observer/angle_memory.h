@@ -1,0 +1,69 @@
+/**
+ * @file  control/observer/angle_memory.h
+ * @brief Learns a waveform over the angle: each grid point moves towards what was seen there.
+ *
+ *     m_i <- q m_i + g (v_i - m_i)     for a grid point i that the motion passes                         (1)
+ *
+ *   CTL_WRITE_ONE   as printed: of the points passed since the last sample only the newest, v_i on the straight line
+ *                   between the two samples beside it
+ *   CTL_WRITE_ALL   every point passed, the same way
+ *   CTL_WRITE_HAT   v_i is the average of all samples within one cell on either side, weighted with their nearness;
+ *                   where no sample came near, the straight line
+ *
+ * Source   Tang et al. 2020 (IEEE TIE 67), sections IV-B to IV-D. (1) has its pole at q - g: bounded for 0 < g < 1 + q.
+ * Total    both directions, reversal and standstill; a non-finite value and a step of a quarter turn or more teach
+ *          nothing and are counted, the memory stays as it was. Contents stay within +-limit.
+ * Cost     independent of the number of cells at normal speed: a write is 1 division and 2 products per point passed
+ *          (hat: 1 division more per point); a read 2 products (linear) or 10 (cubic).
+ */
+#ifndef CONTROL_OBSERVER_ANGLE_MEMORY_H
+#define CONTROL_OBSERVER_ANGLE_MEMORY_H
+
+#include "control/memory/angle_grid.h"
+
+typedef enum { CTL_WRITE_ONE = 0, CTL_WRITE_ALL, CTL_WRITE_HAT } ctl_write_t;
+typedef enum { CTL_READ_LINEAR = 0, CTL_READ_CUBIC } ctl_read_t;
+
+typedef struct {
+    num_t       gain;       /**< g, (0, 1]. */
+    num_t       forgetting; /**< q, [0, 1]; 1 forgets nothing. */
+    ctl_write_t write;
+    ctl_read_t  read;
+    num_t       limit;      /**< Largest |m_i|, > 0. */
+} ctl_angle_memory_params_t;
+
+/** Samples near one grid point: CTL_WRITE_HAT. */
+typedef struct {
+    num_t sum, weight;
+} ctl_hat_t;
+
+typedef struct {
+    ctl_grid_t grid;
+    angle_t    at;       /**< Last sample... */
+    num_t      value;    /**< ...and its value. */
+    bool       primed;   /**< A last sample exists. */
+    ctl_hat_t  below, above; /**< Hat sums of the two grid points around the last sample. */
+    uint32_t   written;  /**< Points written; does not wrap. */
+    num_t      change;   /**< Mean size of (v_i - m_i), for the quality figure: falls as learning goes on. */
+    uint32_t   rejected;
+} ctl_angle_memory_state_t;
+
+typedef struct {
+    ctl_angle_memory_params_t params;
+    ctl_angle_memory_state_t  state;
+} ctl_angle_memory_t;
+
+enum { CTL_AM_GAIN = 1, CTL_AM_FORGETTING, CTL_AM_WRITE, CTL_AM_READ, CTL_AM_LIMIT, CTL_AM_CELLS };
+
+/** Validate, take over @p memory, all zero. On error @p self stays as it was. */
+ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory, uint16_t cells);
+/** Forget everything. Costs O(cells): not for an interrupt. */
+void ctl_angle_memory_clear(ctl_angle_memory_t *self);
+/** Forget the last sample but not the contents: after a pause, or while learning rests. */
+void ctl_angle_memory_pause(ctl_angle_memory_t *self);
+/** One sample: value @p v seen at @p angle, learned with gain @p gain (the parameter, or another one for a fast start). */
+void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain);
+/** What was learned for @p angle. */
+num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle);
+
+#endif

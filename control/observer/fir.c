@@ -1,0 +1,106 @@
+#include "control/observer/fir.h"
+
+#include "control/numeric/angle.h"
+
+#define RING_MASK CTL_FIR_ORDER_MAX
+
+/* sin(pi c d) / (pi d), d in half samples of distance from the middle: the ideal low-pass of corner c (of the rate) */
+static num_t ideal(num_t cutoff, int16_t half_steps)
+{
+    if (half_steps == 0) {
+        return num_add(cutoff, cutoff);
+    }
+    num_t sine, cosine;
+    /* 2 pi c (half_steps / 2) = pi c half_steps, at most pi / 2 * 15 = 23.6 rad */
+    const num_t turn = num_mul(num_mul(cutoff, NUM_C(3.14159265f)), num_from_int(half_steps));
+    angle_sincos(angle_from_rad(turn), &sine, &cosine);
+    return num_div(sine, num_mul(NUM_C(1.57079633f), num_from_int(half_steps)));
+}
+
+ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff)
+{
+    if (params == NULL) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    if (order > CTL_FIR_ORDER_MAX) {
+        return ctl_diag_count(CTL_ERR_RANGE, CTL_FIR_ORDER, order);
+    }
+    if (!((cutoff >= NUM_C(0.0001f)) && (cutoff < NUM_C(0.5f)))) {
+        return ctl_diag(CTL_ERR_RANGE, CTL_FIR_CUTOFF, cutoff);
+    }
+    num_t sum = (num_t)0;
+    params->order = order;
+    for (uint16_t i = 0U; i <= CTL_FIR_ORDER_MAX; i++) {
+        params->tap[i] = (num_t)0;
+    }
+    for (uint16_t i = 0U; i <= order; i++) {
+        num_t window = NUM_C(1.0f);
+        if (order > 0U) { /* 0.54 - 0.46 cos(2 pi i / n) */
+            num_t sine, cosine;
+            angle_sincos((angle_t)(((uint64_t)i << 32) / order), &sine, &cosine);
+            window = num_mac(NUM_C(0.54f), NUM_C(-0.46f), cosine);
+        }
+        params->tap[i] = num_mul(window, ideal(cutoff, (int16_t)((2 * (int16_t)i) - (int16_t)order)));
+        sum = num_add(sum, params->tap[i]);
+    }
+    for (uint16_t i = 0U; i <= order; i++) {
+        params->tap[i] = num_div(params->tap[i], sum);
+    }
+    return ctl_diag_ok();
+}
+
+ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    if (params->order > CTL_FIR_ORDER_MAX) {
+        return ctl_diag_count(CTL_ERR_RANGE, CTL_FIR_ORDER, params->order);
+    }
+    num_t size = (num_t)0;
+    for (uint16_t i = 0U; i <= params->order; i++) {
+        const num_t h = params->tap[i];
+        size = num_add(size, num_abs(h));
+        if (!num_is_finite(h) || !(size <= NUM_C(4.0f)) ||
+            !(num_abs(num_sub(h, params->tap[params->order - i])) <= NUM_C(2.5e-7f))) {
+            return ctl_diag(CTL_ERR_RANGE, CTL_FIR_TAP, h);
+        }
+    }
+    self->params = *params;
+    self->state.rejected = 0U;
+    ctl_fir_reset(self, (num_t)0);
+    return ctl_diag_ok();
+}
+
+void ctl_fir_reset(ctl_fir_t *self, num_t x)
+{
+    const num_t start = num_guard(x, (num_t)0, &self->state.rejected);
+    for (uint16_t i = 0U; i <= CTL_FIR_ORDER_MAX; i++) {
+        self->state.x[i] = start;
+    }
+    self->state.head = 0U;
+}
+
+num_t ctl_fir_step(ctl_fir_t *self, num_t x)
+{
+    const ctl_fir_params_t *const p = &self->params;
+    ctl_fir_state_t *const        s = &self->state;
+    const num_t                   good = num_guard(x, s->x[s->head], &s->rejected);
+
+    s->head = (uint16_t)((s->head + 1U) & RING_MASK);
+    s->x[s->head] = good;
+
+    /* fold: equal taps share a product */
+    num_t    y = (num_t)0;
+    uint16_t young = s->head;
+    uint16_t old = (uint16_t)((s->head - p->order) & RING_MASK);
+    for (uint16_t i = 0U; (2U * i) < p->order; i++) {
+        y = num_mac(y, p->tap[i], num_add(s->x[young], s->x[old]));
+        young = (uint16_t)((young - 1U) & RING_MASK);
+        old = (uint16_t)((old + 1U) & RING_MASK);
+    }
+    if ((p->order & 1U) == 0U) {
+        y = num_mac(y, p->tap[p->order / 2U], s->x[young]);
+    }
+    return y;
+}

@@ -1,0 +1,269 @@
+#include "control/observer/observer.h"
+
+#define SLOW_GAIN NUM_C(0.01f)  /* low-pass of the speed: 100 samples */
+#define SEEN_GAIN NUM_C(0.001f)
+#define PAST_MASK CTL_ARO_AGE_MAX
+
+/* ---- configuration ------------------------------------------------------------------------------------------------ */
+
+static ctl_diag_t check(const ctl_observer_params_t *p)
+{
+    const ctl_angle_memory_params_t *const m = &p->memory;
+    ctl_diag_t                             d = ctl_diag_ok();
+    if ((uint16_t)p->kind > (uint16_t)CTL_OBSERVER_ARO) {
+        d = ctl_diag_count(CTL_ERR_RANGE, CTL_OBSERVER_KIND, (uint16_t)p->kind);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(m->gain, NUM_EPS, NUM_C(1.0f), CTL_OBSERVER_GAIN);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(m->forgetting, (num_t)0, NUM_C(1.0f), CTL_OBSERVER_FORGETTING);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(m->limit, NUM_EPS, NUM_MAX, CTL_OBSERVER_LIMIT);
+    }
+    if ((d.status == CTL_OK) && (p->age_half > (2U * CTL_ARO_AGE_MAX))) {
+        d = ctl_diag_count(CTL_ERR_RANGE, CTL_OBSERVER_AGE, p->age_half);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->ahead, (num_t)0, NUM_C(12.0f), CTL_OBSERVER_AHEAD);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->rad_per_speed, NUM_EPS, NUM_MAX, CTL_OBSERVER_RAD);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->fast_gain, NUM_EPS, NUM_C(1.0f), CTL_OBSERVER_FAST_GAIN);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->rest_torque, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->rest_turns, (num_t)0, NUM_C(100.0f), CTL_OBSERVER_REST);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->rest_step, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
+    }
+    return d;
+}
+
+ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *params, num_t *memory, uint16_t capacity)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    ctl_diag_t           d = check(params);
+    ctl_observer_state_t made = {0};
+    if ((d.status == CTL_OK) && (params->kind == CTL_OBSERVER_ARO)) {
+        d = ctl_angle_memory_init(&made.memory, &params->memory, memory, capacity);
+        d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_OBSERVER_MEMORY;
+    }
+    if ((d.status == CTL_OK) && (params->kind == CTL_OBSERVER_RO)) {
+        d = (capacity < (CTL_ARO_AGE_MAX + 33U)) ? ctl_diag_count(CTL_ERR_MEMORY, CTL_OBSERVER_MEMORY, capacity)
+                                                 : ctl_ring_init(&made.time, memory, capacity);
+        d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_OBSERVER_MEMORY;
+    }
+    if (d.status == CTL_OK) {
+        made.turn_samples = UINT16_MAX;
+        self->params = *params;
+        self->state = made;
+    }
+    return d;
+}
+
+void ctl_observer_reset(ctl_observer_t *self, bool keep)
+{
+    ctl_observer_state_t *const s = &self->state;
+    if (self->params.kind == CTL_OBSERVER_ARO) {
+        if (keep) {
+            ctl_angle_memory_pause(&s->memory);
+        } else {
+            ctl_angle_memory_clear(&s->memory);
+        }
+    } else if (self->params.kind == CTL_OBSERVER_RO) {
+        ctl_ring_clear(&s->time); /* time goes on: what was learned does not survive a pause */
+    } else {
+        s->estimate = (num_t)0;
+    }
+    s->known = 0U;
+    s->samples = keep ? s->samples : 0U;
+    s->seen = (num_t)0;
+    s->turn_sum = (num_t)0;
+    s->turn_way = (num_t)0;
+    s->mean_known = false;
+    s->rest_way = (num_t)0;
+    s->rest_left = 0U;
+    s->speed_slow = (num_t)0;
+    s->step_slow = (num_t)0;
+    s->turn_samples = UINT16_MAX;
+    s->synchronous = false;
+}
+
+void ctl_observer_hold(ctl_observer_t *self, bool hold) { self->state.held = hold; }
+
+num_t ctl_observer_news(const ctl_observer_t *self)
+{
+    const ctl_observer_state_t *const s = &self->state;
+    if ((self->params.kind != CTL_OBSERVER_ARO) || !(s->seen > (num_t)0)) {
+        return NUM_C(1.0f);
+    }
+    return num_min(num_div(s->memory.state.change, s->seen), NUM_C(1.0f));
+}
+
+/* ---- one sample ------------------------------------------------------------------------------------------------------ */
+
+/* Speed, its change, and how many samples a turn has: whole, and whether nearly whole. */
+static void watch_speed(ctl_observer_t *self, num_t speed)
+{
+    const ctl_observer_params_t *const p = &self->params;
+    ctl_observer_state_t *const        s = &self->state;
+
+    const num_t change = num_mul(SLOW_GAIN, num_sub(speed, s->speed_slow));
+    s->speed_slow = num_add(s->speed_slow, change);
+    s->step_slow = num_mac(s->step_slow, SLOW_GAIN, num_sub(change, s->step_slow));
+
+    const uint32_t step = angle_from_rad_short(num_abs(num_mul(s->speed_slow, p->rad_per_speed)));
+    s->turn_samples = UINT16_MAX;
+    s->synchronous = false;
+    if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
+        const uint32_t whole = UINT32_MAX / step;
+        const uint32_t rest = UINT32_MAX - (whole * step);
+        const bool     up = rest > (step / 2U);
+        const uint32_t off = up ? (step - rest) : rest;
+        s->turn_samples = (uint16_t)(up ? (whole + 1U) : whole);
+        s->synchronous = (s->turn_samples < p->sync_samples) && (off < (step / 32U));
+    }
+}
+
+/* The mean over one turn of angle, from turn to turn. */
+static void watch_mean(ctl_observer_state_t *s, num_t torque, num_t way)
+{
+    s->turn_sum = num_mac(s->turn_sum, torque, way);
+    s->turn_way = num_add(s->turn_way, way);
+    if (s->turn_way >= NUM_C(1.0f)) {
+        s->mean = num_div(s->turn_sum, s->turn_way);
+        s->mean_known = true;
+        s->turn_sum = (num_t)0;
+        s->turn_way = (num_t)0;
+    }
+}
+
+/* May this sample be learned? Counts down what rests. */
+static bool may_learn(ctl_observer_t *self, num_t torque, num_t way)
+{
+    const ctl_observer_params_t *const p = &self->params;
+    ctl_observer_state_t *const        s = &self->state;
+
+    if ((p->rest_torque > (num_t)0) && s->mean_known && (s->rest_way <= (num_t)0) &&
+        (num_abs(num_sub(torque, s->mean)) > p->rest_torque)) {
+        s->rest_way = p->rest_turns;
+        s->turn_sum = (num_t)0; /* the old mean is void: begin a new turn here */
+        s->turn_way = (num_t)0;
+    }
+    bool rests = s->rest_way > (num_t)0;
+    if (rests) {
+        s->rest_way = num_sub(s->rest_way, way);
+    }
+    if ((p->rest_step > (num_t)0) && (num_abs(s->step_slow) > p->rest_step)) {
+        s->rest_left = p->rest_samples;
+    }
+    if (s->rest_left > 0U) {
+        s->rest_left--;
+        rests = true;
+    }
+    return !rests && !s->held && !s->synchronous && !(p->remove_mean && !s->mean_known);
+}
+
+static num_t read_time(const ctl_observer_t *self)
+{
+    const ctl_observer_params_t *const p = &self->params;
+    const ctl_observer_state_t *const  s = &self->state;
+    /* newest entry: k - age; wanted: k + ahead - N; so N - age - ahead entries before the newest, in half samples */
+    const num_t    lag = num_mac(p->ahead, NUM_C(0.5f), num_from_int((int16_t)p->age_half));
+    const uint16_t lag_up = (uint16_t)(num_floor(lag) + 1);
+    const num_t    part = num_sub(num_from_int((int16_t)lag_up), lag); /* (0, 1] */
+    if ((s->turn_samples < lag_up) || (s->turn_samples >= (s->time.capacity - 2U))) {
+        return (num_t)0; /* a turn shorter than the delay, or longer than the memory */
+    }
+    const uint16_t at = (uint16_t)(s->turn_samples - lag_up);
+    const num_t    young = ctl_ring_get(&s->time, at);
+    return num_mac(young, part, num_sub(ctl_ring_get(&s->time, (uint16_t)(at + 1U)), young));
+}
+
+static void learn_time(ctl_observer_t *self, num_t torque, num_t gain)
+{
+    const ctl_angle_memory_params_t *const m = &self->params.memory;
+    ctl_observer_state_t *const            s = &self->state;
+    /* one turn before the entry that is pushed now */
+    const num_t old = (s->turn_samples <= s->time.capacity) ? ctl_ring_get(&s->time, (uint16_t)(s->turn_samples - 1U)) : (num_t)0;
+    const num_t x = num_mac(num_mul(m->forgetting, old), gain, num_sub(torque, old));
+    ctl_ring_push(&s->time, num_clamp(x, num_neg(m->limit), m->limit));
+}
+
+/* The angle to which T_d belongs. */
+static angle_t angle_then(const ctl_observer_t *self)
+{
+    const ctl_observer_state_t *const s = &self->state;
+    const uint16_t                    whole = (uint16_t)(self->params.age_half / 2U);
+    const angle_t                     young = s->past[(s->head - whole) & PAST_MASK];
+    if ((self->params.age_half & 1U) == 0U) {
+        return young;
+    }
+    const angle_t old = s->past[(s->head - (whole + 1U)) & PAST_MASK];
+    return young + (angle_t)((int32_t)(old - young) / 2);
+}
+
+static num_t size_of_step(const ctl_observer_state_t *s, angle_t theta)
+{
+    const num_t turns = num_abs(num_mul(angle_to_rad_signed(theta - s->past[s->head]), NUM_C(0.15915494f)));
+    return (s->known > 0U) ? turns : (num_t)0;
+}
+
+num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque)
+{
+    const ctl_observer_params_t *const p = &self->params;
+    ctl_observer_state_t *const        s = &self->state;
+    const num_t                        limit = p->memory.limit;
+
+    const bool  good = num_is_finite(speed) && num_is_finite(torque);
+    const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
+    const num_t t = num_guard(torque, s->mean, &s->rejected);
+    const num_t way = size_of_step(s, theta);
+
+    s->head = (uint16_t)((s->head + 1U) & PAST_MASK);
+    s->past[s->head] = theta;
+    if (s->known <= CTL_ARO_AGE_MAX) {
+        s->known++;
+    }
+    watch_speed(self, w);
+    const bool  learn = may_learn(self, t, way) && good && (s->known > CTL_ARO_AGE_MAX);
+    watch_mean(s, t, way);
+    const num_t news = p->remove_mean ? num_sub(t, s->mean) : t;
+    const num_t gain = (s->samples < p->fast_samples) ? p->fast_gain : p->memory.gain;
+    num_count(&s->samples);
+    s->seen = num_mac(s->seen, SEEN_GAIN, num_sub(num_abs(news), s->seen));
+
+    num_t out;
+    switch (p->kind) {
+    case CTL_OBSERVER_ARO:
+        if (learn) {
+            ctl_angle_memory_write(&s->memory, angle_then(self), news, gain);
+        } else {
+            ctl_angle_memory_pause(&s->memory);
+        }
+        out = ctl_angle_memory_read(&s->memory, theta + angle_from_rad_short(num_mul(num_mul(w, p->rad_per_speed), p->ahead)));
+        break;
+    case CTL_OBSERVER_RO:
+        learn_time(self, news, learn ? gain : (num_t)0);
+        out = read_time(self);
+        break;
+    case CTL_OBSERVER_DOB:
+    default:
+        if (learn) {
+            s->estimate = num_clamp(num_mac(num_mul(p->memory.forgetting, s->estimate), gain, num_sub(news, s->estimate)),
+                                    num_neg(limit), limit);
+        }
+        out = s->estimate;
+        break;
+    }
+    return num_clamp(out, num_neg(limit), limit);
+}
