@@ -1,0 +1,530 @@
+"""Make the golden vectors of the tests of control/, or check that the committed ones are up to date.
+
+    python3 tests/control/golden/make_golden.py            write the headers beside this file
+    python3 tests/control/golden/make_golden.py --check    compare, write nothing; exit status 1 when one is stale
+
+Nothing here is a translation of the C: every vector comes from the equation of the paper by another road (moment
+equations, complex numbers, sector times, transfer functions, exact fractions, decimals of 40 digits), in double
+precision or better. Only the standard library is used, so the check runs everywhere.
+
+Inputs are whole multiples of 2^-16 wherever possible: exact in float and in fixed point, so that a difference in the
+result is the block's own. Noise comes from the generator that tests/support/numeric.h has, too.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from decimal import Decimal, getcontext
+from fractions import Fraction
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+COMMAND = "python3 tests/control/golden/make_golden.py"
+SAME = 1e-10  # two machines' sin and cos may differ in the last bit of a double, not in the tenth digit
+TURN = 1 << 32  # steps of an angle_t
+
+getcontext().prec = 40
+
+
+# ---- tools ----------------------------------------------------------------------------------------------------------
+
+
+def noise(seed: int) -> Iterator[float]:
+    """Multiples of 2^-16 in [-1/2, 1/2); the generator of Numerical Recipes, its upper half."""
+    while True:
+        seed = (seed * 1664525 + 1013904223) % (1 << 32)
+        yield ((seed >> 16) - 32768) / 65536.0
+
+
+def integers(seed: int) -> Iterator[int]:
+    while True:
+        seed = (seed * 1664525 + 1013904223) % (1 << 32)
+        yield seed
+
+
+def solve(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction]:
+    """Exact solution of a linear system by elimination."""
+    n = len(right)
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    for i in range(n):
+        pivot = next(r for r in range(i, n) if rows[r][i] != 0)
+        rows[i], rows[pivot] = rows[pivot], rows[i]
+        for r in range(n):
+            if r != i:
+                factor = rows[r][i] / rows[i][i]
+                rows[r] = [a - factor * b for a, b in zip(rows[r], rows[i], strict=True)]
+    return [rows[i][n] / rows[i][i] for i in range(n)]
+
+
+def lagrange(order: int, f: Fraction) -> list[Fraction]:
+    """Taps of a delay by f: the moments of the taps are those of the delay, sum_k A_k k^i = f^i for i = 0..order."""
+    matrix = [[Fraction(k) ** i for k in range(order + 1)] for i in range(order + 1)]
+    return solve(matrix, [f**i for i in range(order + 1)])
+
+
+def power(base: Decimal, exponent: Decimal) -> Decimal:
+    return (base.ln() * exponent).exp() if base > 0 else Decimal(0)
+
+
+def fal(e: float, alpha: float, delta: float) -> float:
+    a, d, size = Decimal(repr(alpha)), Decimal(repr(delta)), Decimal(abs(e))
+    y = size * power(d, a - 1) if size <= d else power(size, a)
+    return math.copysign(float(y), e)
+
+
+def fal_slope(e: float, alpha: float, delta: float) -> float:
+    a, d = Decimal(repr(alpha)), Decimal(repr(delta))
+    return float(power(max(Decimal(abs(e)), d), a - 1))
+
+
+# ---- headers --------------------------------------------------------------------------------------------------------
+
+
+def number(x: float | int | Fraction | Decimal) -> str:
+    if isinstance(x, bool):
+        return "true" if x else "false"
+    if isinstance(x, int):
+        return f"{x}U" if x >= 0 else str(x)
+    value = float(x)
+    return repr(value) if len(repr(value)) <= 12 else f"{value:.13e}"
+
+
+def table(name: str, what: str, fields: str, rows: Sequence[Sequence[float | int | Fraction | Decimal]]) -> str:
+    """A C array of structures; `fields` is the body of the structure."""
+    lines = [f"/* {what} */", f"typedef struct {{ {fields} }} {name.lower()}_t;"]
+    lines.append(f"static const {name.lower()}_t {name}[{len(rows)}] = {{")
+    lines += [f"    {{{', '.join(number(x) for x in row)}}}," for row in rows]
+    return "\n".join([*lines, "};"])
+
+
+def vector(name: str, what: str, values: Sequence[float]) -> str:
+    lines = [f"/* {what} */", f"static const double {name}[{len(values)}] = {{"]
+    for i in range(0, len(values), 5):
+        lines.append("    " + " ".join(f"{number(x)}," for x in values[i : i + 5]))
+    return "\n".join([*lines, "};"])
+
+
+def header(name: str, parts: Sequence[str]) -> str:
+    guard = f"TESTS_CONTROL_GOLDEN_{name.upper()}_H"
+    body = "\n\n".join(parts)
+    return f"/* Made by `{COMMAND}`; do not edit. */\n#ifndef {guard}\n#define {guard}\n\n{body}\n\n#endif\n"
+
+
+# ---- numeric/ -------------------------------------------------------------------------------------------------------
+
+
+def make_num_math() -> list[str]:
+    two = Decimal(2)
+    positive = [Fraction(n, 65536) for n in (1, 2, 3, 100, 655, 4096, 20000, 46340, 46341, 65535, 65536, 65537)]
+    positive += [Fraction(n, 4) for n in (5, 6, 7, 8, 11, 17, 40, 63, 101, 255, 256, 257, 400, 511)]
+    logs = [(x, (Decimal(x.numerator) / x.denominator).ln() / two.ln()) for x in positive]
+    roots = [(x, (Decimal(x.numerator) / x.denominator).sqrt()) for x in positive]
+    exponents = [Fraction(n, 64) for n in (-1537, -1023, -640, -333, -97, -64, -33, -32, -31, -1, 0, 1, 31, 32, 33)]
+    exponents += [Fraction(n, 64) for n in (63, 64, 65, 127, 200, 287, 300, 383, 416, 440)]
+    exps = [(x, power(two, Decimal(x.numerator) / x.denominator)) for x in exponents]
+    pows = []
+    for base in positive[::2] + positive[1::4]:
+        for exponent in (Fraction(-1, 2), Fraction(-3, 8), Fraction(1, 16), Fraction(5, 8), Fraction(1)):
+            value = power(Decimal(base.numerator) / base.denominator, Decimal(exponent.numerator) / exponent.denominator)
+            if value < 120:
+                pows.append((base, exponent, value))
+    wide = []
+    for base in ("1e-9", "3.7e-7", "0.00012", "0.9", "1.1", "7777.0", "250000.0", "8.1e7", "1e9"):
+        for exponent in (-1.0, -0.75, -0.375, 0.0625, 0.625, 1.0):
+            wide.append((float(base), exponent, power(Decimal(base), Decimal(exponent))))
+    pair = "double x, y;"
+    triple = "double base, exponent, y;"
+    return [
+        table("GOLDEN_LOG2", "y = log2(x): decimals", pair, logs),
+        table("GOLDEN_EXP2", "y = 2^x: decimals", pair, exps),
+        table("GOLDEN_SQRT", "y = sqrt(x): decimals", pair, roots),
+        table("GOLDEN_POW", "y = base^exponent where both numerics reach: decimals", triple, pows),
+        table("GOLDEN_POW_WIDE", "the same where only float reaches", triple, wide),
+    ]
+
+
+def make_angle() -> list[str]:
+    source = integers(7)
+    angles = [0, 1, TURN // 8 - 1, TURN // 8, TURN // 4, TURN // 2 - 1, TURN // 2, 3 * (TURN // 4), TURN - 1]
+    angles += [next(source) for _ in range(40)]
+    rows = []
+    for a in angles:
+        z = cmath.rect(1.0, 2.0 * math.pi * a / TURN)
+        signed = a - TURN if a >= TURN // 2 else a
+        rows.append((a, z.imag, z.real, 2.0 * math.pi * a / TURN, 2.0 * math.pi * signed / TURN))
+    pi = Decimal("3.14159265358979323846264338327950288419717")
+    back = []
+    for rad in (0.0, 0.5, -0.5, 3.0, -3.25, 6.25, 6.5, -50.25, 99.75, -100.0, 0.0625, -0.0009765625, 0.0009765625):
+        turns = Decimal(rad) / (2 * pi)
+        back.append((rad, int(((turns - turns.to_integral_value(rounding="ROUND_FLOOR")) * TURN).to_integral_value())))
+    return [
+        table(
+            "GOLDEN_SINCOS",
+            "a complex number turned by angle / 2^32 of a turn; radians in [0, 2 pi) and in [-pi, pi)",
+            "uint32_t angle; double sine, cosine, rad, rad_signed;",
+            rows,
+        ),
+        table("GOLDEN_FROM_RAD", "rad as steps of 2^-32 turn: decimals", "double rad; uint32_t angle;", back),
+    ]
+
+
+def make_lagrange() -> list[str]:
+    rows = []
+    for order in range(4):
+        for n in range(0, 64 * order + 1, 13) if order else [0]:
+            taps = lagrange(order, Fraction(n, 64))
+            rows.append((order, Fraction(n, 64), *taps, *[0.0] * (3 - order)))
+    return [
+        table(
+            "GOLDEN_LAGRANGE",
+            "taps of order `order` for the fraction f: exact solution of the moment equations",
+            "uint16_t order; double f, a0, a1, a2, a3;",
+            rows,
+        )
+    ]
+
+
+# ---- memory/ --------------------------------------------------------------------------------------------------------
+
+
+def newton(xs: Sequence[int], ys: Sequence[Fraction], x: Fraction) -> Fraction:
+    """Interpolation by divided differences."""
+    coefficients = list(ys)
+    for level in range(1, len(xs)):
+        for i in range(len(xs) - 1, level - 1, -1):
+            coefficients[i] = (coefficients[i] - coefficients[i - 1]) / (xs[i] - xs[i - level])
+    value = coefficients[-1]
+    for i in range(len(xs) - 2, -1, -1):
+        value = value * (x - xs[i]) + coefficients[i]
+    return value
+
+
+def make_angle_grid() -> list[str]:
+    cells = 12
+    values = noise(11)
+    content = [Fraction(next(values) * 8.0) for _ in range(cells)]
+    source = integers(12)
+    angles = [0, 1, TURN - 1, TURN // 2, TURN // 3 + 1, TURN // 24] + [next(source) for _ in range(34)]
+    rows = []
+    for a in angles:
+        position = Fraction(a * cells, TURN)
+        i = math.floor(position)
+        near = {n: newton(range(i - n + 1, i + n + 1), [content[j % cells] for j in range(i - n + 1, i + n + 1)], position)
+                for n in (1, 2)}  # fmt: skip
+        rows.append((a, near[1], near[2]))
+    return [
+        vector("GOLDEN_GRID_CELLS", "content of the cells", [float(x) for x in content]),
+        table(
+            "GOLDEN_GRID_READ",
+            "read-out through two and four neighbours: divided differences, exact",
+            "uint32_t angle; double linear, cubic;",
+            rows,
+        ),
+    ]
+
+
+# ---- motor/ ---------------------------------------------------------------------------------------------------------
+
+
+def make_frames() -> list[str]:
+    values = noise(21)
+    source = integers(22)
+    rows = []
+    for i in range(24):
+        a, b, c = (next(values) * 16.0 for _ in range(3))
+        if i < 4:  # a three-phase set by hand: only a, only b, only c, all alike
+            a, b, c = [(4.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 4.0), (4.0, 4.0, 4.0)][i]
+        angle = next(source)
+        space = 2.0 / 3.0 * sum(x * cmath.exp(2j * math.pi * n / 3) for n, x in enumerate((a, b, c)))
+        turned = space * cmath.exp(-2j * math.pi * angle / TURN)
+        phases = [(space * cmath.exp(-2j * math.pi * n / 3)).real for n in range(3)]
+        rows.append((a, b, c, angle, space.real, space.imag, turned.real, turned.imag, *phases))
+    fields = "double a, b, c; uint32_t angle; double alpha, beta, d, q, back_a, back_b, back_c;"
+    what = "space vector 2/3 (a + b e^j120 + c e^j240), turned by -angle, and projected back on the phase axes"
+    return [table("GOLDEN_FRAMES", what, fields, rows)]
+
+
+def sector_duties(alpha: float, beta: float, v_dc: float) -> tuple[float, float, float]:
+    """Duty cycles from sector, T1, T2 and T0, zero time split in two halves."""
+    length, phi = abs(complex(alpha, beta)), cmath.phase(complex(alpha, beta)) % (2.0 * math.pi)
+    sector = min(int(phi / (math.pi / 3.0)), 5)
+    rest = phi - sector * math.pi / 3.0
+    reach = math.sqrt(3.0) * length / v_dc
+    t1, t2 = reach * math.sin(math.pi / 3.0 - rest), reach * math.sin(rest)
+    # the six active vectors in order, as the switches of phases a, b, c
+    active = [(1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1)]
+    first, second = active[sector], active[(sector + 1) % 6]
+    t0 = 1.0 - t1 - t2
+    a, b, c = (t1 * first[x] + t2 * second[x] + t0 / 2.0 for x in range(3))
+    return a, b, c
+
+
+def make_svm() -> list[str]:
+    rows = []
+    for v_dc in (1.0, 0.75):
+        for n in range(24):
+            angle = 2.0 * math.pi * (n + 0.03) / 24
+            length = (0.1, 0.4, 0.577)[n % 3] * v_dc
+            v = cmath.rect(length, angle)
+            alpha, beta = round(v.real * 65536) / 65536, round(v.imag * 65536) / 65536
+            rows.append((alpha, beta, v_dc, *sector_duties(alpha, beta, v_dc)))
+    rows.append((0.0, 0.0, 1.0, 0.5, 0.5, 0.5))
+    return [
+        table("GOLDEN_SVM", "duties from the times of sector vectors", "double alpha, beta, v_dc, a, b, c;", rows),
+        table(
+            "GOLDEN_VECTOR_LIMIT",
+            "a complex number cut to a length",
+            "double d, q, limit, out_d, out_q;",
+            [
+                (z.real, z.imag, limit, cut.real, cut.imag)
+                for z, limit in [
+                    (complex(x / 16.0, y / 16.0), lim)
+                    for x, y in ((0, 0), (3, 4), (-30, 40), (700, -2), (-1, -900), (50, 50), (-71, 71), (16, 0))
+                    for lim in (0.5, 1.0, 6.0)
+                ]
+                for cut in [z if abs(z) <= limit else z * (limit / abs(z))]
+            ],
+        ),
+    ]
+
+
+def make_pi() -> list[str]:
+    """Outputs as k_p e + k_i sum(e over the samples that taught); which ones taught is decided by the limits."""
+    kp, ki = Fraction(5, 4), Fraction(1, 8)
+    parts = []
+    for name, outward in (("HOLD", False), ("OUTWARD", True)):
+        values = noise(31)
+        taught: list[Fraction] = []
+        out = []
+        for k in range(200):
+            drift = Fraction(3, 4) if (k // 50) % 2 == 0 else Fraction(-3, 4)
+            e = Fraction(next(values)) * 2 + drift
+            able = Fraction(2) if (k // 20) % 3 else Fraction(1)  # what the actuator can do: less than the limit of 3
+            wanted = ki * sum(taught) + kp * e
+            proposed = max(Fraction(-3), min(Fraction(3), wanted))
+            done = max(-able, min(able, proposed))
+            out.append(float(proposed))
+            limited = done != wanted
+            inward = (wanted - done) * e < 0
+            if not limited or (outward and inward):
+                taught.append(e)
+        parts.append(vector(f"GOLDEN_PI_{name}", "proposals in exact fractions; see make_pi for the input", out))
+    return parts
+
+
+def make_pll() -> list[str]:
+    """w / theta = ki (1 - q) / ((1 - q)^2 + q kp (1 - q) + q K),  q = z^-1, K = ki_ts rad_per_speed_ts."""
+    kp, ki, unit = 0.125, 4.0, 0.0078125
+    k_loop = ki * unit
+    numerator = [ki, -ki]
+    denominator = [1.0, kp + k_loop - 2.0, 1.0 - kp]
+    position = 0
+    steps = []
+    for k in range(240):
+        rate = 0.01 if k < 80 else (-0.02 if k < 160 else 0.004)  # turns per sample
+        position += round((rate + 0.002 * math.sin(0.3 * k)) * TURN)
+        steps.append(position)
+    theta = [2.0 * math.pi * p / TURN for p in steps]
+    w: list[float] = []
+    for k in range(len(theta)):
+        value = sum(b * theta[k - i] for i, b in enumerate(numerator) if k >= i)
+        value -= sum(a * w[k - i] for i, a in enumerate(denominator) if 0 < i <= k)
+        w.append(value)
+    rows = [(p % TURN, speed) for p, speed in zip(steps, w, strict=True)]
+    what = "answer of the transfer function from angle to speed; 1/8, 4, 1/128 are kp_ts, ki_ts, rad_per_speed_ts"
+    return [table("GOLDEN_PLL", what, "uint32_t theta; double w;", rows)]
+
+
+def make_mt_speed() -> list[str]:
+    """Edges of a motion that is straight between knots, solved backwards for their times; speeds in counts per sample."""
+    sample = 10_000
+    pieces = [(12, Fraction(37, 10)), (30, Fraction(3, 10)), (6, Fraction(0)), (12, Fraction(-21, 8)), (10, Fraction(5))]
+    knots: list[tuple[int, Fraction]] = [(0, Fraction(1, 3))]
+    for samples, speed in pieces:
+        knots.append((knots[-1][0] + samples * sample, knots[-1][1] + samples * speed))
+
+    def crossings() -> Iterator[tuple[int, int]]:
+        """(time in whole cycles, count) of every passing of a whole count, in order."""
+        for (t0, p0), (t1, p1) in zip(knots, knots[1:], strict=False):
+            rising = p1 > p0
+            low, high = (p0, p1) if rising else (p1, p0)
+            inside = [n for n in range(math.ceil(low), math.floor(high) + 1) if n != p0]
+            for n in inside if rising else reversed(inside):
+                yield round(t0 + (t1 - t0) * (n - p0) / (p1 - p0)), n
+
+    edges = list(crossings())
+    rows = []
+    last, shown, idle = None, Fraction(0), 0
+    for now in range(2 * sample, knots[-1][0] + 1, sample):
+        time, count = [edge for edge in edges if edge[0] <= now][-1]
+        if last is not None and time != last[0]:
+            # after a standstill the time of the last edge may be more than a turn of the clock ago
+            shown = Fraction((count - last[1]) * sample, time - last[0]) if idle < 4 else shown
+            idle = 0
+        elif last is not None:
+            idle += 1
+            most = Fraction(sample, now - time) if idle <= 4 else Fraction(0)
+            shown = max(-most, min(most, shown))
+        last = (time, count)
+        rows.append((count, time, now, shown))
+    fields = "int32_t count; uint32_t edge_cyc, now_cyc; double speed;"
+    what = "counts over time between edges of a known motion, exact; 10 000 cycles per sample, standstill after 4 samples"
+    return [table("GOLDEN_MT", what, fields, rows)]
+
+
+# ---- repetitive/ ----------------------------------------------------------------------------------------------------
+
+
+def make_fal() -> list[str]:
+    rows = []
+    for alpha, delta in ((0.6, 0.4), (0.3, 0.05), (0.5, 2.0), (0.875, 0.125), (1.0, 0.5)):
+        for n in (0, 1, 50, 3000, 8192, 26214, 26215, 65536, 131072, 131073, 655360, 3276800, 7864320):
+            for e in (n / 65536.0, -n / 65536.0):
+                rows.append((alpha, delta, e, fal(e, alpha, delta), fal_slope(e, alpha, delta)))
+    wide = [(e, fal(e, 0.6, 0.4)) for e in (1e-9, -2.5e-5, 640.0, -1.25e4, 3.3e6, -1e9)]
+    return [
+        table("GOLDEN_FAL", "decimals of 40 digits", "double alpha, delta, e, y, lambda;", rows),
+        table("GOLDEN_FAL_WIDE", "alpha 0.6, delta 0.4 where only float reaches", "double e, y;", wide),
+    ]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of a repetitive controller on noise; periods as (first sample, N), N in 1/64 sample."""
+
+    name: str
+    order: int
+    lead: int
+    gain: float
+    side: float
+    centre: float
+    periods: tuple[tuple[int, Fraction], ...]
+    samples: int
+    stride: int
+    truncate: bool = True
+    fal_at: int = 0  # ctl_rc_fal_at_t: none, input, output
+    alpha: float = 0.6
+    delta: float = 0.4
+
+
+PAPER_N = Fraction(48 * 64 + 55, 64)  # 60 / (4 * 307 * 1 ms) = 48.86
+CASES = (
+    Case("CRC_TRUNCATED", 0, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5),
+    Case("CRC_NEAREST", 0, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5, truncate=False),
+    Case("FORC1", 1, 0, 0.5, 0.25, 0.5, ((0, Fraction(81, 4)),), 600, 5),
+    Case("FORC2", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5),
+    Case("FORC3", 3, 15, 0.9, 0.05, 0.9, ((0, Fraction(67, 2)),), 600, 5),
+    Case("FORC2_SHORTEST", 2, 5, 0.6, 0.25, 0.5, ((0, Fraction(29, 4)),), 300, 3),
+    Case("FAL_INPUT", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5, fal_at=1),
+    Case("FAL_OUTPUT", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5, fal_at=2),
+    Case("KEEP", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N), (211, Fraction(161, 4)), (403, Fraction(123, 2))), 600, 5),
+    Case("HUNDRED_PERIODS", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 4900, 49),
+)
+
+
+def run(case: Case) -> list[float]:
+    """y(k) = sum_j h_j [ y(k - j) + s(k - j) ] with s(k) = k_rc f(e(k + m)): the error array shifted, nothing causal.
+
+    h is the product of the polynomials Q(z) and z^-Ni sum A_k z^-k. Before the first sample e and y are zero.
+    """
+    values = noise(41)
+    e = [next(values) * 4.0 for _ in range(case.samples)]
+    taught = [fal(x, case.alpha, case.delta) for x in e] if case.fal_at == 1 else e
+    shifted = {k - case.lead: case.gain * x for k, x in enumerate(taught)}
+    y: dict[int, float] = {}
+    u = []
+    for k in range(case.samples):
+        n = [period for first, period in case.periods if first <= k][-1]
+        if case.order == 0:
+            n = Fraction(math.floor(n) if case.truncate else round(n))
+        whole = math.floor(n)
+        h: dict[int, float] = {}
+        for tap, a in enumerate(lagrange(case.order, n - whole)):
+            for shift, q in ((-1, case.side), (0, case.centre), (1, case.side)):
+                h[whole + tap + shift] = h.get(whole + tap + shift, 0.0) + float(a) * q
+        y[k] = sum(c * (y.get(k - j, 0.0) + shifted.get(k - j, 0.0)) for j, c in h.items())
+        u.append(y[k] * (fal_slope(e[k], case.alpha, case.delta) if case.fal_at == 2 else 1.0))
+    return u
+
+
+def make_repetitive() -> list[str]:
+    parts = [
+        "/* Input of every case: 4 times the noise with seed 41; output u every `stride` samples. */\n"
+        "typedef struct { uint16_t first, whole; double fraction; } golden_rc_period_t;\n"
+        "typedef struct {\n"
+        "    const char *name;\n"
+        "    uint16_t order, lead;\n"
+        "    double gain, side, centre;\n"
+        "    bool truncate;\n"
+        "    uint16_t fal_at;\n"
+        "    double alpha, delta;\n"
+        "    uint16_t samples, stride;\n"
+        "    golden_rc_period_t period[3]; /* from sample `first` on */\n"
+        "    const double *u;\n"
+        "} golden_rc_t;"
+    ]
+    rows = []
+    for case in CASES:
+        u = run(case)[:: case.stride]
+        parts.append(vector(f"GOLDEN_RC_{case.name}", "u", u))
+        periods = [(first, math.floor(n), float(n - math.floor(n))) for first, n in case.periods]
+        periods += [(65535, *periods[-1][1:])] * (3 - len(periods))
+        listed = ", ".join(f"{{{number(f)}, {number(w)}, {number(x)}}}" for f, w, x in periods)
+        plain = [case.order, case.lead, case.gain, case.side, case.centre, case.truncate, case.fal_at]
+        plain += [case.alpha, case.delta, case.samples, case.stride]
+        numbers = ", ".join(number(x) for x in plain)
+        rows.append(f'    {{"{case.name}", {numbers}, {{{listed}}}, GOLDEN_RC_{case.name}}},')
+    parts.append("\n".join([f"static const golden_rc_t GOLDEN_RC[{len(rows)}] = {{", *rows, "};"]))
+    return parts
+
+
+# ---- the rest -------------------------------------------------------------------------------------------------------
+
+HEADERS: dict[str, Callable[[], list[str]]] = {
+    "num_math": make_num_math,
+    "angle": make_angle,
+    "lagrange": make_lagrange,
+    "angle_grid": make_angle_grid,
+    "frames": make_frames,
+    "svm": make_svm,
+    "pi": make_pi,
+    "pll": make_pll,
+    "mt_speed": make_mt_speed,
+    "fal": make_fal,
+    "repetitive": make_repetitive,
+}
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def same(old: str, new: str) -> bool:
+    """Equal apart from what the last bits of a double do to a printed number."""
+    if NUMBER.sub("#", old) != NUMBER.sub("#", new):
+        return False
+    pairs = zip(NUMBER.findall(old), NUMBER.findall(new), strict=True)
+    return all(a == b or abs(float(a) - float(b)) <= SAME * max(1.0, abs(float(b))) for a, b in pairs)
+
+
+def main(arguments: list[str]) -> int:
+    if arguments not in ([], ["--check"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    stale = []
+    for name, make in HEADERS.items():
+        path = HERE / f"{name}.h"
+        text = header(name, make())
+        if not arguments:
+            path.write_text(text)
+        elif not path.exists() or not same(path.read_text(), text):
+            stale.append(path.name)
+    if stale:
+        print(f"stale: {', '.join(stale)}; run `{COMMAND}`")
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
