@@ -51,30 +51,42 @@ static float fal_gain_scale(float unit, float alpha)
 #endif
 }
 
-static ctl_pi_params_t make_pi(float kp, float ki_ts, float limit)
+/* A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the culprit:
+ * cutting it would give another drive than the one asked for. */
+static num_t fitted(float x, uint16_t param, uint16_t *culprit)
 {
-    const ctl_pi_params_t pi = {num_from_float(kp), num_from_float(ki_ts), num_from_float(-limit), num_from_float(limit), CTL_PI_HOLD};
+    const num_t n = num_from_float(x);
+    if ((num_abs(n) >= NUM_MAX) && (*culprit == (uint16_t)PARAM_COUNT)) {
+        *culprit = param;
+    }
+    return n;
+}
+
+static ctl_pi_params_t make_pi(num_t kp, num_t ki_ts, float limit)
+{
+    const ctl_pi_params_t pi = {kp, ki_ts, num_from_float(-limit), num_from_float(limit), CTL_PI_HOLD};
     return pi;
 }
 
-static void make_speed(const drive_params_t *p, drive_setup_t *s)
+static void make_speed(const drive_params_t *p, drive_setup_t *s, uint16_t *culprit)
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     const float per_error = s->scale.error_unit / s->scale.current_a;
 
-    s->speed_pi = make_pi(p->speed_kp_a_per_unit * per_error, p->speed_ki_a_per_unit_s * ts_s * per_error,
+    s->speed_pi = make_pi(fitted(p->speed_kp_a_per_unit * per_error, PARAM_speed_kp_a_per_unit, culprit),
+                          fitted(p->speed_ki_a_per_unit_s * ts_s * per_error, PARAM_speed_ki_a_per_unit_s, culprit),
                           p->iq_limit_a / s->scale.current_a);
     s->speed_pi.anti_windup = CTL_PI_HOLD_OUTWARD;
     s->error_scale = num_from_float(p->speed_error_gain * s->scale.speed_rad_s / s->scale.error_unit);
 
     s->speed_source = (drive_speed_source_t)p->speed_source;
     s->mt.sample_cyc = (hal_clock_hz() / DRIVE_PWM_HZ) * p->speed_divider;
-    s->mt.speed_1_count = num_from_float(TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s));
+    s->mt.speed_1_count = fitted(TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
     s->mt.speed_max = num_from_float(4.0f * p->over_speed_rad_s / s->scale.speed_rad_s);
     s->mt.stop_samples = 100U;
 }
 
-static void make_repetitive(const drive_params_t *p, drive_setup_t *s)
+static void make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *culprit)
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     const bool  fal = p->method == (uint16_t)DRIVE_METHOD_FAL_FORC;
@@ -94,7 +106,9 @@ static void make_repetitive(const drive_params_t *p, drive_setup_t *s)
     s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / s->scale.error_unit);
     s->rc.freeze_samples = p->rc_freeze_samples;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
-    s->rc_period_scale = num_from_float(TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s));
+    if (s->rc_used) {
+        s->rc_period_scale = fitted(TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+    }
 }
 
 static void make_deadbeat(const drive_params_t *p, drive_setup_t *s)
@@ -230,7 +244,7 @@ static uint16_t rc_culprit(uint16_t field)
 
 uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
 {
-    const uint16_t bad = params_check(p);
+    uint16_t bad = params_check(p);
     if (bad != (uint16_t)PARAM_COUNT) {
         return bad;
     }
@@ -246,15 +260,19 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     /* ctl_vector_limit limits the voltage as a whole, keeping its direction; the limits of the two controllers are far
      * outside and only keep them bounded */
     const float per_amp = s->scale.current_a * s->scale.inv_voltage;
-    s->current_pi = make_pi(p->current_kp_v_per_a * per_amp, p->current_ki_v_per_as * ts_s * per_amp, AXIS_BOUND);
+    s->current_pi = make_pi(fitted(p->current_kp_v_per_a * per_amp, PARAM_current_kp_v_per_a, &bad),
+                            fitted(p->current_ki_v_per_as * ts_s * per_amp, PARAM_current_ki_v_per_as, &bad), AXIS_BOUND);
 
     s->pll.kp_ts = num_from_float(p->pll_kp_per_s * ts_s);
-    s->pll.ki_ts = num_from_float(p->pll_ki_per_s2 * ts_s / s->scale.speed_rad_s);
+    s->pll.ki_ts = fitted(p->pll_ki_per_s2 * ts_s / s->scale.speed_rad_s, PARAM_pll_ki_per_s2, &bad);
     s->pll.rad_per_speed_ts = num_from_float(ts_s * s->scale.speed_rad_s);
     s->pll.speed_max = num_from_float(1.5f * p->over_speed_rad_s / s->scale.speed_rad_s);
 
-    make_speed(p, s);
-    make_repetitive(p, s);
+    make_speed(p, s, &bad);
+    make_repetitive(p, s, &bad);
+    if (bad != (uint16_t)PARAM_COUNT) {
+        return bad;
+    }
     make_deadbeat(p, s);
     const uint16_t unfit = make_observer(p, s);
     if (unfit != (uint16_t)PARAM_COUNT) {
@@ -428,7 +446,8 @@ void drive_take_over(drive_t *d)
         ctl_deadbeat_reset(&d->current.deadbeat);
     }
     d->setup = *s;
-    if (d->params.align_periods == 0U) {
+    d->params = d->next_params;
+    if (!d->tracking.zero_found) {
         d->tracking.zero_e = s->encoder_offset;
     }
     d->current.d.params = s->current_pi;
