@@ -130,7 +130,7 @@ def make_num_math() -> list[str]:
     pows = []
     for base in positive[::2] + positive[1::4]:
         for exponent in (Fraction(-1, 2), Fraction(-3, 8), Fraction(1, 16), Fraction(5, 8), Fraction(1)):
-            value = power(Decimal(base.numerator) / base.denominator, Decimal(exponent.numerator) / exponent.denominator)
+            value = power(Decimal(base.numerator) / base.denominator, Decimal(float(exponent)))
             if value < 120:
                 pows.append((base, exponent, value))
     wide = []
@@ -214,9 +214,9 @@ def make_angle_grid() -> list[str]:
     for a in angles:
         position = Fraction(a * cells, TURN)
         i = math.floor(position)
-        near = {n: newton(range(i - n + 1, i + n + 1), [content[j % cells] for j in range(i - n + 1, i + n + 1)], position)
-                for n in (1, 2)}  # fmt: skip
-        rows.append((a, near[1], near[2]))
+        around = {n: range(i - n + 1, i + n + 1) for n in (1, 2)}
+        read = [newton(around[n], [content[j % cells] for j in around[n]], position) for n in (1, 2)]
+        rows.append((a, *read))
     return [
         vector("GOLDEN_GRID_CELLS", "content of the cells", [float(x) for x in content]),
         table(
@@ -341,12 +341,12 @@ def make_pll() -> list[str]:
 
 
 def make_mt_speed() -> list[str]:
-    """Edges of a motion that is straight between knots, solved backwards for their times; speeds in counts per sample."""
+    """Edges of a motion of constant speeds, solved backwards for their times; speeds in counts per sample."""
     sample = 10_000
-    pieces = [(12, Fraction(37, 10)), (30, Fraction(3, 10)), (6, Fraction(0)), (12, Fraction(-21, 8)), (10, Fraction(5))]
+    pieces = [(12, "3.7"), (30, "0.3"), (6, "0"), (12, "-2.625"), (10, "5")]  # samples, speed
     knots: list[tuple[int, Fraction]] = [(0, Fraction(1, 3))]
     for samples, speed in pieces:
-        knots.append((knots[-1][0] + samples * sample, knots[-1][1] + samples * speed))
+        knots.append((knots[-1][0] + samples * sample, knots[-1][1] + samples * Fraction(speed)))
 
     def crossings() -> Iterator[tuple[int, int]]:
         """(time in whole cycles, count) of every passing of a whole count, in order."""
@@ -373,7 +373,7 @@ def make_mt_speed() -> list[str]:
         last = (time, count)
         rows.append((count, time, now, shown))
     fields = "int32_t count; uint32_t edge_cyc, now_cyc; double speed;"
-    what = "counts over time between edges of a known motion, exact; 10 000 cycles per sample, standstill after 4 samples"
+    what = "counts over time between edges of a known motion, exact; 10000 cycles a sample, standstill after 4 samples"
     return [table("GOLDEN_MT", what, fields, rows)]
 
 

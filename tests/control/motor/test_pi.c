@@ -240,6 +240,23 @@ void test_ctl_pi_integrator_bound_is_the_larger_magnitude_of_the_limits(void)
     ASSERT_NUM_WITHIN(0.0, 5.0, pi.state.x);
 }
 
+void test_ctl_pi_hold_instead_of_a_commit_keeps_the_integrator_in_both_modes(void)
+{
+    for (int mode = 0; mode < 2; mode++) {
+        start((mode == 0) ? CTL_PI_HOLD : CTL_PI_HOLD_OUTWARD);
+        ctl_pi_reset(&pi, num_of(1.0));
+        ASSERT_NUM_WITHIN(0.0, 1.625, ctl_pi_output(&pi, num_of(0.5)));
+
+        ctl_pi_hold(&pi);
+
+        ASSERT_NUM_WITHIN(0.0, 1.0, pi.state.x);
+        ctl_pi_commit(&pi, pi.state.wanted); /* a commit that comes all the same finds nothing left to learn */
+        ASSERT_NUM_WITHIN(0.0, 1.0, pi.state.x);
+        TEST_ASSERT_EQUAL_DOUBLE(1.625, sample(0.5, 3.0)); /* the next sample is an ordinary one */
+        ASSERT_NUM_WITHIN(0.0, 1.0625, pi.state.x);
+    }
+}
+
 /* ---- reset -------------------------------------------------------------------------------------------------------------- */
 
 void test_ctl_pi_reset_starts_with_the_given_integrator(void)

@@ -181,3 +181,43 @@ void test_angle_from_rad_beyond_its_range_is_zero(void)
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(0U, angle_from_rad(NOT_FINITE[i]), at("case %u", (unsigned)i));
     }
 }
+
+/* ---- the short form ------------------------------------------------------------------------------------------------- */
+
+void test_angle_from_rad_short_keeps_its_bound_within_half_a_turn(void)
+{
+    for (double size = 1e-8; size < 3.1415; size *= 1.03) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const double given = value_of(num_of(sign * size));
+
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(size), 0.0,
+                                              distance_rad(angle_from_rad_short(num_of(sign * size)), given), at("%g rad", given));
+        }
+    }
+}
+
+/* The cut is 1.5e-7 rad inside of half a turn, so that no rounding reaches 2^31 steps; float rounds a sum of pi once more. */
+#define CUT_BOUND per_numeric(4e-7, 2e-7)
+
+void test_angle_from_rad_short_beyond_half_a_turn_is_half_a_turn(void)
+{
+    static const double BEYOND[] = {3.14159265, 3.1416, 4.0, 50.0, 127.0, 1e30};
+    const double        half = TWO_PI / 2.0;
+    for (size_t i = 0; i < COUNT_OF(BEYOND); i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, half, value_of(angle_to_rad_signed(angle_from_rad_short(num_of(BEYOND[i])))));
+        TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_from_rad_short(num_of(-BEYOND[i])))));
+    }
+}
+
+void test_angle_from_rad_short_of_anything_is_an_angle(void)
+{
+    const double half = TWO_PI / 2.0;
+#ifdef EVENSPIN_FIXED
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_from_rad_short(INT32_MIN))));
+#else
+    TEST_ASSERT_EQUAL_UINT32(0U, angle_from_rad_short(NAN));
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, half, value_of(angle_to_rad_signed(angle_from_rad_short(INFINITY))));
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_from_rad_short(-INFINITY))));
+#endif
+    TEST_ASSERT_EQUAL_UINT32(0U, angle_from_rad_short((num_t)0));
+}

@@ -693,7 +693,7 @@ void test_ctl_rc_period_outside_of_the_memory_is_cut_and_counted(void)
     TEST_ASSERT_EQUAL_INT(longest - 3, answer_to_an_impulse(60000.0, &answer));
     TEST_ASSERT_EQUAL_UINT32(longest - 3U + 1U, rc.state.cut_periods);
     setUp();
-    TEST_ASSERT_EQUAL_INT(longest - 3, answer_to_an_impulse(65535.99, &answer)); /* does not wrap to 0 when rounded up */
+    TEST_ASSERT_EQUAL_INT(longest - 3, answer_to_an_impulse(65535.9997, &answer)); /* does not wrap to 0 when rounded up */
 }
 
 void test_ctl_rc_period_at_either_end_of_the_memory_is_used_uncounted(void)
