@@ -7,6 +7,7 @@
 #define SQRT3 1.73205080756887729353
 
 #define TURNS_BEFORE_ANEW 256
+#define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
 /* floor for |x| < 2^62, without a call */
 static inline int64_t whole_below(double x)
@@ -329,24 +330,107 @@ static void bridge_voltage(const sim_plant_t *s, const double duty[3], double ab
     to_alpha_beta(v, ab);
 }
 
-/** Gates off: each conducting phase lies at the rail that its diode reaches; a phase without current floats, which is
- *  approximated by its back-EMF. Once all currents are small they are zero. (Rectification above the dc link is left out.) */
-static bool diodes(sim_plant_t *s, double ab[2])
+static void set_phase_currents(sim_plant_t *s, const double i_abc[3])
 {
-    double i[3];
-    sim_plant_phase_currents(s, i);
-    const double small = 1e-3 * (1.0 + s->model.rated_current_a);
-    if ((fabs(i[0]) < small) && (fabs(i[1]) < small) && (fabs(i[2]) < small)) {
-        s->x.id_a = 0.0;
-        s->x.iq_a = 0.0;
-        return false;
-    }
+    double ab[2];
+    to_alpha_beta(i_abc, ab);
+    s->x.id_a = ab[0] * s->cosine_e + ab[1] * s->sine_e;
+    s->x.iq_a = ab[1] * s->cosine_e - ab[0] * s->sine_e;
+}
+
+/* Back-EMF in the middle of the next h. */
+static void back_emf(const sim_plant_t *s, double h, double ab[2])
+{
+    const double we = s->model.pole_pairs * s->x.speed_rad_s;
+    const double angle = s->model.pole_pairs * s->x.theta_m_rad + 0.5 * h * we;
+    ab[0] = -we * s->model.psi_wb * sin(angle);
+    ab[1] = we * s->model.psi_wb * cos(angle);
+}
+
+/** Gates off: the diode of a phase with current puts it on the rail that opposes this current; a phase without floats. */
+static void diode_voltage(const sim_plant_t *s, const double i[3], double h, double ab[2])
+{
+    double e[2];
     double v[3];
+    double conducting = 0.0;
+    back_emf(s, h, e);
     for (int k = 0; k < 3; k++) {
-        v[k] = (i[k] > small) ? -0.5 * s->outside.dc_link_v : ((i[k] < -small) ? 0.5 * s->outside.dc_link_v : 0.0);
+        v[k] = (i[k] > 0.0) ? -0.5 * s->outside.dc_link_v : ((i[k] < 0.0) ? 0.5 * s->outside.dc_link_v : 0.0);
+        conducting += v[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        if (i[k] == 0.0) {
+            const double emf = (k == 0) ? e[0] : 0.5 * (-e[0] + ((k == 1) ? SQRT3 : -SQRT3) * e[1]);
+            v[k] = 0.5 * conducting + 1.5 * emf; /* gives v - mean(v) = emf: its current stays zero */
+        }
     }
     to_alpha_beta(v, ab);
-    return true;
+}
+
+/** Advance by at most h with the gates off; ends early where the current of a phase passes zero, which then blocks.
+ *  (Rectification of a back-EMF above the dc link is left out.) @return time done. */
+static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
+{
+    const double none = 1e-9 * (1.0 + s->model.rated_current_a);
+    double       i[3];
+    double       ab[2];
+    sim_plant_phase_currents(s, i);
+    int conducting = 0;
+    for (int k = 0; k < 3; k++) {
+        i[k] = (fabs(i[k]) > none) ? i[k] : 0.0;
+        conducting += (i[k] != 0.0) ? 1 : 0;
+    }
+    if (conducting < 2) {
+        s->x.id_a = 0.0;
+        s->x.iq_a = 0.0;
+        back_emf(s, h, ab); /* the terminals follow it */
+        const double done = piece(s, ab, h, t0_s);
+        s->x.id_a = 0.0;
+        s->x.iq_a = 0.0;
+        return done;
+    }
+    diode_voltage(s, i, h, ab);
+
+    /* when does the first of them arrive at zero? */
+    const double  c = s->cosine_e;
+    const double  n = s->sine_e;
+    const step_t  step = {ab[0] * c + ab[1] * n, ab[1] * c - ab[0] * n, s->x.theta_m_rad, 0.0, 0.0, true};
+    const rate_t  r = rates(s, &step, &s->x, false);
+    const double  we = s->model.pole_pairs * s->x.speed_rad_s;
+    const double  did = r.did - we * s->x.iq_a; /* turned along with the frame */
+    const double  diq = r.diq + we * s->x.id_a;
+    const double  alpha = did * c - diq * n;
+    const double  beta = did * n + diq * c;
+    const double  di[3] = {alpha, 0.5 * (-alpha + SQRT3 * beta), 0.5 * (-alpha - SQRT3 * beta)};
+    double        until = h;
+    int           first = -1;
+    for (int k = 0; k < 3; k++) {
+        if ((i[k] * di[k] < 0.0) && (-i[k] / di[k] < until)) {
+            until = -i[k] / di[k];
+            first = k;
+        }
+    }
+    const double done = piece(s, ab, last ? h : until, t0_s);
+
+    double after[3];
+    sim_plant_phase_currents(s, after);
+    int blocked = 0;
+    for (int k = 0; k < 3; k++) {
+        if ((i[k] == 0.0) || (after[k] * i[k] <= 0.0) || ((k == first) && !last)) {
+            after[k] = 0.0;
+            blocked++;
+        }
+    }
+    if (blocked > 1) {
+        after[0] = after[1] = after[2] = 0.0;
+    } else if (blocked == 1) { /* what flows in through one of the others leaves through the last */
+        const int    k = (after[0] == 0.0) ? 0 : ((after[1] == 0.0) ? 1 : 2);
+        const double through = 0.5 * (after[(k + 1) % 3] - after[(k + 2) % 3]);
+        after[(k + 1) % 3] = through;
+        after[(k + 2) % 3] = -through;
+    }
+    set_phase_currents(s, after);
+    return done;
 }
 
 void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
@@ -355,19 +439,13 @@ void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
     double       ab[2] = {0.0, 0.0};
 
     for (int k = 0; k < s->substeps; k++) {
-        if (armed) {
-            if ((k == 0) || (s->voltage_count > 0)) {
-                bridge_voltage(s, duty, ab);
-            }
-        } else if (!diodes(s, ab)) {
-            /* no current, no torque, terminals follow the back-EMF */
-            const double we = s->model.pole_pairs * s->x.speed_rad_s;
-            ab[0] = -we * s->model.psi_wb * s->sine_e;
-            ab[1] = we * s->model.psi_wb * s->cosine_e;
+        if (armed && ((k == 0) || (s->voltage_count > 0))) {
+            bridge_voltage(s, duty, ab);
         }
         double left = h;
-        for (int n = 0; (n < 4) && (left > 1e-12 * h); n++) {
-            left -= piece(s, ab, left, s->time_s + k * h + (h - left));
+        for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {
+            const double t0_s = s->time_s + k * h + (h - left);
+            left -= armed ? piece(s, ab, left, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
         }
     }
     s->time_s += s->period_s;
