@@ -196,8 +196,8 @@ void test_angle_from_rad_short_keeps_its_bound_within_half_a_turn(void)
     }
 }
 
-/* The cut is 1.5e-7 rad inside of half a turn, so that no rounding reaches 2^31 steps; float rounds a sum of pi once more. */
-#define CUT_BOUND per_numeric(4e-7, 2e-7)
+/* The cut is 2e-7 rad inside of half a turn, so that no rounding reaches 2^31 steps; float rounds it once more. */
+#define CUT_BOUND per_numeric(4e-7, 3e-7)
 
 void test_angle_from_rad_short_beyond_half_a_turn_is_half_a_turn(void)
 {
