@@ -43,6 +43,9 @@ static ctl_diag_t check(const ctl_observer_params_t *p)
     if (d.status == CTL_OK) {
         d = ctl_diag_range(p->rest_step, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
     }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->sync_band, (num_t)0, NUM_C(0.5f), CTL_OBSERVER_SYNC);
+    }
     return d;
 }
 
@@ -100,6 +103,38 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
 
 void ctl_observer_hold(ctl_observer_t *self, bool hold) { self->state.held = hold; }
 
+/* Is the rounding error of the encoder, folded by sampling, slow and a whole order of the turn? */
+static bool rounding_is_learned(const ctl_observer_params_t *p, uint32_t step)
+{
+    if (!(p->sync_band > (num_t)0) || (p->encoder_counts == 0U)) {
+        return false;
+    }
+    const uint32_t cycles = (uint32_t)((uint64_t)p->encoder_counts * step); /* counts per sample without the whole ones, 2^-32 */
+    const uint32_t folded = (cycles < UINT32_C(0x80000000)) ? cycles : (0U - cycles);
+#ifdef EVENSPIN_FIXED
+    const uint32_t band = (uint32_t)p->sync_band << 8;
+#else
+    const uint32_t band = (uint32_t)(p->sync_band * 4294967040.0f);
+#endif
+    const uint32_t beyond = folded % step; /* order = folded / step, in turns of the sawtooth per turn of the shaft */
+    const uint32_t off = (beyond < (step / 2U)) ? beyond : (step - beyond);
+    return (folded < band) && (off < (step / 16U));
+}
+
+void ctl_observer_target(ctl_observer_t *self, num_t speed)
+{
+    ctl_observer_state_t *const s = &self->state;
+    const num_t                 w = num_guard(speed, (num_t)0, &s->rejected);
+    const uint32_t              step = angle_from_rad_short(num_abs(num_mul(w, self->params.rad_per_speed)));
+    s->turn_samples = UINT16_MAX;
+    s->synchronous = false;
+    if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
+        const uint32_t whole = UINT32_MAX / step;
+        s->turn_samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
+        s->synchronous = rounding_is_learned(&self->params, step);
+    }
+}
+
 num_t ctl_observer_news(const ctl_observer_t *self)
 {
     const ctl_observer_state_t *const s = &self->state;
@@ -111,27 +146,12 @@ num_t ctl_observer_news(const ctl_observer_t *self)
 
 /* ---- one sample ------------------------------------------------------------------------------------------------------ */
 
-/* Speed, its change, and how many samples a turn has: whole, and whether nearly whole. */
-static void watch_speed(ctl_observer_t *self, num_t speed)
+/* Speed and its change, low-passed. */
+static void watch_speed(ctl_observer_state_t *s, num_t speed)
 {
-    const ctl_observer_params_t *const p = &self->params;
-    ctl_observer_state_t *const        s = &self->state;
-
     const num_t change = num_mul(SLOW_GAIN, num_sub(speed, s->speed_slow));
     s->speed_slow = num_add(s->speed_slow, change);
     s->step_slow = num_mac(s->step_slow, SLOW_GAIN, num_sub(change, s->step_slow));
-
-    const uint32_t step = angle_from_rad_short(num_abs(num_mul(s->speed_slow, p->rad_per_speed)));
-    s->turn_samples = UINT16_MAX;
-    s->synchronous = false;
-    if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
-        const uint32_t whole = UINT32_MAX / step;
-        const uint32_t rest = UINT32_MAX - (whole * step);
-        const bool     up = rest > (step / 2U);
-        const uint32_t off = up ? (step - rest) : rest;
-        s->turn_samples = (uint16_t)(up ? (whole + 1U) : whole);
-        s->synchronous = (s->turn_samples < p->sync_samples) && (off < (step / 32U));
-    }
 }
 
 /* The mean over one turn of angle, from turn to turn. */
@@ -234,7 +254,7 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
     if (s->known <= CTL_ARO_AGE_MAX) {
         s->known++;
     }
-    watch_speed(self, w);
+    watch_speed(s, w);
     const bool  learn = may_learn(self, t, way) && good && (s->known > CTL_ARO_AGE_MAX);
     watch_mean(s, t, way);
     const num_t news = p->remove_mean ? num_sub(t, s->mean) : t;

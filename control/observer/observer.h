@@ -12,15 +12,16 @@
  * What goes beyond the printed algorithm, each off by default: hat-weighted averages and cubic read-out
  * (angle_memory.h), a fast start (first `fast_samples` with `fast_gain`), removal of the one-turn mean, and rest: learning stops for
  * `rest_turns` when T_d is off its one-turn mean by more than `rest_torque` (a load step), and for `rest_samples` when the
- * speed changes faster than `rest_accel`, and while the encoder's rounding would be learned (`sync_samples`).
+ * speed changes faster than `rest_step`, and while the encoder's rounding would be learned (`sync_band`).
  *
- * Rounding of the encoder. With a whole and small number of samples per turn every turn sees the same rounding
- * errors, and they look like torque. At such speeds (samples per turn below `sync_samples` and within 1/32 of a whole
- * number) the memory is used but not written.
+ * Rounding of the encoder. With c counts per sample the rounding error is a sawtooth of c cycles per sample, which
+ * sampling folds to |c - nearest whole number| cycles per sample. Where that is slow enough to pass the filters and is
+ * a whole order of the turn (to 1/16), every turn sees the same error and it looks like torque: with 2^17 counts and
+ * 10 kHz at 2000 r/min, order 28. At such target speeds the memory is used but not written (ctl_observer_target).
  *
  * Source   Tang et al. 2020, equations 4, 7, 11, 16 and section IV. Stable for 0 < g < 2 (L_N a23 = g).
  * Total    non-finite torque or speed teaches nothing and is counted; output within +-limit.
- * Cost     independent of N: an angle memory write and read, 8 products, one 32-bit division.
+ * Cost     independent of N: an angle memory write and read, 8 products.
  */
 #ifndef CONTROL_OBSERVER_OBSERVER_H
 #define CONTROL_OBSERVER_OBSERVER_H
@@ -45,7 +46,8 @@ typedef struct {
     num_t                     rest_turns;   /**< [0, 100]. */
     num_t                     rest_step;    /**< Change of speed per sample, low-passed, that stops learning; 0: never. */
     uint32_t                  rest_samples;
-    uint16_t                  sync_samples; /**< 0: never. */
+    uint32_t                  encoder_counts; /**< Per turn; 0: no rounding. */
+    num_t                     sync_band;    /**< Fold frequency over sampling rate below which rounding counts, [0, 0.5]; 0: never. */
 } ctl_observer_params_t;
 
 typedef struct {
@@ -64,7 +66,7 @@ typedef struct {
     uint32_t           rest_left; /**< Samples for which learning still rests. */
     num_t              speed_slow; /**< Speed, low-passed over some 100 samples... */
     num_t              step_slow;  /**< ...and its change per sample, low-passed the same way. */
-    uint16_t           turn_samples; /**< Samples per turn, nearest; 65535 when it stands or creeps. */
+    uint16_t           turn_samples; /**< Samples per turn at the target speed, nearest; 65535 when it stands or creeps. */
     bool               synchronous; /**< Learning rests because of the encoder's rounding. */
     bool               held;      /**< By command: ctl_observer_hold. */
     uint32_t           rejected;
@@ -85,6 +87,7 @@ enum {
     CTL_OBSERVER_RAD,
     CTL_OBSERVER_FAST_GAIN,
     CTL_OBSERVER_REST,
+    CTL_OBSERVER_SYNC,
     CTL_OBSERVER_MEMORY
 };
 
@@ -97,6 +100,11 @@ ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *
 void ctl_observer_reset(ctl_observer_t *self, bool keep);
 /** Stop or allow learning; the output goes on. */
 void ctl_observer_hold(ctl_observer_t *self, bool hold);
+/**
+ * Tell the speed at which the motor is meant to turn, speed unit: gives RO its period, and says whether the encoder's
+ * rounding would be learned. Cost: one 32-bit and one 64-bit product, three 32-bit divisions; call it at the rate of the speed loop.
+ */
+void ctl_observer_target(ctl_observer_t *self, num_t speed);
 /** How far learning has come: mean size of what is still new over mean size of what is seen, 1 nothing, near 0 all. */
 num_t ctl_observer_news(const ctl_observer_t *self);
 

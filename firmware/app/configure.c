@@ -173,7 +173,8 @@ static uint16_t make_observer(const drive_params_t *p, drive_setup_t *s)
     o->rest_turns = num_from_float(p->aro_rest_turns);
     o->rest_step = num_from_float(p->aro_rest_accel_rad_s2 * ts_s * s->scale.inv_speed);
     o->rest_samples = (uint32_t)(p->aro_rest_s * (float)DRIVE_PWM_HZ);
-    o->sync_samples = p->aro_sync_samples;
+    o->encoder_counts = (uint32_t)p->encoder_counts;
+    o->sync_band = num_from_float(p->aro_sync_hz * ts_s);
     s->observer_hold = p->observer_hold != 0U;
     s->observer_capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
     return PARAM_COUNT;
@@ -191,6 +192,7 @@ static uint16_t observer_culprit(uint16_t field)
                                         PARAM_over_speed_rad_s,
                                         PARAM_aro_fast_gain,
                                         PARAM_aro_rest_torque_a,
+                                        PARAM_aro_sync_hz,
                                         PARAM_aro_cells};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_method;
 }

@@ -77,6 +77,9 @@ static void speed_tick(drive_t *d)
     }
     s->now_cyc = hal_clock_cyc();
     s->theta_e = d->tracking.theta_e;
+    if (d->setup.observer_used) {
+        ctl_observer_target(&d->observer.observer, num_from_float(drive_active_command(d)->speed_ref_rad_s * d->scale.inv_speed));
+    }
     s->tracked = (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
     if (d->setup.speed_inline) {
         drive_speed_step(d);

@@ -455,7 +455,7 @@ es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms
         .kind = (ctl_observer_kind_t)kind,
         .memory = {signal_in(gain), signal_in(forgetting), (ctl_write_t)write, (ctl_read_t)read, in(FALLBACK_LIMIT)},
         .age_half = (age_samples > 0.0) ? (uint16_t)(2.0 * age_samples + 0.5) : ctl_meter_age_half(&m),
-        .ahead = m.actuation,
+          .ahead = m.actuation,
         .rad_per_speed = signal_in(ts_s),
         .fast_gain = signal_in(gain),
     };
@@ -477,6 +477,7 @@ double es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_
         seen[0] = out(m.speed);
         seen[1] = out(m.torque);
     }
+    ctl_observer_target(&observer->observer, observer->observer.state.speed_slow);
     return out(ctl_observer_step(&observer->observer, theta, m.speed, m.torque));
 }
 double es_observer_age_samples(const es_observer_t *observer) { return 0.5 * observer->observer.params.age_half; }
