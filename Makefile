@@ -41,7 +41,7 @@ demo: setup ## simulate, compare, report: out/demo
 	@.venv/bin/evenspin demo --out out/demo
 
 bench: setup ## speed of the simulator on this machine
-	@.venv/bin/evenspin bench
+	@.venv/bin/evenspin benchmark sim
 
 lint: setup ## ruff and the rules of the layers
 	@.venv/bin/ruff check .

@@ -41,7 +41,7 @@ LAYERS = (
     Layer("control", ("control",), FREESTANDING),
     Layer("hal/include", ("hal",), FREESTANDING),
     Layer("hal", ("hal",), None, vendor=True),
-    Layer("firmware", ("control", "hal", "firmware"), FREESTANDING),
+    Layer("firmware", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),
     Layer("sim_host/plant", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/effects", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/board", ("control", "hal", "firmware", "sim_host"), None),

@@ -56,6 +56,10 @@ class Includes(unittest.TestCase):
             self.assert_allowed("firmware/app/app.c", include)
         self.assert_refused("firmware/app/app.c", '"sim_host/plant/plant.h"')
 
+    def test_firmware_may_clear_memory_but_not_print(self) -> None:
+        self.assert_allowed("firmware/app/app.c", "<string.h>")
+        self.assert_refused("firmware/app/app.c", "<stdio.h>")
+
     def test_physics_knows_neither_control_nor_firmware(self) -> None:
         for folder in ("plant", "effects"):
             path = f"sim_host/{folder}/x.c"
