@@ -19,8 +19,7 @@ typedef struct {
 /** |centre| + 2 |side| <= 1 (with 1e-5 for rounding); false for NaN. */
 static inline bool ctl_q_is_bounded(const ctl_q_t *q)
 {
-    return num_is_finite(q->side) && num_is_finite(q->centre) &&
-           (num_add(num_abs(q->centre), num_add(num_abs(q->side), num_abs(q->side))) <= NUM_C(1.00001f));
+    return num_add(num_abs(q->centre), num_add(num_abs(q->side), num_abs(q->side))) <= NUM_C(1.00001f);
 }
 
 /** One output from three neighbours in time or angle. */

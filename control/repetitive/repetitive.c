@@ -59,8 +59,7 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         }
     }
     if (d.status == CTL_OK) {
-        *self = made;
-        ctl_lagrange(params->order, (num_t)0, self->state.a);
+        *self = made; /* the coefficients come with the first period: no period is 0 */
     }
     return d;
 }

@@ -204,6 +204,18 @@ void test_ctl_ring_init_rejects_a_capacity_out_of_range(void)
     }
 }
 
+void test_ctl_ring_init_does_not_rely_on_what_was_there(void)
+{
+    memset(&ring, 0xA5, sizeof ring);
+
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_ring_init(&ring, memory, CAPACITY).status);
+    TEST_ASSERT_LESS_THAN_UINT16(CAPACITY, ring.head); /* a set before the first push writes there */
+    push_up_to(2);
+
+    ASSERT_NUM_WITHIN(0.0, 2.0, ctl_ring_get(&ring, 0U));
+    ASSERT_NUM_WITHIN(0.0, 0.0, ctl_ring_get(&ring, 2U));
+}
+
 void test_ctl_ring_init_takes_the_ends_of_the_range(void)
 {
     static num_t large[32767];

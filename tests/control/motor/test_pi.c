@@ -289,11 +289,13 @@ void test_ctl_pi_reset_with_what_is_not_finite_starts_with_zero_and_counts(void)
 
 void test_ctl_pi_commit_right_after_a_reset_changes_nothing(void)
 {
+    (void)ctl_pi_output(&pi, num_of(1.0));
     ctl_pi_reset(&pi, num_of(1.5));
 
-    ctl_pi_commit(&pi, num_of(0.5));
+    ctl_pi_commit(&pi, num_of(1.5));
 
     ASSERT_NUM_WITHIN(0.0, 1.5, pi.state.x);
+    ASSERT_NUM_WITHIN(0.0, 1.5, pi.state.wanted);
 }
 
 /* ---- bad input ------------------------------------------------------------------------------------------------------------ */

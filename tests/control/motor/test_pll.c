@@ -121,8 +121,19 @@ void test_ctl_pll_reset_starts_at_rest_at_the_angle(void)
 
     ctl_pll_reset(&pll, turns(0.7));
 
+    ASSERT_NUM_WITHIN(0.0, 0.0, pll.state.error);
     ASSERT_NUM_WITHIN(0.0, 0.0, ctl_pll_step(&pll, turns(0.7)));
     ASSERT_NUM_WITHIN(0.0, 0.0, pll.state.error);
+}
+
+void test_ctl_pll_init_starts_at_rest_at_angle_zero(void)
+{
+    const ctl_pll_params_t p = valid_params();
+    (void)run_at(0.05, 100);
+
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_pll_init(&pll, &p).status);
+
+    ASSERT_NUM_WITHIN(0.0, 0.0, ctl_pll_step(&pll, 0U));
 }
 
 void test_ctl_pll_speed_stops_at_its_limit_and_comes_back(void)
@@ -212,6 +223,9 @@ void test_ctl_pll_init_rejects_a_speed_of_more_than_half_a_turn_per_sample(void)
     assert_rejected(&p, CTL_ERR_RELATION, CTL_PLL_SPEED_MAX, p.speed_max);
 
     p.rad_per_speed_ts = num_of(0.03125); /* 3.125 rad: just inside */
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_pll_init(&pll, &p).status);
+    p.rad_per_speed_ts = NUM_C(3.14159265f); /* half a turn itself */
+    p.speed_max = num_of(1.0);
     TEST_ASSERT_EQUAL(CTL_OK, ctl_pll_init(&pll, &p).status);
 }
 

@@ -171,6 +171,12 @@ void test_angle_from_rad_and_back_is_the_same_angle(void)
     }
 }
 
+void test_angle_from_rad_takes_both_ends_of_its_range(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(from_rad_bound(100.0), 0.0, distance_rad(angle_from_rad(num_of(100.0)), 100.0));
+    TEST_ASSERT_DOUBLE_WITHIN(from_rad_bound(100.0), 0.0, distance_rad(angle_from_rad(num_of(-100.0)), -100.0));
+}
+
 void test_angle_from_rad_beyond_its_range_is_zero(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0U, angle_from_rad(num_of(100.5)));

@@ -221,6 +221,8 @@ void test_num_from_float_of_the_largest_float_below_one_is_exact(void)
 
 void test_num_from_float_saturates_and_turns_nan_into_zero(void)
 {
+    ASSERT_NUM_WITHIN(0.0, -127.5, num_from_float(-127.5f));
+    ASSERT_NUM_WITHIN(0.0, 127.5, num_from_float(127.5f));
     TEST_ASSERT_TRUE(num_from_float(1e30f) == NUM_MAX);
     TEST_ASSERT_TRUE(num_from_float(-1e30f) == -NUM_MAX);
     TEST_ASSERT_TRUE(num_from_float(INFINITY) == NUM_MAX);
@@ -302,10 +304,12 @@ void test_ctl_diag_range_has_no_place_for_what_is_not_finite(void)
 void test_ctl_diag_count_shows_the_whole_number_as_far_as_it_can(void)
 {
     const ctl_diag_t small = ctl_diag_count(CTL_ERR_MEMORY, 3U, 100U);
+    const ctl_diag_t high = ctl_diag_count(CTL_ERR_RANGE, 3U, 32766U);
     const ctl_diag_t large = ctl_diag_count(CTL_ERR_RANGE, 3U, 40000U);
 
     TEST_ASSERT_EQUAL(CTL_ERR_MEMORY, small.status);
     TEST_ASSERT_EQUAL_UINT16(3U, small.field);
     ASSERT_NUM_WITHIN(0.0, 100.0, small.given);
+    ASSERT_NUM_WITHIN(per_numeric(0.0, FIXED_STEP), per_numeric(32766.0, 128.0), high.given);
     ASSERT_NUM_WITHIN(per_numeric(0.0, FIXED_STEP), per_numeric(32767.0, 128.0), large.given);
 }

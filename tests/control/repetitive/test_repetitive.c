@@ -74,6 +74,7 @@ void tearDown(void)
 
 void test_ctl_rc_matches_golden(void)
 {
+    double closest_call = 0.0; /* error over bound */
     for (size_t i = 0; i < COUNT_OF(GOLDEN_RC); i++) {
         const golden_rc_t *const g = &GOLDEN_RC[i];
         ctl_rc_params_t          p = valid_params();
@@ -87,8 +88,13 @@ void test_ctl_rc_matches_golden(void)
         p.fal.alpha = num_of(g->alpha);
         p.fal.delta = num_of(g->delta);
         start(&p);
-        noise_t  noise = {41U};
-        uint16_t part = 0U;
+        double largest = 0.0;
+        for (uint16_t k = 0; k < g->samples / g->stride; k++) {
+            largest = fmax(largest, fabs(g->u[k]));
+        }
+        const double bound = per_numeric(1e-6 * largest, 5e-6); /* header of repetitive.h */
+        noise_t      noise = {41U};
+        uint16_t     part = 0U;
         for (uint16_t k = 0; k < g->samples; k++) {
             part = (uint16_t)(((part < 2U) && (k >= g->period[part + 1U].first)) ? part + 1U : part);
             const ctl_period_t n = {g->period[part].whole, num_of(g->period[part].fraction)};
@@ -96,11 +102,12 @@ void test_ctl_rc_matches_golden(void)
             const num_t u = ctl_rc_step(&rc, num_of(4.0 * noise_next(&noise)), n, 0U);
 
             if ((k % g->stride) == 0U) {
-                /* header: 2e-5 of full scale over 100 periods, full scale being the largest output, some 10 here */
-                ASSERT_NUM_WITHIN_AT(per_numeric(2e-5, 2e-5), g->u[k / g->stride], u, at("%s, sample %u", g->name, k));
+                ASSERT_NUM_WITHIN_AT(bound, g->u[k / g->stride], u, at("%s, sample %u", g->name, k));
+                closest_call = fmax(closest_call, fabs(value_of(u) - g->u[k / g->stride]) / bound);
             }
         }
     }
+    TEST_ASSERT_DOUBLE_WITHIN(0.45, 0.55, closest_call); /* not suddenly ten times better than the header says, either */
 }
 
 /* ---- delay and lead --------------------------------------------------------------------------------------------------- */
@@ -192,6 +199,16 @@ void test_ctl_rc_order_above_0_uses_the_fraction_whatever_truncate_says(void)
             TEST_ASSERT_TRUE(u == ctl_rc_step(&other, e, period_of(20.625), 0U));
         }
     }
+}
+
+void test_ctl_rc_period_just_below_a_whole_number_is_that_number(void)
+{
+    double answer = 0.0;
+
+    TEST_ASSERT_EQUAL_INT(40 - 3, answer_to_an_impulse(39.9997, &answer));
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, answer); /* all of it in one sample */
+    setUp();
+    TEST_ASSERT_EQUAL_INT(39 - 3, answer_to_an_impulse(39.9985, &answer));
 }
 
 /* A plant that only delays by the lead, a disturbance with a period of N samples: largest error of the last periods. */
@@ -343,6 +360,17 @@ void test_ctl_rc_clear_forgets_nothing_when_the_period_changes_by_a_sixteenth_sa
     }
 }
 
+void test_ctl_rc_clear_in_order_0_looks_at_whole_samples_only(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.memory = CTL_RC_CLEAR;
+    p.order = 0U;
+    start(&p);
+    TEST_ASSERT_EQUAL_INT(40, impulse_survives(40.1, 40.9));
+    start(&p);
+    TEST_ASSERT_EQUAL_INT(0, impulse_survives(40.9, 41.1));
+}
+
 void test_ctl_rc_clear_learns_anew_after_a_change(void)
 {
     ctl_rc_params_t p = valid_params();
@@ -443,6 +471,26 @@ void test_ctl_rc_angle_converges_at_a_fractional_period(void)
          * cells (2 pi / 128)^2 / 8 over the gain; the scatter is that of the samples against the cells. */
         const double want = (pow(TWO_PI / 48.86, 2.0) / 8.0) + ((order == 1U) ? pow(TWO_PI / 128.0, 2.0) / 8.0 / 0.5 : 0.0);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.5e-4, want, left, at("order %u", order));
+    }
+}
+
+void test_ctl_rc_angle_filters_with_the_angle_of_one_sample(void)
+{
+    static const double PERIODS[] = {8.75, 20.25, 48.859375};
+    for (size_t i = 0; i < COUNT_OF(PERIODS); i++) {
+        ctl_rc_params_t p = angle_params();
+        p.q.side = num_of(0.25);
+        p.q.centre = num_of(0.5);
+        start_angle(&p, 128U);
+        for (uint16_t c = 0; c < 128U; c++) {
+            memory[c] = num_of(sin(TWO_PI * c / 128.0));
+        }
+
+        const num_t y = ctl_rc_step(&rc, (num_t)0, period_of(PERIODS[i]), turns(0.2));
+
+        /* cubic read-out of a sine of 128 points is off by 1.4e-7 */
+        const double gain = 0.5 + (0.5 * cos(TWO_PI / PERIODS[i]));
+        ASSERT_NUM_WITHIN_AT(1e-6, gain * sin(TWO_PI * 0.2), y, at("N = %g", PERIODS[i]));
     }
 }
 
@@ -687,7 +735,8 @@ void test_ctl_rc_period_outside_of_the_memory_is_cut_and_counted(void)
     const uint16_t longest = ctl_rc_period_max(&rc);
     TEST_ASSERT_EQUAL_UINT16(CAPACITY - 2U - 1U, longest);
 
-    TEST_ASSERT_EQUAL_INT(5 - 3, answer_to_an_impulse(1.5, &answer)); /* shortest: lead + 2 */
+    TEST_ASSERT_EQUAL_INT(5 - 3, answer_to_an_impulse(1.5, &answer)); /* shortest: lead + 2, without a fraction */
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, answer);
     TEST_ASSERT_EQUAL_UINT32(3U, rc.state.cut_periods);
     setUp();
     TEST_ASSERT_EQUAL_INT(longest - 3, answer_to_an_impulse(60000.0, &answer));
@@ -798,12 +847,12 @@ void test_ctl_rc_reset_forgets_what_was_learned_but_not_what_was_counted(void)
 
         ctl_rc_reset(&rc);
 
+        TEST_ASSERT_EQUAL_UINT16(0U, rc.state.frozen);
         for (int k = 0; k < 100; k++) {
             ASSERT_NUM_WITHIN_AT(0.0, 0.0, ctl_rc_step(&rc, (num_t)0, period_of(20.5), turns(k / 20.5)), at("mode %d, %d", mode, k));
         }
         TEST_ASSERT_EQUAL_UINT32(1U, rc.state.rejected);
         TEST_ASSERT_EQUAL_UINT32(1U, rc.state.cut_periods);
-        TEST_ASSERT_EQUAL_UINT16(0U, rc.state.frozen);
     }
 }
 
