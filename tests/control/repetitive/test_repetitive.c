@@ -414,7 +414,7 @@ void test_ctl_rc_angle_with_a_cell_per_sample_is_a_whole_delay_in_both_direction
             TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&time_based, &p, other_memory, CAPACITY).status);
             for (int k = 0; k < 600; k++) {
                 const num_t   e = num_of((k > 3) ? noise_next(&noise) : 0.0); /* the first samples have no angle to go to yet */
-                const angle_t theta = (angle_t)(direction * k * 0x4000000);
+                const angle_t theta = (angle_t)((int64_t)direction * k * 0x4000000);
 
                 const num_t u = ctl_rc_step(&rc, e, period_of(64.0), theta);
                 const num_t v = ctl_rc_step(&time_based, e, period_of(64.0), 0U);
