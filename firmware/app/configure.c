@@ -30,7 +30,8 @@ static drive_scale_t make_scale(const drive_params_t *p)
 static float fal_gain_scale(float unit, float alpha)
 {
 #ifdef EVENSPIN_FIXED
-    /* fal(x u) = u^alpha fal'(x) with u = error_unit; inside, everything is divided by u again: u^(alpha - 1).
+    /* fal(x u) = u^alpha fal'(x) with u = error_unit; inside, everything is divided by u again: u^(alpha - 1). So it is for
+     * lambda(x u), too, which multiplies the output.
      * unit^(alpha-1) = 2^((alpha-1) log2 unit), with unit = m 2^k so that both parts are in range */
     float   m = unit;
     int16_t k = 0;
@@ -90,9 +91,10 @@ static void make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t 
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     const bool  fal = p->method == (uint16_t)DRIVE_METHOD_FAL_FORC;
+    const float fal_scale = fal ? fal_gain_scale(s->scale.error_unit, p->rc_fal_alpha) : 1.0f;
 
     s->rc_used = (p->method >= (uint16_t)DRIVE_METHOD_CRC) && (p->method <= (uint16_t)DRIVE_METHOD_FAL_FORC);
-    s->rc.gain = num_from_float(p->rc_gain * ((fal && (p->rc_fal_at == 0U)) ? fal_gain_scale(s->scale.error_unit, p->rc_fal_alpha) : 1.0f));
+    s->rc.gain = num_from_float(p->rc_gain * fal_scale);
     s->rc.lead = p->rc_lead;
     s->rc.q.side = num_from_float(p->rc_q_side);
     s->rc.q.centre = num_from_float(p->rc_q_centre);
@@ -102,7 +104,8 @@ static void make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t 
     s->rc.fal.alpha = num_from_float(p->rc_fal_alpha);
     s->rc.fal.delta = num_from_float(p->rc_fal_delta / s->scale.error_unit);
     s->rc.memory = (ctl_rc_memory_t)p->rc_memory;
-    s->rc.limit = num_from_float(p->rc_limit_unit / s->scale.error_unit);
+    /* fal at the output: what it will multiply is smaller by this than what leaves the controller */
+    s->rc.limit = num_from_float(p->rc_limit_unit / s->scale.error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
     s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / s->scale.error_unit);
     s->rc.freeze_samples = p->rc_freeze_samples;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
