@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from evenspin.cli.options import JsonFlag, Method, Numeric, NumericOption, OutFolder
 from evenspin.cli.output import STDOUT, command_line, console, write_json
+
+if TYPE_CHECKING:
+    from evenspin.model import Scenario
 
 
 def register(app: typer.Typer) -> None:
@@ -29,6 +32,7 @@ def run(
 
     Example: `evenspin run guo2024/first --method fal-forc --out out/first`
     """
+    from evenspin.errors import NativeError
     from evenspin.log import OutputFolder
     from evenspin.native import tables
     from evenspin.run import run_signals, segment_table, summary_of, write_run
@@ -42,8 +46,11 @@ def run(
     words = ["run", scenario, *(("--method", method.value) if method else ()), "--numeric", numeric.value]
     command = command_line(*words, "--seed", str(setup.seed), "--out", "DIR")
     output = OutputFolder(out, command)
-    with progress_bar(setup.name, setup.duration_s) as bar:
-        record = simulate(setup, run_signals(), numeric.value, bar.update)
+    try:
+        with progress_bar(setup.name, setup.duration_s) as bar:
+            record = simulate(setup, run_signals(), numeric.value, bar.update)
+    except NativeError as error:
+        raise loaded.blame(error) from None
     summary = summary_of(setup, record, numeric.value)
     with output as folder:
         write_run(folder, setup, record, summary, " ".join(command))
@@ -58,10 +65,10 @@ def run(
         write_json(summary, STDOUT)
 
 
-def _load(name: str):  # noqa: ANN202 - the type would load pydantic at start-up
-    from evenspin.model import load_scenario
-    from evenspin.model.scenario import builtin_scenario, builtin_scenarios
+def _load(name: str) -> Scenario:
+    """A file, or else one that comes with the package."""
+    from evenspin.model.scenario import builtin_scenario, load_scenario
 
-    if name in builtin_scenarios() and not Path(name).exists():
-        return builtin_scenario(name)
-    return load_scenario(Path(name))
+    if Path(name).exists() or Path(name).suffix:
+        return load_scenario(Path(name))
+    return builtin_scenario(name)

@@ -60,11 +60,11 @@ def prepare(model: str, choices: Choices) -> Work:
     rc = _with(repetitive_of(drive, fal=choices.fal), choices)
     _check(rc, choices)
     period = 60.0 / (machine.plant["pole_pairs"] * choices.speed_rpm * loop.ts_s)
-    own_hz = (1.0 / (np.floor(period) * loop.ts_s), 1.0 / (period * loop.ts_s))
-    f_hz = np.array(choices.gain_at_hz or own_hz)
+    whole = max(np.floor(period), 1.0)
+    f_hz = np.array(choices.gain_at_hz or (1.0 / (whole * loop.ts_s), 1.0 / (period * loop.ts_s)))
     gains = {}
-    for name, whole in (("crc", True), ("forc", False)):
-        values = gain_db(rc, period, f_hz, loop.ts_s, whole=whole)
+    for name, is_whole in (("crc", True), ("forc", False)):
+        values = gain_db(rc, period, f_hz, loop.ts_s, whole=is_whole)
         gains[name] = {f"{f:.2f}_hz": float(value) for f, value in zip(f_hz, values, strict=True)}
     return Work(design(loop, rc), period, gains)
 

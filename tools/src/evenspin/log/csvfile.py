@@ -46,12 +46,12 @@ def _parse(path: Path, file: IO[str], names: tuple[str, ...], units: tuple[str, 
             raise InputError(path, "column", name, "in the header", did_you_mean(name, header), 1)
     columns = [header.index(name) for name in names]
     text = file.read()
+    if not text.strip():
+        raise InputError(path, "rows", 0, "at least 1", HINT, 2)
     try:
         values = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None)
     except ValueError:
         raise _first_bad_cell(path, text, header) from None
-    if len(values) == 0:
-        raise InputError(path, "rows", 0, "at least 1", HINT, 2)
     if values.shape[1] != len(header):
         raise InputError(path, "columns", values.shape[1], f"{len(header)} as in the header", HINT, 2)
     return Record(names, units, np.ascontiguousarray(values[:, columns]))

@@ -64,8 +64,8 @@ class OutputFolder:
         try:
             known = set(json.loads((self.path / MANIFEST).read_text())["files"]) | {MANIFEST}
         except (OSError, ValueError, KeyError, TypeError):
-            known = set()
-        return sorted(name for name in _files(self.path) if name not in known)
+            return sorted(path.name for path in self.path.iterdir())
+        return [name for name in _files(self.path) if name not in known]
 
     def _manifest(self, staging: Path) -> None:
         content = {"command": " ".join(self.command), "files": _files(staging)}

@@ -23,7 +23,7 @@ from typing import Any
 import pydantic
 
 from evenspin.errors import InputError, did_you_mean
-from evenspin.model.document import read_document
+from evenspin.model.document import Document, read_document
 from evenspin.model.schema import Strict, check, given_numbers, group_schema, table_schema
 from evenspin.native import tables
 
@@ -39,6 +39,7 @@ Numbers = Mapping[str, float]
 class Machine:
     """A model file. `plant` is complete; `drive` and `effects` have what differs from the defaults."""
 
+    document: Document
     name: str
     plant: Numbers
     drive: Numbers
@@ -80,11 +81,12 @@ def machine_schema() -> type[Strict]:
 
 def load_machine(path: Path) -> Machine:
     """Read and check a model file."""
-    file: Any = check(machine_schema(), read_document(path))
+    document = read_document(path)
+    file: Any = check(machine_schema(), document)
     plant = {name: field.default for name, field in tables().model.items()} | given_numbers(file.plant, tables().model)
     drive = {name: plant[source] for name, source in DRIVE_FROM_PLANT.items() if plant[source] > 0}
     drive |= given_numbers(file.drive, tables().params)
-    return Machine(file.name, plant, drive, effect_numbers(file.effects))
+    return Machine(document, file.name, plant, drive, effect_numbers(file.effects))
 
 
 def effect_numbers(group: Any) -> dict[str, dict[str, float]]:
@@ -109,4 +111,6 @@ def find_model(given: str, beside: Path, refuse: Callable[[str, str], InputError
         return known[given]
     if not given.endswith(".toml"):
         raise refuse("a file .toml or a built-in model", did_you_mean(given, known))
+    if not (beside / given).is_file():
+        raise refuse("an existing file or a built-in model", did_you_mean(given.removesuffix(".toml"), known))
     return beside / given

@@ -35,7 +35,7 @@ from typing import Any, Literal
 
 import pydantic
 
-from evenspin.errors import InputError, did_you_mean
+from evenspin.errors import EvenspinError, InputError, NativeError, did_you_mean
 from evenspin.model.document import Document, read_document
 from evenspin.model.machine import (
     DATA,
@@ -91,7 +91,7 @@ CONTROL = {"current": 0.0, "speed": 1.0}
 class Scenario:
     """A scenario file with its model, and what it comes to."""
 
-    path: Path
+    document: Document
     machine: Machine
     setup: Setup
 
@@ -99,6 +99,17 @@ class Scenario:
         """The same run with other drive parameters or another seed."""
         setup = replace(self.setup, drive={**self.setup.drive, **(drive or {})})
         return setup if seed is None else replace(setup, seed=seed)
+
+    def blame(self, error: NativeError) -> EvenspinError:
+        """Where in the files is what the library refused? It says "name = value: limit"."""
+        name, separator, rest = str(error).partition(" = ")
+        limit = rest.partition(": ")[2]
+        for document in (self.document, self.machine.document):
+            for keys in sorted(document.lines, key=document.line_of):
+                if separator and keys[-1] == name:
+                    must = limit.removeprefix("must be ") if "must be " in limit else f"another value ({limit})"
+                    return document.error(keys, must, "correct the value")
+        return error
 
 
 # ---- what a file may hold ------------------------------------------------------------------------------------------
@@ -174,7 +185,7 @@ def load_scenario(path: Path) -> Scenario:
         log_rate_hz=file.log_rate_hz,
         seed=file.seed,
     )
-    return Scenario(path, machine, setup)
+    return Scenario(document, machine, setup)
 
 
 def builtin_scenarios() -> dict[str, Path]:
@@ -186,7 +197,7 @@ def builtin_scenarios() -> dict[str, Path]:
 def builtin_scenario(name: str) -> Scenario:
     known = builtin_scenarios()
     if name not in known:
-        raise InputError("scenario", "name", name, "a file or a built-in scenario", did_you_mean(name, known))
+        raise InputError("SCENARIO", "name", name, "a file .toml or a built-in scenario", did_you_mean(name, known))
     return load_scenario(known[name])
 
 

@@ -53,7 +53,8 @@ def check(schema: type[_Model], document: Document) -> _Model:
         return schema.model_validate(document.data)
     except pydantic.ValidationError as error:
         findings = [_finding(schema, document, details) for details in error.errors(include_url=False)]
-        raise min(findings, key=lambda finding: finding.line or 0) from None
+        # A misspelt key is missing under its right name, too: what is there comes before what is not.
+        raise min(findings, key=lambda finding: (finding.value is MISSING, finding.line or 0)) from None
 
 
 def _finding(schema: type[BaseModel], document: Document, details: Any) -> InputError:

@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.analysis.orders import order_spectrum
+from evenspin.analysis.orders import order_amplitudes, order_spectrum
 from evenspin.analysis.segments import RAD_S, Segment, segments, value_at
 from evenspin.model.setup import Setup
 from evenspin.report.curves import envelope
 from evenspin.report.style import (
     METHOD_COLOURS,
     METHOD_NAMES,
+    METHOD_WIDTHS,
     OTHER_COLOURS,
     REFERENCE_COLOUR,
+    drawing,
     subplots,
     to_svg,
 )
@@ -30,6 +32,8 @@ SPEED_INPUT = "speed_ref_rad_s"
 ZOOM_S = 0.6  # what is shown after a change
 MAX_PANELS = 12
 MAX_ORDER = 8.0
+BAR_ORDERS = tuple(range(1, 7))
+REFERENCE_LINE = {"color": REFERENCE_COLOUR, "linewidth": 0.9, "linestyle": (0, (5, 3))}
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +57,10 @@ class Picture:
 
 def pictures(setup: Setup, curves: Sequence[Curve]) -> list[Picture]:
     """Everything worth seeing of these runs."""
-    drawn = [speed_picture(setup, curves), current_picture(curves)]
-    if any(segment.speed_ref_rad_s for segment in segments(setup)):
-        drawn += [orders_picture(setup, curves), *zoom_pictures(setup, curves)]
+    with drawing():
+        drawn = [speed_picture(setup, curves), current_picture(curves)]
+        if any(segment.speed_ref_rad_s for segment in segments(setup)):
+            drawn += [*zoom_pictures(setup, curves), orders_picture(setup, curves)]
     return drawn
 
 
@@ -67,9 +72,9 @@ def speed_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
         _line(axes[0, 0], index, curve.name, t_s, rpm)
         data |= {f"{curve.name}_t_s": t_s, f"{curve.name}_rpm": rpm}
     t_s, ref_rpm = reference_of(setup)
-    axes[0, 0].plot(t_s, ref_rpm, color=REFERENCE_COLOUR, linewidth=0.9, linestyle=(0, (5, 3)), label="reference")
+    axes[0, 0].plot(t_s, ref_rpm, label="reference", **REFERENCE_LINE)
     axes[0, 0].set(xlabel="time [s]", ylabel="speed [rpm]", xlim=(0.0, setup.duration_s))
-    _legend(axes[0, 0])
+    _legend(figure, axes[0, 0])
     data |= {"reference_t_s": t_s, "reference_rpm": ref_rpm}
     return _picture("speed", "Speed", "True speed of the rotor; the reference is dashed.", figure, data)
 
@@ -82,32 +87,54 @@ def current_picture(curves: Sequence[Curve]) -> Picture:
         _line(axes[0, 0], index, curve.name, t_s, iq_a)
         data |= {f"{curve.name}_t_s": t_s, f"{curve.name}_iq_a": iq_a}
     axes[0, 0].set(xlabel="time [s]", ylabel="q-axis current [A]", xlim=(0.0, None))
-    _legend(axes[0, 0])
+    _legend(figure, axes[0, 0])
     return _picture("current", "q-axis current", "True current of the motor, not what its sensors say.", figure, data)
 
 
 def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
-    """Spectrum of the speed in each steady state that ends a speed or the run."""
+    """Ripple of the speed by orders in each steady state: a spectrum of one run, bars side by side of several."""
     steady = [segment for segment in segments(setup) if segment.speed_ref_rad_s][:MAX_PANELS]
     columns = min(4, len(steady))
     rows = -(-len(steady) // columns)
-    figure, axes = subplots(rows, columns, height=2.1 * rows + 0.6, sharex=True, sharey=True)
+    figure, axes = subplots(rows, columns, height=2.1 * rows + 0.9, sharex=True, sharey=True)
     data: dict[str, Array] = {}
     for panel, segment in zip(axes.flat, steady, strict=False):
-        label = f"{segment.speed_ref_rad_s / RAD_S:.0f} rpm, {segment.steady_s:.1f} to {segment.end_s:.1f} s"
-        for index, curve in enumerate(curves):
-            order, pct = _spectrum(setup, curve.record, segment)
-            _line(panel, index, curve.name, order, np.maximum(pct, 1e-5), linewidth=1.2)
-            key = f"{curve.name}_{segment.start_s:g}s"
-            data |= {f"{key}_order": order, f"{key}_pct": pct}
-        panel.set(title=label, yscale="log", xlim=(0.0, MAX_ORDER), ylim=(1e-3, 40.0))
-        panel.set_xticks(range(0, int(MAX_ORDER) + 1))
+        draw = _spectrum_panel if len(curves) == 1 else _bar_panel
+        data |= draw(panel, setup, curves, segment)
+        speed = f"{segment.speed_ref_rad_s / RAD_S:.0f} rpm"
+        panel.set(title=f"{speed}, {segment.steady_s:.1f} to {segment.end_s:.1f} s", yscale="log", ylim=(1e-3, 40.0))
     for panel in list(axes.flat)[len(steady) :]:
         panel.set_visible(False)
     _outer_labels(axes, "electrical order [-]", "speed ripple [% of mean]")
-    _legend(axes[0, 0])
-    text = "Amplitude over the electrical turn, in the steady state before the next change."
+    _legend(figure, axes[0, 0])
+    text = "Amplitude over the electrical turn, in the steady state before the next change; logarithmic."
     return _picture("orders", "Speed spectrum in orders", text, figure, data)
+
+
+def _spectrum_panel(panel: Any, setup: Setup, curves: Sequence[Curve], segment: Segment) -> Table:
+    part = curves[0].record.between(segment.steady_s, segment.end_s)
+    order, amplitude = order_spectrum(part["true_speed_rad_s"], _electrical(setup, part), MAX_ORDER)
+    pct = 100.0 * amplitude / abs(part["true_speed_rad_s"].mean())
+    _line(panel, 0, curves[0].name, order, np.maximum(pct, 1e-5))
+    panel.set(xlim=(0.0, MAX_ORDER), xticks=range(int(MAX_ORDER) + 1))
+    key = f"{curves[0].name}_{segment.start_s:g}s"
+    return {f"{key}_order": order, f"{key}_pct": pct}
+
+
+def _bar_panel(panel: Any, setup: Setup, curves: Sequence[Curve], segment: Segment) -> Table:
+    data: dict[str, Array] = {f"{segment.start_s:g}s_order": np.array(BAR_ORDERS, dtype=float)}
+    width = 0.8 / len(curves)
+    for index, curve in enumerate(curves):
+        part = curve.record.between(segment.steady_s, segment.end_s)
+        speed = part["true_speed_rad_s"]
+        pct = 100.0 * order_amplitudes(speed, _electrical(setup, part), BAR_ORDERS) / abs(speed.mean())
+        at = np.array(BAR_ORDERS) + (index - (len(curves) - 1) / 2.0) * width
+        label = METHOD_NAMES.get(curve.name, curve.name)
+        panel.bar(at, np.maximum(pct, 1e-5), width, color=_colour(index, curve.name), label=label)
+        data[f"{curve.name}_{segment.start_s:g}s_pct"] = pct
+    panel.set_xticks(BAR_ORDERS)
+    panel.grid(visible=False, axis="x")
+    return data
 
 
 def zoom_pictures(setup: Setup, curves: Sequence[Curve]) -> list[Picture]:
@@ -141,12 +168,12 @@ def _zoom(
             _line(panel, index, curve.name, after_s, rpm)
             key = f"{curve.name}_{piece.start_s:g}s"
             data |= {f"{key}_t_s": part["t_s"], f"{key}_rpm": rpm}
-        panel.axhline(reference_rpm, color=REFERENCE_COLOUR, linewidth=0.9, linestyle=(0, (5, 3)))
+        panel.axhline(reference_rpm, label="reference", **REFERENCE_LINE)
         panel.set(title=f"t = {piece.start_s:g} s, {reference_rpm:.0f} rpm", xlim=(-0.05 * (piece.start_s > 0), ZOOM_S))
     for panel in list(axes.flat)[len(pieces) :]:
         panel.set_visible(False)
     _outer_labels(axes, "time after the change [s]", "speed [rpm]")
-    _legend(axes[0, 0])
+    _legend(figure, axes[0, 0])
     return _picture(name, title, text, figure, data)
 
 
@@ -159,20 +186,23 @@ def reference_of(setup: Setup) -> tuple[Array, Array]:
     return np.array(times), np.array([value_at(curve, t) for t in times]) / RAD_S
 
 
-def _spectrum(setup: Setup, record: Record, segment: Segment) -> tuple[Array, Array]:
-    part = record.between(segment.steady_s, segment.end_s)
-    speed = part["true_speed_rad_s"]
-    order, amplitude = order_spectrum(speed, setup.plant["pole_pairs"] * part["true_theta_m_rad"], MAX_ORDER)
-    return order, 100.0 * amplitude / abs(speed.mean())
+def _electrical(setup: Setup, record: Record) -> Array:
+    return setup.plant["pole_pairs"] * record["true_theta_m_rad"]
 
 
 def _line(axes: Any, index: int, name: str, x: Array, y: Array, **options: Any) -> None:
-    colour = METHOD_COLOURS.get(name, OTHER_COLOURS[index % len(OTHER_COLOURS)])
-    axes.plot(x, y, color=colour, label=METHOD_NAMES.get(name, name), **options)
+    style = {"color": _colour(index, name), "linewidth": METHOD_WIDTHS.get(name, 1.0)}
+    axes.plot(x, y, label=METHOD_NAMES.get(name, name), **(style | options))
 
 
-def _legend(axes: Any) -> None:
-    axes.legend(loc="best", ncols=5, handlelength=1.6)
+def _colour(index: int, name: str) -> str:
+    return METHOD_COLOURS.get(name, OTHER_COLOURS[index % len(OTHER_COLOURS)])
+
+
+def _legend(figure: Any, axes: Any) -> None:
+    """One legend for all panels, above them."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper right", ncols=len(labels), handlelength=1.6)
 
 
 def _outer_labels(axes: Any, x: str, y: str) -> None:

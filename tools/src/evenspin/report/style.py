@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 METHOD_COLOURS = {"pi": "#8c8c8c", "crc": "#e08e0b", "forc": "#1f6fb4", "fal-forc": "#0b8f6a"}
 METHOD_NAMES = {"pi": "PI", "crc": "CRC", "forc": "FORC", "fal-forc": "fal-FORC"}
+METHOD_WIDTHS = {"crc": 2.2}  # shows behind FORC, whose curve is the same where the period is whole
 REFERENCE_COLOUR = "#222222"
 OTHER_COLOURS = ("#1f6fb4", "#e08e0b", "#0b8f6a", "#b4441f", "#7a4fb4")
 
@@ -33,23 +36,26 @@ RC = {
 }
 
 
-def subplots(rows: int = 1, columns: int = 1, *, width: float = 10.0, height: float = 3.2, **options: Any) -> Any:
-    """A figure and its axes (always a 2-D array), in this style, without a window."""
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Everything is drawn in the style of the house."""
     import matplotlib as mpl
-    from matplotlib.figure import Figure
 
     with mpl.rc_context(RC):
-        figure = Figure(figsize=(width, height))
-        axes = figure.subplots(rows, columns, squeeze=False, **options)
-    return figure, axes
+        yield
+
+
+def subplots(rows: int = 1, columns: int = 1, *, width: float = 10.0, height: float = 3.2, **options: Any) -> Any:
+    """A figure and its axes (always a 2-D array), without a window; call it within `drawing`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
 def to_svg(figure: Any) -> str:
     """The figure as an <svg> element; the same figure always gives the same text."""
-    import matplotlib as mpl
-
     out = io.StringIO()
-    with mpl.rc_context(RC):
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     return text[text.index("<svg") :]

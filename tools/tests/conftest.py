@@ -1,0 +1,80 @@
+"""Things that several tests need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from evenspin.cli import main
+from evenspin.reproduce.guo2024 import Result, reproduce
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a command answered."""
+
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def evenspin(capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+    """Call the command in this process."""
+
+    def call(*words: object) -> Said:
+        capsys.readouterr()
+        status = 0
+        try:
+            main([str(word) for word in words])
+        except SystemExit as stop:
+            status = int(stop.code or 0)
+        said = capsys.readouterr()
+        return Said(status, said.out, said.err)
+
+    return call
+
+
+SCENARIO = """\
+name = "short"
+model = "guo2024"
+duration_s = 0.5
+seed = 3
+log_rate_hz = 2000.0
+
+[drive]
+method = "forc"
+
+[[event]]
+at_s = 0.0
+speed_rpm = 300.0
+load_brake_a = 1.0
+
+[[event]]
+at_s = 0.25
+load_brake_a = 2.0
+"""
+
+
+@pytest.fixture
+def scenario_text() -> str:
+    return SCENARIO
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    path = tmp_path / "short.toml"
+    path.write_text(SCENARIO)
+    return path
+
+
+@pytest.fixture(scope="session")
+def float_result() -> Result:
+    return reproduce("float")
+
+
+@pytest.fixture(scope="session")
+def fixed_result() -> Result:
+    return reproduce("fixed")
