@@ -15,11 +15,15 @@ from evenspin.errors import BlockError, did_you_mean
 from evenspin.native.library import Library, load
 
 __all__ = [
+    "AngleMemory",
     "BlockError",
+    "Deadbeat",
+    "Fir",
     "MtSpeed",
     "Pi",
     "Pll",
     "RepetitiveController",
+    "TorqueObserver",
     "clarke",
     "fal",
     "inverse_clarke",
@@ -36,6 +40,11 @@ __all__ = [
 _FAL_AT = {"input": 1, "output": 2}
 _ANTI_WINDUP = {"hold": 0, "hold-outward": 1}
 _MEMORY = {"keep": 0, "clear": 1, "angle": 2}
+_WRITE = {"one": 0, "all": 1, "hat": 2}
+_READ = {"linear": 0, "cubic": 1}
+_OBSERVER = {"dob": 0, "ro": 1, "aro": 2}
+_FIR_ORDER_MAX = 15
+_LIMIT = 100.0  # inside what the fixed-point numeric holds
 
 
 # ---- functions -----------------------------------------------------------------------------------------------------
@@ -244,6 +253,207 @@ class MtSpeed:
         return self._library.lib.es_mt_step(self._handle, edge_count, edge_cyc % 2**32, now_cyc % 2**32)
 
 
+# ---- observers of the disturbance torque, deadbeat control ----------------------------------------------------------
+
+
+class AngleMemory:
+    """Learns a waveform over the angle: every grid point that the motion passes moves towards what was seen there.
+
+    Args:
+        cells: grid points per turn, 4 to 4096.
+        gain: learning gain g of m <- q m + g (v - m), in (0, 1].
+        forgetting: q, 0 to 1; 1 forgets nothing.
+        write: of the points passed since the last sample "one" (the newest), "all", or "hat" (all, each with the
+            average of the samples around it).
+        read: "linear" between two points or "cubic" through four.
+        limit: largest size of a stored value.
+    """
+
+    def __init__(
+        self,
+        cells: int,
+        gain: float,
+        forgetting: float = 1.0,
+        write: str = "one",
+        read: str = "linear",
+        *,
+        limit: float = _LIMIT,
+        numeric: str = "float",
+    ) -> None:
+        self._library = library = load(numeric)
+        handle = library.lib.es_angle_memory_new(
+            _whole("cells", cells),
+            gain,
+            forgetting,
+            _word("write", write, _WRITE),
+            _word("read", read, _READ),
+            limit,
+        )
+        self._handle = _owned(library, handle, library.lib.es_angle_memory_free)
+        self._cells = int(cells)
+
+    def write(self, theta: float, value: float) -> None:
+        """One sample: `value` seen at the angle `theta`, rad; it may run on beyond a turn."""
+        self._library.lib.es_angle_memory_write(self._handle, theta, value)
+
+    def read(self, theta: float) -> float:
+        """What was learned for the angle `theta`, rad."""
+        return self._library.lib.es_angle_memory_read(self._handle, theta)
+
+    @property
+    def memory(self) -> list[float]:
+        """The grid points; number i stands for the angle 2 pi i / cells."""
+        out = self._library.ffi.new("double[]", self._cells)
+        self._library.lib.es_angle_memory_cells(self._handle, out, self._cells)
+        return list(out)
+
+    @property
+    def rejected(self) -> int:
+        """Samples that were not finite, and jumps of the angle, since it was made."""
+        return self._library.lib.es_angle_memory_rejected(self._handle)
+
+
+class Fir:
+    """Symmetric low-pass (Hamming window): linear phase, so its delay is the same at every frequency.
+
+    Args:
+        order: 0 to 15; it has order + 1 taps.
+        cutoff_over_rate: corner over sampling rate, above 0 and below 0.5.
+    """
+
+    def __init__(self, order: int, cutoff_over_rate: float, *, numeric: str = "float") -> None:
+        self._library = library = load(numeric)
+        taps = library.ffi.new("double[]", _FIR_ORDER_MAX + 1)
+        handle = library.lib.es_fir_new(_fir_order("order", order), cutoff_over_rate, taps)
+        self._handle = _owned(library, handle, library.lib.es_fir_free)
+        self.taps: list[float] = list(taps[0 : int(order) + 1])
+
+    def step(self, x: float) -> float:
+        """Advance one sample; returns the filtered value."""
+        return self._library.lib.es_fir_step(self._handle, x)
+
+    @property
+    def delay_samples(self) -> float:
+        """Half the order; it need not be a whole number."""
+        return self._library.lib.es_fir_delay_samples(self._handle)
+
+
+class TorqueObserver:
+    """Measures the disturbance torque from the encoder and predicts it for the moment when a reference of now acts.
+
+    Args:
+        kind: "dob" (one state), "ro" (memory over time) or "aro" (memory over the angle).
+        inertia_kgm2, viscous_nms: what it assumes of the mechanics.
+        ts_s: sampling time.
+        fir1, fir2: order and corner in Hz of the filters of speed and torque.
+        actuation_samples: from a torque reference to the middle of its action.
+        age_samples: age that it takes the measured torque to have; 0: the true one, from its filters.
+        gain: learning gain a23 L_N, in (0, 1].
+        forgetting: Q, 0 to 1.
+        cells, write, read: as in AngleMemory.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        inertia_kgm2: float,
+        viscous_nms: float = 0.0,
+        *,
+        ts_s: float = 1e-4,
+        fir1: tuple[int, float] = (9, 1000.0),
+        fir2: tuple[int, float] = (10, 1000.0),
+        actuation_samples: float = 2.0,
+        age_samples: float = 0.0,
+        gain: float = 0.05,
+        forgetting: float = 1.0,
+        cells: int = 200,
+        write: str = "one",
+        read: str = "linear",
+        numeric: str = "float",
+    ) -> None:
+        self._library = library = load(numeric)
+        handle = library.lib.es_observer_new(
+            _word("kind", kind, _OBSERVER),
+            inertia_kgm2,
+            viscous_nms,
+            ts_s,
+            _fir_order("fir1 order", fir1[0]),
+            fir1[1],
+            _fir_order("fir2 order", fir2[0]),
+            fir2[1],
+            actuation_samples,
+            age_samples,
+            gain,
+            forgetting,
+            _whole("cells", cells),
+            _word("write", write, _WRITE),
+            _word("read", read, _READ),
+        )
+        self._handle = _owned(library, handle, library.lib.es_observer_free)
+        self._seen = library.ffi.new("double[2]")
+
+    def step(self, theta_m_rad: float, ref_last_nm: float = 0.0) -> float:
+        """Angle now and torque reference of the last sample; returns the expected disturbance torque, N m."""
+        return self._library.lib.es_observer_step(self._handle, theta_m_rad, ref_last_nm, self._seen)
+
+    @property
+    def speed_rad_s(self) -> float:
+        """Filtered speed of the last step."""
+        return self._seen[0]
+
+    @property
+    def torque_nm(self) -> float:
+        """Disturbance torque measured in the last step; it acted `age_samples` ago. Positive drives forward."""
+        return self._seen[1]
+
+    @property
+    def age_samples(self) -> float:
+        """Age of the measured torque as the observer counts it."""
+        return self._library.lib.es_observer_age_samples(self._handle)
+
+
+class Deadbeat:
+    """Deadbeat control of the dq currents: the reference is reached two samples later. SI units.
+
+    Args:
+        correction: gain with which what the model does not explain is learned, 0 to 0.5.
+    """
+
+    def __init__(
+        self,
+        r_ohm: float,
+        ld_h: float,
+        lq_h: float,
+        psi_wb: float,
+        pole_pairs: int,
+        ts_s: float = 1e-4,
+        correction: float = 0.1,
+        *,
+        numeric: str = "float",
+    ) -> None:
+        for name, value in (("ld_h", ld_h), ("lq_h", lq_h), ("ts_s", ts_s)):
+            if not value > 0.0:
+                raise BlockError(name, value, "must be above 0 and finite")
+        if _whole("pole_pairs", pole_pairs) < 1:
+            raise BlockError("pole_pairs", pole_pairs, "must be at least 1")
+        self._library = library = load(numeric)
+        handle = library.lib.es_deadbeat_new(r_ohm, ld_h, lq_h, psi_wb, int(pole_pairs), ts_s, correction)
+        self._handle = _owned(library, handle, library.lib.es_deadbeat_free)
+        self._in, self._out = library.ffi.new("double[7]"), library.ffi.new("double[2]")
+
+    def step(
+        self,
+        current_a: tuple[float, float],
+        reference_a: tuple[float, float],
+        speed_m_rad_s: float,
+        last_v: tuple[float, float],
+    ) -> tuple[float, float]:
+        """dq currents now and wanted, mechanical speed, dq voltage that acts now; returns the voltage for the next."""
+        self._in[0:7] = [*current_a, *reference_a, speed_m_rad_s, *last_v]
+        self._library.lib.es_deadbeat_step(self._handle, self._in, self._out)
+        return self._out[0], self._out[1]
+
+
 # ---- helpers -------------------------------------------------------------------------------------------------------
 
 
@@ -276,6 +486,12 @@ def _whole(field: str, value: int) -> int:
     if isinstance(value, bool) or not -(2**31) <= value < 2**31 or int(value) != value:
         raise BlockError(field, value, "must be a whole number of 32 bits")
     return int(value)
+
+
+def _fir_order(field: str, order: int) -> int:
+    if not 0 <= _whole(field, order) <= _FIR_ORDER_MAX:
+        raise BlockError(field, order, f"must be within 0 .. {_FIR_ORDER_MAX}")
+    return int(order)
 
 
 def _word(field: str, value: str, words: dict[str, int]) -> int:
