@@ -4,17 +4,18 @@
 
 #define RING_MASK CTL_FIR_ORDER_MAX
 
-/* sin(pi c d) / (pi d), d in half samples of distance from the middle: the ideal low-pass of corner c (of the rate) */
-static num_t ideal(num_t cutoff, int16_t half_steps)
+/* sin(x) / x with x = 2 pi c d: the ideal low-pass of corner c (of the rate), d samples from its middle, but for a factor
+ * that the normalisation removes. Without it fixed point keeps its digits at low corners. */
+static num_t ideal(num_t cutoff, uint16_t twice_d)
 {
-    if (half_steps == 0) {
-        return num_add(cutoff, cutoff);
+    const num_t x = num_mul(num_mul(cutoff, NUM_C(3.14159265f)), num_from_int((int16_t)twice_d)); /* at most 23.6 rad */
+    if (x < NUM_C(0.25f)) { /* x^6 / 5040 is 5e-8 there */
+        const num_t x2 = num_mul(x, x);
+        return num_mac(NUM_C(1.0f), num_mac(NUM_C(-0.16666667f), NUM_C(0.0083333333f), x2), x2);
     }
     num_t sine, cosine;
-    /* 2 pi c (half_steps / 2) = pi c half_steps, at most pi / 2 * 15 = 23.6 rad */
-    const num_t turn = num_mul(num_mul(cutoff, NUM_C(3.14159265f)), num_from_int(half_steps));
-    angle_sincos(angle_from_rad(turn), &sine, &cosine);
-    return num_div(sine, num_mul(NUM_C(1.57079633f), num_from_int(half_steps)));
+    angle_sincos(angle_from_rad(x), &sine, &cosine);
+    return num_div(sine, x);
 }
 
 ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff)
@@ -33,15 +34,18 @@ ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff
     for (uint16_t i = 0U; i <= CTL_FIR_ORDER_MAX; i++) {
         params->tap[i] = (num_t)0;
     }
-    for (uint16_t i = 0U; i <= order; i++) {
+    for (uint16_t i = 0U; (2U * i) <= order; i++) {
         num_t window = NUM_C(1.0f);
         if (order > 0U) { /* 0.54 - 0.46 cos(2 pi i / n) */
             num_t sine, cosine;
             angle_sincos((angle_t)(((uint64_t)i << 32) / order), &sine, &cosine);
             window = num_mac(NUM_C(0.54f), NUM_C(-0.46f), cosine);
         }
-        params->tap[i] = num_mul(window, ideal(cutoff, (int16_t)((2 * (int16_t)i) - (int16_t)order)));
-        sum = num_add(sum, params->tap[i]);
+        const num_t    tap = num_mul(window, ideal(cutoff, (uint16_t)(order - (2U * i))));
+        const uint16_t mirror = (uint16_t)(order - i);
+        params->tap[i] = tap;
+        params->tap[mirror] = tap;
+        sum = num_add(sum, (mirror > i) ? num_add(tap, tap) : tap);
     }
     for (uint16_t i = 0U; i <= order; i++) {
         params->tap[i] = num_div(params->tap[i], sum);

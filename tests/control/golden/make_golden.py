@@ -483,6 +483,36 @@ def make_repetitive() -> list[str]:
     return parts
 
 
+# ---- observer/ ------------------------------------------------------------------------------------------------------
+
+
+def low_pass(order: int, cutoff: float) -> list[float]:
+    """Taps of the ideal low-pass by integrating its spectrum (Simpson), under a Hamming window, with unity gain."""
+    steps = 2000
+    taps = []
+    for i in range(order + 1):
+        away = i - order / 2.0
+        weights = [1.0 if n in (0, steps) else (4.0 if n % 2 else 2.0) for n in range(steps + 1)]
+        waves = (w * math.cos(2.0 * math.pi * cutoff * n / steps * away) for n, w in enumerate(weights))
+        window = 0.54 + 0.46 * math.cos(2.0 * math.pi * away / order) if order else 1.0
+        taps.append(window * math.fsum(waves) * 2.0 * cutoff / (3.0 * steps))
+    gain = math.fsum(taps)
+    return [tap / gain for tap in taps]
+
+
+def make_fir() -> list[str]:
+    rows = []
+    for order in (0, 1, 2, 3, 5, 8, 9, 10, 14, 15):
+        for cutoff in (0.001, 0.02, 0.1, 0.25, 0.45):
+            taps = low_pass(order, cutoff)
+            rows.append(f"    {{{order}U, {cutoff!r}, {{{', '.join(number(x) for x in taps)}}}}},")
+    lines = [
+        "/* taps from the integral of the spectrum */",
+        "typedef struct { uint16_t order; double cutoff, tap[16]; } golden_fir_t;",
+    ]
+    return ["\n".join([*lines, f"static const golden_fir_t GOLDEN_FIR[{len(rows)}] = {{", *rows, "};"])]
+
+
 # ---- the rest -------------------------------------------------------------------------------------------------------
 
 HEADERS: dict[str, Callable[[], list[str]]] = {
@@ -497,6 +527,7 @@ HEADERS: dict[str, Callable[[], list[str]]] = {
     "mt_speed": make_mt_speed,
     "fal": make_fal,
     "repetitive": make_repetitive,
+    "fir": make_fir,
 }
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
