@@ -35,7 +35,8 @@ def order_amplitudes(value: Array, theta_e_rad: Array, orders: Sequence[int] = (
     highest = max(max(orders), min(highest, int(per_turn / 2.5)))
     phases = np.outer(theta, np.arange(1, highest + 1))
     columns = np.hstack((np.ones((len(theta), 1)), np.cos(phases), np.sin(phases)))
-    found = np.linalg.lstsq(columns, value, rcond=None)[0]
+    # The normal equations are small, and good enough: the columns are close to orthogonal.
+    found = np.linalg.lstsq(columns.T @ columns, columns.T @ value, rcond=None)[0]
     cosine, sine = found[1 : highest + 1], found[highest + 1 :]
     return np.hypot(cosine, sine)[np.asarray(orders) - 1]
 
