@@ -49,7 +49,8 @@ def segments(setup: Setup) -> list[Segment]:
     cuts = [0.0, *_merged(setup.event_times_s), setup.duration_s]
     found = []
     for start_s, end_s in zip(cuts[:-1], cuts[1:], strict=True):
-        changed = [name for name, curve in setup.inputs.items() if any(abs(t - start_s) < 1e-6 for t in curve.t_s)]
+        curves = setup.inputs.items()
+        changed = [name for name, curve in curves if any(abs(t - start_s) < 1e-6 for t in curve.changes_s)]
         changed += [tune.param for tune in setup.tunes if abs(tune.t_s - start_s) < 1e-6]
         reference = setup.inputs.get("speed_ref_rad_s")
         ref_rad_s = value_at(reference, start_s + 1e-6) if reference is not None else 0.0

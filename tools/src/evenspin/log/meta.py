@@ -20,7 +20,7 @@ MOTOR_KEYS = (
     "rated_torque_nm",
     "slots",
 )
-FILTER_TYPES = {"pll": "tracking_pll", "mt": "mt"}
+FILTER_TYPES = {"pll": "tracking_pll", "mt": "mt", "fir": "fir"}
 
 
 def meta_of(setup: Setup, case: str, experiments: Sequence[str]) -> dict[str, Any]:
@@ -53,7 +53,7 @@ def meta_of(setup: Setup, case: str, experiments: Sequence[str]) -> dict[str, An
         },
         "speed_filter": {
             "type": FILTER_TYPES[source],
-            "ts_s": current_ts_s if source == "pll" else speed_ts_s,
+            "ts_s": speed_ts_s if source == "mt" else current_ts_s,
             "kp": drive["pll_kp_per_s"],
             "ki": drive["pll_ki_per_s2"],
         },

@@ -20,6 +20,7 @@ load_brake_a = 1.0      # A of q-axis current, or load_brake_nm; load_torque_nm,
 [[event]]
 at_s = 2.0
 load_brake_a = 2.5      # what holds from now on, not an increment
+load_rise_s = 0.03      # time constant with which the load gets there; a step without it
 drive = { rc_gain = 0.5 }
 """
 
@@ -54,6 +55,7 @@ RPM = math.pi / 30.0  # rad/s
 MAX_DURATION_S = 3600.0
 MAX_ROWS = 4_000_000
 STEP_S = 1e-9  # a step between straight lines takes this long: far less than a PWM period
+RISE = tuple(k / 10.0 for k in range(1, 101))  # a rise 1 - exp(-t/T) as straight lines between these t/T: 0.1 % off
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,25 @@ OTHER_UNITS = {
     "load_torque_a": EventKey("load_torque_nm", "A of q-axis current", _torque_per_a),
     "load_brake_a": EventKey("load_brake_nm", "A of q-axis current", _torque_per_a),
 }
+LOADS = {"load_torque_nm", "load_brake_nm"}
 CONTROL = {"current": 0.0, "speed": 1.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A change of an input: at once, over `ramp_s`, or with the time constant `rise_s`."""
+
+    at_s: float
+    value: float
+    ramp_s: float = 0.0
+    rise_s: float = 0.0
+
+    def course(self, level: float) -> list[tuple[float, float]]:
+        """Points after the start, coming from `level`."""
+        if not self.rise_s > 0.0:
+            return [(self.at_s + self.ramp_s, self.value)]
+        shares = [(t, 1.0 - math.exp(-t)) for t in RISE[:-1]] + [(RISE[-1], 1.0)]
+        return [(self.at_s + t * self.rise_s, level + share * (self.value - level)) for t, share in shares]
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +154,7 @@ def event_schema() -> type[Strict]:
         for name, key in event_keys().items()
     }
     members["ramp_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
+    members["load_rise_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
     members["control"] = optional(Literal[*CONTROL], '"current" or "speed"')
     members["drive"] = optional(drive_schema(), "drive parameters, as in { rc_gain = 0.5 }")
     return pydantic.create_model("Event", __base__=Strict, **members)
@@ -230,7 +251,7 @@ def _check_rate(document: Document, file: Any, machine: Machine) -> None:
 
 def _inputs(document: Document, events: list[tuple[int, Any]], machine: Machine) -> dict[str, InputCurve]:
     """Inputs over time: every key that some event gives."""
-    points: dict[str, list[tuple[float, float, float]]] = {}
+    steps: dict[str, list[Step]] = {}
     for index, event in events:
         seen: dict[str, str] = {}
         for name, key in event_keys().items():
@@ -242,15 +263,17 @@ def _inputs(document: Document, events: list[tuple[int, Any]], machine: Machine)
             seen[key.input] = name
             _check_input(document, ["event", index, name], key, value, machine)
             ramp_s = event.ramp_s or 0.0 if key.input == SPEED else 0.0
-            points.setdefault(key.input, []).append((event.at_s, ramp_s, value * key.scale(machine)))
+            rise_s = event.load_rise_s or 0.0 if key.input in LOADS else 0.0
+            step = Step(event.at_s, value * key.scale(machine), ramp_s, rise_s)
+            steps.setdefault(key.input, []).append(step)
         if event.ramp_s is not None and SPEED not in seen:
             raise document.error(["event", index, "ramp_s"], "beside speed_rpm or speed_rad_s", "move it or remove it")
+        if event.load_rise_s is not None and not seen.keys() & LOADS:
+            raise document.error(["event", index, "load_rise_s"], "beside a load", "move it or remove it")
         if event.control is not None:
-            points.setdefault(CONTROL_MODE, []).append((event.at_s, 0.0, CONTROL[event.control]))
+            steps.setdefault(CONTROL_MODE, []).append(Step(event.at_s, CONTROL[event.control]))
     # An input that is a field of the plant, too, starts from there.
-    return {
-        name: _curve(machine.plant.get(name, tables().inputs[name].default), steps) for name, steps in points.items()
-    }
+    return {name: _curve(machine.plant.get(name, tables().inputs[name].default), each) for name, each in steps.items()}
 
 
 def _check_input(document: Document, keys: list[str | int], key: EventKey, value: float, machine: Machine) -> None:
@@ -260,20 +283,22 @@ def _check_input(document: Document, keys: list[str | int], key: EventKey, value
         raise document.error(keys, f"a number in {low:g} .. {high:g} {key.unit}".rstrip(), "correct the value")
 
 
-def _curve(before: float, steps: list[tuple[float, float, float]]) -> InputCurve:
-    """Steps (time, ramp time, value) as points, after the value `before`."""
-    if not any(ramp_s > 0.0 for _, ramp_s, _ in steps):
-        points = [(at_s, value) for at_s, _, value in steps]
+def _curve(before: float, steps: list[Step]) -> InputCurve:
+    """Steps as points, after the value `before`."""
+    if not any(step.ramp_s > 0.0 or step.rise_s > 0.0 for step in steps):
+        points = [(step.at_s, step.value) for step in steps]
         points = points if points[0][0] == 0.0 else [(0.0, before), *points]
         return InputCurve(tuple(t for t, _ in points), tuple(v for _, v in points))
     points = [(0.0, before)]
-    for at_s, ramp_s, value in steps:
-        start_s = at_s if ramp_s > 0.0 else at_s - STEP_S
+    for step in steps:
+        start_s = step.at_s if step.ramp_s > 0.0 or step.rise_s > 0.0 else step.at_s - STEP_S
         level = _interpolate(points, start_s)
         points = [point for point in points if point[0] < start_s]
         points += [(start_s, level)] if start_s >= 0.0 else []
-        points.append((at_s + ramp_s, value))
-    return InputCurve(tuple(t for t, _ in points), tuple(v for _, v in points), linear=True)
+        points += step.course(level)
+    rises = any(step.rise_s > 0.0 for step in steps)
+    at_s = tuple(time_s for step in steps for time_s in (step.at_s, step.at_s + step.ramp_s)) if rises else None
+    return InputCurve(tuple(t for t, _ in points), tuple(v for _, v in points), linear=True, at_s=at_s)
 
 
 def _interpolate(points: list[tuple[float, float]], t_s: float) -> float:

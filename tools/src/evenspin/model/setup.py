@@ -8,11 +8,20 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class InputCurve:
-    """An input over time: held between the points, or straight lines."""
+    """An input over time: held between the points, or straight lines.
+
+    `at_s`: when it begins to change; None: at every point.
+    """
 
     t_s: tuple[float, ...]
     value: tuple[float, ...]
     linear: bool = False
+    at_s: tuple[float, ...] | None = None
+
+    @property
+    def changes_s(self) -> tuple[float, ...]:
+        """Instants at which something begins."""
+        return self.t_s if self.at_s is None else self.at_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,5 +63,5 @@ class Setup:
     @property
     def event_times_s(self) -> tuple[float, ...]:
         """Every instant at which something changes, without 0."""
-        times = {t for curve in self.inputs.values() for t in curve.t_s} | {tune.t_s for tune in self.tunes}
+        times = {t for curve in self.inputs.values() for t in curve.changes_s} | {tune.t_s for tune in self.tunes}
         return tuple(sorted(t for t in times if 0.0 < t < self.duration_s))

@@ -78,6 +78,19 @@ class Simulation:
     def tune(self, param: str, value: float) -> None:
         self._need(self._library.lib.es_sim_tune(self._handle, param.encode(), value))
 
+    def memory(self) -> NDArray[np.float64]:
+        """What the angle observer has learned, A of q current over one mechanical turn; empty without one."""
+        lib, ffi = self._library.lib, self._library.ffi
+        amps = np.zeros(lib.es_sim_memory_read(self._handle, ffi.NULL, 0))
+        lib.es_sim_memory_read(self._handle, ffi.from_buffer("double[]", amps, require_writable=True), len(amps))
+        return amps
+
+    def set_memory(self, amps: Sequence[float]) -> None:
+        """What it knows from the start; only for a drive that does not run."""
+        values = np.ascontiguousarray(amps, dtype=np.float64)
+        buffer = self._library.ffi.from_buffer("double[]", values)
+        self._need(self._library.lib.es_sim_memory_write(self._handle, buffer, len(values)))
+
     def error(self) -> str:
         return self._library.text(self._library.lib.es_sim_error(self._handle))
 

@@ -22,8 +22,10 @@ def truth_signals() -> tuple[str, ...]:
     return tuple(name for name in tables().signals if name.startswith(TRUTH))
 
 
-def prepare(setup: Setup, signals: Sequence[str], numeric: str = "float") -> Simulation:
-    """A simulation, started, at time 0."""
+def prepare(
+    setup: Setup, signals: Sequence[str], numeric: str = "float", memory: Sequence[float] | None = None
+) -> Simulation:
+    """A simulation, started, at time 0; `memory`: what the angle observer knows already, A."""
     simulation = Simulation(numeric)
     for name, value in setup.plant.items():
         simulation.set_model(name, value)
@@ -35,6 +37,8 @@ def prepare(setup: Setup, signals: Sequence[str], numeric: str = "float") -> Sim
     simulation.set_seed(setup.seed)
     for name, curve in setup.inputs.items():
         simulation.set_input(name, curve.t_s, curve.value, linear=curve.linear)
+    if memory is not None:
+        simulation.set_memory(memory)
     simulation.record(signals)
     simulation.start()
     return simulation
@@ -48,7 +52,12 @@ def simulate(
 ) -> Record:
     """Run it all and record these signals (default: every one), a row per `log_rate_hz`."""
     names = tuple(signals if signals is not None else tables().signals)
-    simulation = prepare(setup, names, numeric)
+    return complete(prepare(setup, names, numeric), setup, names, progress)
+
+
+def complete(simulation: Simulation, setup: Setup, names: Sequence[str], progress: Progress | None = None) -> Record:
+    """From time 0 to the end; `names` are the signals that it was prepared with."""
+    names = tuple(names)
     rows = []
     for tune_list, periods in _stretches(setup):
         for param, value in tune_list:
