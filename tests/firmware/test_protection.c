@@ -1,0 +1,564 @@
+/* firmware/app/protection.c: every fault of the list can happen, happens at its limit, and leaves the bridge off. */
+#include "mock_hal_clock.h"
+#include "mock_hal_encoder.h"
+#include "mock_hal_inverter.h"
+#include "mock_hal_sample.h"
+#include "tests/firmware/support/bench.h"
+
+void setUp(void) { bench_start(); }
+void tearDown(void) {}
+
+/* ---- every fault of faults.def -------------------------------------------------------------------------------------- */
+
+static void provoke_over_current(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.ia_a = 20.5f;
+    bench_period();
+}
+
+static void provoke_over_voltage(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.vdc_v = 40.5f;
+    bench_period();
+}
+
+static void provoke_under_voltage(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.vdc_v = 9.5f;
+    bench_period();
+}
+
+static void provoke_over_speed(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_spin(660.0, 0.0);
+}
+
+static void provoke_encoder_lost(void)
+{
+    drive_params_t p = bench_params();
+    p.encoder_jump_periods = 1U;
+    bench_run_with(&p);
+    bench_period();
+    bench_angle(1.0);
+    bench_periods(2U);
+}
+
+static void provoke_encoder_error(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample_status = HAL_SENSOR_FAULT;
+    bench_period();
+}
+
+static void provoke_lost_sample(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample_status = HAL_STALE;
+    bench_periods(3U);
+}
+
+static void provoke_non_finite(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.ia_a = NAN;
+    bench_periods(3U);
+}
+
+static void provoke_offset_calibration(void)
+{
+    drive_params_t p = bench_params();
+    p.offset_calibration_periods = 10U;
+    drive_init(&drive, &p);
+    bench.sample.ib_a = 0.6f;
+    drive_background(&drive);
+    bench_live(20U);
+}
+
+static void provoke_configuration(void)
+{
+    drive_params_t p = bench_params();
+    p.pole_pairs = 0U;
+    drive_init(&drive, &p);
+}
+
+static void provoke_hardware(hal_inverter_fault_t fault)
+{
+    bench_into(DRIVE_RUN);
+    bench.inverter_fault = fault;
+    bench_period();
+}
+
+static void provoke_hardware_over_current(void) { provoke_hardware(HAL_INVERTER_OVER_CURRENT); }
+static void provoke_gate_driver(void) { provoke_hardware(HAL_INVERTER_DRIVER_FAULT); }
+static void provoke_over_temperature(void) { provoke_hardware(HAL_INVERTER_OVER_TEMPERATURE); }
+
+static void provoke_isr_overrun(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_period(); /* the speed tick reads the clock a third time */
+    bench.isr_cyc = BENCH_PERIOD_CYC + 1U;
+    bench_period();
+}
+
+/* A fault without a row here fails the next test. */
+static void (*const PROVOKE[FAULT_COUNT])(void) = {
+    [FAULT_over_current] = provoke_over_current,
+    [FAULT_over_voltage] = provoke_over_voltage,
+    [FAULT_under_voltage] = provoke_under_voltage,
+    [FAULT_over_speed] = provoke_over_speed,
+    [FAULT_encoder_lost] = provoke_encoder_lost,
+    [FAULT_encoder_error] = provoke_encoder_error,
+    [FAULT_lost_sample] = provoke_lost_sample,
+    [FAULT_non_finite] = provoke_non_finite,
+    [FAULT_offset_calibration] = provoke_offset_calibration,
+    [FAULT_configuration] = provoke_configuration,
+    [FAULT_hardware_over_current] = provoke_hardware_over_current,
+    [FAULT_gate_driver] = provoke_gate_driver,
+    [FAULT_over_temperature] = provoke_over_temperature,
+    [FAULT_isr_overrun] = provoke_isr_overrun,
+};
+
+/* The board is well again. */
+static void heal(void)
+{
+    const bench_t well = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0.0f, 0U}};
+    const uint32_t seq = bench.sample.seq;
+    bench.sample = well.sample;
+    bench.sample.seq = seq;
+    bench.sample_status = HAL_OK;
+    bench.edge_status = HAL_OK;
+    bench.arm_status = HAL_OK;
+    bench.inverter_fault = HAL_INVERTER_FINE;
+    bench.isr_cyc = 0U;
+}
+
+void test_protection_every_fault_of_the_list_can_be_provoked_and_switches_the_bridge_off(void)
+{
+    for (uint16_t f = 1U; f < (uint16_t)FAULT_COUNT; f++) {
+        TEST_ASSERT_NOT_NULL_MESSAGE(PROVOKE[f], faults_info(f)->name);
+        bench_start();
+
+        PROVOKE[f]();
+
+        ASSERT_FAULT(f, faults_info(f)->name);
+        TEST_ASSERT_TRUE_MESSAGE(bench.disarms > 0U, faults_info(f)->name);
+    }
+}
+
+void test_protection_fault_stays_when_its_cause_is_gone_and_nothing_arms(void)
+{
+    for (uint16_t f = 1U; f < (uint16_t)FAULT_COUNT; f++) {
+        bench_start();
+        PROVOKE[f]();
+        heal();
+        const uint32_t arms = bench.arms;
+
+        drive_start(&drive);
+        bench_live(200U);
+
+        ASSERT_FAULT(f, faults_info(f)->name);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(arms, bench.arms, faults_info(f)->name);
+        if (f != (uint16_t)FAULT_configuration) { /* without a configuration there is no control at all */
+            ASSERT_ZERO_VOLTAGE(faults_info(f)->name);
+        }
+    }
+}
+
+void test_protection_first_fault_wins_over_every_other(void)
+{
+    for (uint16_t f = 1U; f < (uint16_t)FAULT_COUNT; f++) {
+        bench_start();
+        PROVOKE[f]();
+        /* and now everything at once */
+        bench.sample.ia_a = 100.0f;
+        bench.sample.vdc_v = 100.0f;
+        bench.inverter_fault = HAL_INVERTER_DRIVER_FAULT;
+        bench.isr_cyc = 10U * BENCH_PERIOD_CYC;
+        bench_live(30U);
+
+        ASSERT_FAULT(f, faults_info(f)->name);
+    }
+}
+
+/* ---- within one interrupt ------------------------------------------------------------------------------------------- */
+
+void test_protection_over_current_disarms_before_the_same_interrupt_ends(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 5.0);
+    bench_period();
+    TEST_ASSERT_TRUE(bench.armed);
+    bench_forget_calls();
+    bench.sample.ic_a = -20.5f;
+    bench.sample.seq++;
+
+    drive_current_isr(&drive);
+
+    TEST_ASSERT_FALSE(bench.armed);
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, drive.state);
+    TEST_ASSERT_TRUE(bench_first(CALL_DISARM) >= 0);
+    TEST_ASSERT_TRUE(bench_first(CALL_READ) < bench_first(CALL_DISARM)); /* with this sample... */
+    TEST_ASSERT_TRUE(bench_first(CALL_DISARM) < bench_first(CALL_DUTY)); /* ...and before any duty from it */
+    ASSERT_ZERO_VOLTAGE("not a duty made from a bad current");
+}
+
+void test_protection_every_fault_of_a_sample_disarms_within_its_interrupt(void)
+{
+    const struct {
+        float                i_a, vdc_v;
+        hal_status_t         status;
+        hal_inverter_fault_t hardware;
+        uint32_t             cyc;
+        drive_fault_t        fault;
+    } row[] = {
+        {-21.0f, 24.0f, HAL_OK, HAL_INVERTER_FINE, 0U, FAULT_over_current},
+        {0.0f, 41.0f, HAL_OK, HAL_INVERTER_FINE, 0U, FAULT_over_voltage},
+        {0.0f, 9.0f, HAL_OK, HAL_INVERTER_FINE, 0U, FAULT_under_voltage},
+        {0.0f, 24.0f, HAL_SENSOR_FAULT, HAL_INVERTER_FINE, 0U, FAULT_encoder_error},
+        {0.0f, 24.0f, HAL_OK, HAL_INVERTER_OVER_CURRENT, 0U, FAULT_hardware_over_current},
+        {0.0f, 24.0f, HAL_STALE, HAL_INVERTER_DRIVER_FAULT, 0U, FAULT_gate_driver},
+        {NAN, 24.0f, HAL_OK, HAL_INVERTER_OVER_TEMPERATURE, 0U, FAULT_over_temperature},
+        {0.0f, 24.0f, HAL_OK, HAL_INVERTER_FINE, 20001U, FAULT_isr_overrun},
+    };
+    for (size_t k = 0; k < COUNT_OF(row); k++) {
+        bench_start();
+        bench_into(DRIVE_RUN);
+        bench_period();
+        TEST_ASSERT_TRUE(bench.armed);
+        bench.sample.ib_a = row[k].i_a;
+        bench.sample.vdc_v = row[k].vdc_v;
+        bench.sample_status = row[k].status;
+        bench.inverter_fault = row[k].hardware;
+        bench.isr_cyc = row[k].cyc;
+        bench.sample.seq++;
+
+        drive_current_isr(&drive);
+
+        ASSERT_FAULT(row[k].fault, faults_info(row[k].fault)->name);
+    }
+}
+
+/* ---- limits have two sides ------------------------------------------------------------------------------------------ */
+
+static void set_phase(int phase, float amps)
+{
+    *((phase == 0) ? &bench.sample.ia_a : ((phase == 1) ? &bench.sample.ib_a : &bench.sample.ic_a)) = amps;
+}
+
+void test_protection_over_current_acts_on_each_phase_in_both_directions_and_not_at_the_limit(void)
+{
+    for (int phase = 0; phase < 3; phase++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            bench_start();
+            bench_into(DRIVE_RUN);
+            set_phase(phase, 20.0f * (float)sign);
+            bench_period();
+            ASSERT_NO_FAULT("20 A is allowed");
+
+            set_phase(phase, nextafterf(20.0f, 21.0f) * (float)sign);
+            bench_period();
+            ASSERT_FAULT(FAULT_over_current, at("phase %d, sign %d", phase, sign));
+        }
+    }
+}
+
+void test_protection_over_current_acts_without_an_armed_bridge_too(void)
+{
+    bench_into(DRIVE_READY);
+    bench.sample.ia_a = 21.0f;
+    bench_period();
+
+    ASSERT_FAULT(FAULT_over_current, "READY");
+}
+
+void test_protection_over_voltage_acts_above_its_limit_in_every_state(void)
+{
+    const drive_state_t state[] = {DRIVE_INIT, DRIVE_OFFSET_CALIBRATION, DRIVE_ALIGN, DRIVE_READY, DRIVE_RUN};
+    for (size_t k = 0; k < COUNT_OF(state); k++) {
+        bench_start();
+        bench_into(state[k]);
+        bench.sample.vdc_v = 40.0f;
+        bench_period();
+        ASSERT_NO_FAULT("40 V is allowed");
+
+        bench.sample.vdc_v = nextafterf(40.0f, 41.0f);
+        bench_period();
+        ASSERT_FAULT(FAULT_over_voltage, at("state %d", (int)state[k]));
+    }
+}
+
+void test_protection_under_voltage_acts_below_its_limit_while_armed(void)
+{
+    const drive_state_t state[] = {DRIVE_ALIGN, DRIVE_RUN};
+    for (size_t k = 0; k < COUNT_OF(state); k++) {
+        bench_start();
+        bench_into(state[k]);
+        bench.sample.vdc_v = 10.0f;
+        bench_period();
+        ASSERT_NO_FAULT("10 V is allowed");
+
+        bench.sample.vdc_v = nextafterf(10.0f, 9.0f);
+        bench_period();
+        ASSERT_FAULT(FAULT_under_voltage, at("state %d", (int)state[k]));
+    }
+}
+
+void test_protection_under_voltage_waits_for_the_supply_before_the_drive_is_armed(void)
+{
+    bench_into(DRIVE_READY);
+    bench.sample.vdc_v = 0.0f;
+    bench_periods(100U);
+
+    ASSERT_NO_FAULT("supply not yet there");
+}
+
+void test_protection_over_speed_acts_in_both_directions_and_not_at_99_percent(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        bench_start();
+        bench_into(DRIVE_RUN);
+        bench_spin(643.0 * sign, 0.0);
+        ASSERT_NO_FAULT("643 of 650 rad/s");
+
+        bench_start();
+        bench_into(DRIVE_RUN);
+        bench_spin(655.0 * sign, 0.0);
+        ASSERT_FAULT(FAULT_over_speed, at("sign %d", sign));
+    }
+}
+
+/* ---- encoder -------------------------------------------------------------------------------------------------------- */
+
+/* A rotor that stands, then the angle jumps every period by half a turn more than the filter can follow: apart for good. */
+static void tear_apart(uint32_t periods)
+{
+    for (uint32_t k = 0U; k < periods; k++) {
+        const double th = (double)drive.tracking.pll.state.th / TURN_STEPS * TWO_PI; /* where the filter expects the next angle */
+        bench_angle(th + 3.0);
+        bench_period();
+    }
+}
+
+static drive_params_t patient(void)
+{
+    drive_params_t p = bench_params();
+    p.over_speed_rad_s = 20000.0f; /* the speed that the filter makes of such angles is not the matter here */
+    p.encoder_jump_periods = 20U;
+    return p;
+}
+
+void test_protection_encoder_is_lost_after_the_angle_stayed_apart_for_the_set_time(void)
+{
+    const drive_params_t p = patient();
+    bench_run_with(&p);
+    bench_period();
+
+    tear_apart(20U);
+    ASSERT_NO_FAULT("20 periods apart are allowed");
+
+    tear_apart(1U);
+    ASSERT_FAULT(FAULT_encoder_lost, "the 21st");
+}
+
+void test_protection_encoder_that_returns_in_time_is_not_lost(void)
+{
+    const drive_params_t p = patient();
+    bench_run_with(&p);
+    bench_period();
+    for (int k = 0; k < 10; k++) {
+        tear_apart(19U);
+        const double th = (double)drive.tracking.pll.state.th / TURN_STEPS * TWO_PI;
+        bench_angle(th); /* just as expected */
+        bench_period();
+    }
+
+    ASSERT_NO_FAULT("19 periods at a time");
+}
+
+void test_protection_encoder_error_limit_is_the_angle_between_encoder_and_filter(void)
+{
+    drive_params_t p = patient();
+    p.encoder_jump_periods = 1U;
+    p.encoder_jump_rad = 0.2f;
+    bench_run_with(&p);
+    bench_period();
+    for (int k = 0; k < 100; k++) {
+        const double th = (double)drive.tracking.pll.state.th / TURN_STEPS * TWO_PI;
+        bench_angle(th + ((k % 2 == 0) ? 0.199 : -0.199));
+        bench_period();
+    }
+    ASSERT_NO_FAULT("0.199 rad");
+
+    for (int k = 0; k < 2; k++) {
+        const double th = (double)drive.tracking.pll.state.th / TURN_STEPS * TWO_PI;
+        bench_angle(th - 0.201);
+        bench_period();
+    }
+    ASSERT_FAULT(FAULT_encoder_lost, "0.201 rad");
+}
+
+void test_protection_phase_error_of_the_edge_timer_is_an_encoder_error(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.edge_status = HAL_SENSOR_FAULT;
+    bench_periods(10U); /* looked at once per speed period */
+
+    ASSERT_FAULT(FAULT_encoder_error, "edge timer");
+    ASSERT_ZERO_VOLTAGE("from the period in which it was seen");
+}
+
+/* ---- lost and impossible samples ------------------------------------------------------------------------------------ */
+
+void test_protection_lost_samples_trip_at_their_limit_in_a_row(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample_status = HAL_STALE;
+    bench_periods(2U);
+    ASSERT_NO_FAULT("2 of 3");
+
+    bench_periods(1U);
+    ASSERT_FAULT(FAULT_lost_sample, "the third");
+}
+
+void test_protection_good_sample_ends_the_row_of_lost_ones(void)
+{
+    bench_into(DRIVE_RUN);
+    for (int k = 0; k < 20; k++) {
+        bench.seq_by_itself = false;
+        bench.sample_status = HAL_STALE;
+        bench_periods(2U);
+        bench.seq_by_itself = true;
+        bench.sample_status = HAL_OK;
+        bench_periods(1U);
+    }
+
+    ASSERT_NO_FAULT("2 of 3, 20 times");
+    TEST_ASSERT_EQUAL_UINT32(40U, drive_rejected(&drive));
+}
+
+void test_protection_gaps_in_the_sequence_trip_like_lost_samples(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_period();
+    for (int k = 0; k < 2; k++) {
+        bench.sample.seq++; /* and one more by itself */
+        bench_period();
+    }
+    ASSERT_NO_FAULT("two gaps");
+
+    bench.sample.seq++;
+    bench_period();
+    ASSERT_FAULT(FAULT_lost_sample, "three gaps in a row");
+}
+
+void test_protection_repeated_sequence_number_counts_as_lost(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_period();
+    bench.seq_by_itself = false;
+    bench_periods(3U);
+
+    ASSERT_FAULT(FAULT_lost_sample, "the same number three times");
+}
+
+static float *field(int which)
+{
+    hal_sample_t *const s = &bench.sample;
+    float *const        of[] = {&s->ia_a, &s->ib_a, &s->ic_a, &s->vdc_v, &s->theta_m_rad};
+    return of[which];
+}
+
+void test_protection_number_that_is_none_trips_from_every_field_at_its_limit_in_a_row(void)
+{
+    const float bad[] = {NAN, INFINITY, -INFINITY};
+    for (int which = 0; which < 5; which++) {
+        for (size_t k = 0; k < COUNT_OF(bad); k++) {
+            bench_start();
+            bench_into(DRIVE_RUN);
+            bench_period();
+            *field(which) = bad[k];
+            bench_periods(2U);
+            ASSERT_NO_FAULT(at("2 of 3, field %d, kind %u", which, (unsigned)k));
+            ASSERT_ZERO_VOLTAGE("not used");
+
+            bench_periods(1U);
+            ASSERT_FAULT(FAULT_non_finite, at("field %d, kind %u", which, (unsigned)k));
+        }
+    }
+}
+
+void test_protection_good_sample_ends_the_row_of_impossible_ones(void)
+{
+    bench_into(DRIVE_RUN);
+    for (int k = 0; k < 20; k++) {
+        bench.sample.vdc_v = NAN;
+        bench_periods(2U);
+        bench.sample.vdc_v = (float)BENCH_VDC;
+        bench_periods(1U);
+    }
+
+    ASSERT_NO_FAULT("2 of 3, 20 times");
+    TEST_ASSERT_EQUAL_UINT32(40U, drive_rejected(&drive));
+}
+
+void test_protection_angle_of_a_lost_counter_is_no_number_either(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.theta_m_rad = 101.0f; /* far outside of a turn */
+    bench_periods(3U);
+
+    ASSERT_FAULT(FAULT_non_finite, "101 rad");
+}
+
+void test_protection_counter_of_rejected_samples_stops_at_its_end(void)
+{
+    bench_into(DRIVE_RUN);
+    drive.rejected = UINT32_MAX;
+    bench.sample.ia_a = NAN;
+    bench_period();
+
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, drive.rejected);
+}
+
+/* ---- time ----------------------------------------------------------------------------------------------------------- */
+
+void test_protection_interrupt_that_just_fits_its_period_is_no_overrun(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_period();
+    bench.isr_cyc = BENCH_PERIOD_CYC;
+    bench_periods(5U);
+    ASSERT_NO_FAULT("20000 cycles");
+
+    bench.isr_cyc = BENCH_PERIOD_CYC + 1U;
+    bench_period();
+    ASSERT_FAULT(FAULT_isr_overrun, "20001 cycles");
+}
+
+/* ---- hardware ------------------------------------------------------------------------------------------------------- */
+
+void test_protection_hardware_faults_are_seen_in_every_state(void)
+{
+    const drive_state_t state[] = {DRIVE_INIT, DRIVE_OFFSET_CALIBRATION, DRIVE_ALIGN, DRIVE_READY, DRIVE_RUN};
+    for (size_t k = 0; k < COUNT_OF(state); k++) {
+        bench_start();
+        bench_into(state[k]);
+        bench.inverter_fault = HAL_INVERTER_DRIVER_FAULT;
+        bench_period();
+        ASSERT_FAULT(FAULT_gate_driver, at("state %d", (int)state[k]));
+    }
+}
+
+void test_protection_hardware_fault_is_named_before_what_it_does_to_the_sample(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.inverter_fault = HAL_INVERTER_OVER_CURRENT;
+    bench.sample.ia_a = 25.0f;
+    bench_period();
+
+    ASSERT_FAULT(FAULT_hardware_over_current, "comparator and sample in the same period");
+}

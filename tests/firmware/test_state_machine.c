@@ -1,0 +1,625 @@
+/* firmware/app/state_machine.c: every way from state to state, and the interrupt that comes in the middle of one. */
+#include "firmware/app/telemetry.h"
+#include "mock_hal_clock.h"
+#include "mock_hal_encoder.h"
+#include "mock_hal_inverter.h"
+#include "mock_hal_sample.h"
+#include "tests/firmware/support/bench.h"
+
+void setUp(void) { bench_start(); }
+void tearDown(void) {}
+
+static drive_params_t params(uint16_t calibration, uint16_t alignment, uint16_t auto_run)
+{
+    drive_params_t p = bench_params();
+    p.offset_calibration_periods = calibration;
+    p.align_periods = alignment;
+    p.auto_run = auto_run;
+    return p;
+}
+
+static void init(uint16_t calibration, uint16_t alignment, uint16_t auto_run)
+{
+    const drive_params_t p = params(calibration, alignment, auto_run);
+    drive_init(&drive, &p);
+}
+
+static void pass_to(drive_state_t expected)
+{
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_INT(expected, drive.state);
+}
+
+/* ---- start-up ------------------------------------------------------------------------------------------------------- */
+
+void test_state_machine_starts_in_init_with_the_bridge_off(void)
+{
+    init(100U, 100U, 1U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_INIT, drive.state);
+    TEST_ASSERT_EQUAL_INT(FAULT_none, drive.fault);
+    TEST_ASSERT_TRUE(bench.disarms > 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.arms);
+}
+
+void test_state_machine_init_forgets_everything_of_before(void)
+{
+    bench_into(DRIVE_FAULT);
+    init(0U, 0U, 0U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_INIT, drive.state);
+    TEST_ASSERT_EQUAL_INT(FAULT_none, drive.fault);
+    TEST_ASSERT_EQUAL_UINT32(0U, drive_rejected(&drive));
+}
+
+void test_state_machine_goes_from_init_to_what_is_wanted_first(void)
+{
+    init(10U, 10U, 0U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    init(0U, 10U, 0U);
+    pass_to(DRIVE_ALIGN);
+    init(0U, 0U, 0U);
+    pass_to(DRIVE_READY);
+}
+
+void test_state_machine_whole_start_up_takes_the_periods_asked_for(void)
+{
+    init(20U, 30U, 1U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench_periods(19U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench_periods(1U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(29U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(1U);
+    pass_to(DRIVE_READY);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_bridge_is_armed_only_while_aligning_and_running(void)
+{
+    init(10U, 10U, 0U);
+    TEST_ASSERT_FALSE(bench.armed);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    TEST_ASSERT_FALSE(bench.armed);
+    bench_periods(10U);
+    pass_to(DRIVE_ALIGN);
+    TEST_ASSERT_TRUE(bench.armed);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    TEST_ASSERT_FALSE(bench.armed);
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+    TEST_ASSERT_TRUE(bench.armed);
+    drive_stop(&drive);
+    pass_to(DRIVE_READY);
+    TEST_ASSERT_FALSE(bench.armed);
+}
+
+/* ---- offset calibration --------------------------------------------------------------------------------------------- */
+
+static void calibrate(uint16_t periods)
+{
+    init(periods, 0U, 0U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+}
+
+void test_state_machine_offsets_are_the_means_over_the_calibration(void)
+{
+    calibrate(100U);
+    for (int k = 0; k < 100; k++) { /* 0.1 A and a ramp around it; -0.2 A and a square wave; their negative sum */
+        bench.sample.ia_a = 0.1f + 0.001f * ((float)k - 49.5f);
+        bench.sample.ib_a = -0.2f + ((k % 2 == 0) ? 0.05f : -0.05f);
+        bench.sample.ic_a = -bench.sample.ia_a - bench.sample.ib_a;
+        bench_period();
+    }
+    pass_to(DRIVE_READY);
+
+    /* a sum of 100 floats up to 20 */
+    TEST_ASSERT_FLOAT_WITHIN(2e-6f, 0.1f, drive.offset_a_a);
+    TEST_ASSERT_FLOAT_WITHIN(2e-6f, -0.2f, drive.offset_b_a);
+    TEST_ASSERT_FLOAT_WITHIN(2e-6f, 0.1f, drive.offset_c_a);
+}
+
+void test_state_machine_offsets_are_taken_off_every_later_sample(void)
+{
+    calibrate(10U);
+    bench.sample.ia_a = 0.25f;
+    bench.sample.ib_a = -0.125f;
+    bench.sample.ic_a = -0.125f;
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    bench_periods(1U);
+
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.ia_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.ib_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.ic_a);
+}
+
+void test_state_machine_over_current_limit_counts_after_the_offset(void)
+{
+    calibrate(10U);
+    bench.sample.ia_a = 0.4f;
+    bench.sample.ic_a = -0.4f;
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    bench.sample.ia_a = 20.3f; /* 19.9 A */
+    bench_period();
+    ASSERT_NO_FAULT("19.9 A");
+    bench.sample.ia_a = 20.5f;
+    bench_period();
+    ASSERT_FAULT(FAULT_over_current, "20.1 A");
+}
+
+static void assert_offset_limit(float a, float b, float c, bool allowed)
+{
+    bench_start();
+    calibrate(10U);
+    bench.sample.ia_a = a;
+    bench.sample.ib_a = b;
+    bench.sample.ic_a = c;
+    bench_periods(10U);
+    drive_background(&drive);
+    if (allowed) {
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_READY, drive.state, at("%g %g %g", (double)a, (double)b, (double)c));
+    } else {
+        ASSERT_FAULT(FAULT_offset_calibration, at("%g %g %g", (double)a, (double)b, (double)c));
+    }
+}
+
+void test_state_machine_offset_beyond_its_limit_is_a_fault(void)
+{
+    assert_offset_limit(0.49f, -0.49f, 0.0f, true);
+    assert_offset_limit(0.51f, 0.0f, 0.0f, false);
+    assert_offset_limit(-0.51f, 0.0f, 0.0f, false);
+    assert_offset_limit(0.0f, 0.51f, 0.0f, false);
+    assert_offset_limit(0.0f, -0.51f, 0.0f, false);
+}
+
+/* the third may be the negative sum of the other two */
+void test_state_machine_offset_of_the_third_phase_may_be_twice_as_large(void)
+{
+    assert_offset_limit(0.45f, 0.45f, -0.9f, true);
+    assert_offset_limit(0.0f, 0.0f, 1.01f, false);
+    assert_offset_limit(0.0f, 0.0f, -1.01f, false);
+}
+
+void test_state_machine_samples_that_were_lost_do_not_thin_the_mean(void)
+{
+    calibrate(40U);
+    bench.sample.ia_a = 0.3f;
+    bench.sample.ic_a = -0.3f;
+    for (int k = 0; k < 20; k++) {
+        bench.seq_by_itself = false;
+        bench.sample_status = HAL_STALE;
+        bench_periods(1U);
+        bench.seq_by_itself = true;
+        bench.sample_status = HAL_OK;
+        bench_periods(2U);
+    }
+    pass_to(DRIVE_READY);
+
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.3f, drive.offset_a_a);
+}
+
+void test_state_machine_calibration_shortened_on_the_way_has_the_mean_of_what_it_saw(void)
+{
+    calibrate(1000U);
+    bench.sample.ia_a = 0.3f;
+    bench.sample.ic_a = -0.3f;
+    bench_periods(200U);
+    drive_params_t p = params(50U, 0U, 0U);
+    uint16_t       culprit = 0U;
+    TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
+    bench_periods(1U);
+    pass_to(DRIVE_READY);
+
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.3f, drive.offset_a_a);
+}
+
+void test_state_machine_calibration_called_off_before_its_first_sample_leaves_the_offsets(void)
+{
+    calibrate(1000U);
+    drive_params_t p = params(0U, 0U, 0U);
+    uint16_t       culprit = 0U;
+    TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
+    bench.sample_status = HAL_STALE;
+    bench_periods(1U);
+    pass_to(DRIVE_READY);
+
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.offset_a_a);
+}
+
+/* ---- alignment ------------------------------------------------------------------------------------------------------ */
+
+static void align_at(double theta_m, bool reversed)
+{
+    drive_params_t p = params(0U, 20U, 0U);
+    p.encoder_reversed = reversed ? 1U : 0U;
+    drive_init(&drive, &p);
+    pass_to(DRIVE_ALIGN);
+    bench_angle(theta_m);
+    bench_periods(20U);
+    pass_to(DRIVE_READY);
+}
+
+static double theta_e(void)
+{
+    bench_period();
+    return (double)drive.tracking.theta_e / TURN_STEPS * TWO_PI;
+}
+
+void test_state_machine_alignment_stores_where_the_d_axis_is(void)
+{
+    align_at(2.3, false);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, theta_e()); /* here */
+    bench_angle(2.4);
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 0.4, theta_e()); /* and 4 pole pairs further: two floats of an angle, times 4 */
+}
+
+void test_state_machine_alignment_of_a_reversed_encoder_counts_the_other_way(void)
+{
+    align_at(2.3, true);
+    bench_angle(2.2);
+
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 0.4, theta_e());
+}
+
+void test_state_machine_without_alignment_the_zero_is_the_parameter(void)
+{
+    drive_params_t p = params(0U, 0U, 0U);
+    p.encoder_offset_rad = 1.25f;
+    drive_init(&drive, &p);
+    pass_to(DRIVE_READY);
+    bench_angle(0.5);
+
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 2.0 + 1.25, theta_e());
+}
+
+/* ---- start and stop ------------------------------------------------------------------------------------------------- */
+
+void test_state_machine_waits_in_ready_for_a_start(void)
+{
+    bench_into(DRIVE_READY);
+    bench_live(200U);
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_runs_by_itself_when_told_so(void)
+{
+    init(0U, 0U, 1U);
+    pass_to(DRIVE_READY);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_start_during_start_up_waits_for_its_end(void)
+{
+    init(10U, 0U, 0U);
+    drive_start(&drive);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_stop_takes_back_a_start_that_waits(void)
+{
+    init(10U, 0U, 0U);
+    drive_start(&drive);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    drive_stop(&drive);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    bench_live(100U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+}
+
+void test_state_machine_stop_and_start_at_once_stops(void)
+{
+    bench_into(DRIVE_READY);
+    drive_start(&drive);
+    drive_stop(&drive);
+    bench_live(100U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.arms);
+}
+
+void test_state_machine_second_start_while_running_does_not_survive_the_stop(void)
+{
+    bench_into(DRIVE_READY);
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+    drive_stop(&drive);
+    pass_to(DRIVE_READY);
+    bench_live(100U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+    TEST_ASSERT_FALSE(bench.armed);
+}
+
+void test_state_machine_stop_before_the_start_has_no_memory(void)
+{
+    bench_into(DRIVE_READY);
+    drive_stop(&drive);
+    pass_to(DRIVE_READY);
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+    bench_live(50U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+}
+
+void test_state_machine_start_begins_with_controllers_at_rest(void)
+{
+    drive_params_t p = bench_params();
+    p.current_ki_v_per_as = 1080.0f;
+    p.auto_run = 0U;
+    drive_init(&drive, &p);
+    pass_to(DRIVE_READY);
+    for (int k = 0; k < 2; k++) {
+        drive_start(&drive);
+        pass_to(DRIVE_RUN);
+        bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
+        bench_periods(1U);
+        TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.6f, telemetry_read(&drive, SIGNAL_vq_v));
+        bench_periods(50U);
+        drive_stop(&drive);
+        pass_to(DRIVE_READY);
+    }
+}
+
+void test_state_machine_bridge_that_cannot_be_armed_is_a_fault(void)
+{
+    bench_into(DRIVE_READY);
+    bench.arm_status = HAL_SENSOR_FAULT;
+    drive_start(&drive);
+    drive_background(&drive);
+
+    ASSERT_FAULT(FAULT_gate_driver, "arm refused");
+}
+
+void test_state_machine_alignment_that_cannot_be_armed_is_a_fault(void)
+{
+    init(0U, 10U, 0U);
+    bench.arm_status = HAL_SENSOR_FAULT;
+    drive_background(&drive);
+
+    ASSERT_FAULT(FAULT_gate_driver, "arm refused");
+}
+
+/* ---- faults --------------------------------------------------------------------------------------------------------- */
+
+static void over_voltage_now(void)
+{
+    bench.sample.vdc_v = 100.0f;
+    bench_period();
+    bench.sample.vdc_v = (float)BENCH_VDC;
+}
+
+void test_state_machine_clear_leads_from_a_fault_back_to_ready(void)
+{
+    bench_into(DRIVE_RUN);
+    drive.params.auto_run = 0U;
+    over_voltage_now();
+    ASSERT_FAULT(FAULT_over_voltage, "provoked");
+
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_READY);
+
+    TEST_ASSERT_EQUAL_INT(FAULT_none, drive.fault);
+    TEST_ASSERT_EQUAL_UINT32(1U, bench.clears);
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_clear_without_a_fault_has_no_memory(void)
+{
+    bench_into(DRIVE_READY);
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_READY);
+    over_voltage_now();
+    bench_live(100U);
+
+    ASSERT_FAULT(FAULT_over_voltage, "cleared before it came");
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.clears);
+}
+
+void test_state_machine_start_during_a_fault_does_not_survive_the_clear(void)
+{
+    bench_into(DRIVE_READY);
+    over_voltage_now();
+    drive_start(&drive);
+    bench_live(20U);
+    drive_clear_fault(&drive);
+    bench_live(100U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.arms);
+}
+
+void test_state_machine_fault_whose_cause_stands_comes_back(void)
+{
+    bench_into(DRIVE_READY);
+    bench.inverter_fault = HAL_INVERTER_OVER_TEMPERATURE;
+    bench_period();
+    drive_clear_fault(&drive);
+    bench_live(20U);
+
+    ASSERT_FAULT(FAULT_over_temperature, "still hot");
+}
+
+void test_state_machine_counters_start_anew_after_a_clear(void)
+{
+    bench_into(DRIVE_READY);
+    bench.sample_status = HAL_STALE;
+    bench_periods(3U);
+    ASSERT_FAULT(FAULT_lost_sample, "three");
+    drive_clear_fault(&drive);
+    drive_background(&drive);
+    bench_periods(2U);
+
+    ASSERT_NO_FAULT("two more");
+}
+
+void test_state_machine_configuration_fault_cannot_be_cleared(void)
+{
+    drive_params_t p = bench_params();
+    p.pole_pairs = 0U;
+    drive_init(&drive, &p);
+    drive_clear_fault(&drive);
+    bench_live(20U);
+
+    ASSERT_FAULT(FAULT_configuration, "only drive_init helps");
+    TEST_ASSERT_EQUAL_UINT16(PARAM_pole_pairs, drive.fault_detail);
+
+    p.pole_pairs = 4U;
+    drive_init(&drive, &p);
+    ASSERT_NO_FAULT("new parameters");
+}
+
+/* a drive that does not know its electrical zero would run away */
+void test_state_machine_fault_during_calibration_starts_up_anew(void)
+{
+    init(10U, 10U, 1U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    over_voltage_now();
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench_periods(10U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_fault_during_alignment_starts_up_anew(void)
+{
+    init(0U, 10U, 1U);
+    pass_to(DRIVE_ALIGN);
+    over_voltage_now();
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+    pass_to(DRIVE_ALIGN);
+}
+
+void test_state_machine_encoder_that_may_have_lost_counts_is_aligned_anew(void)
+{
+    init(0U, 10U, 0U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    bench.sample_status = HAL_SENSOR_FAULT;
+    bench_period();
+    bench.sample_status = HAL_OK;
+    ASSERT_FAULT(FAULT_encoder_error, "phase error");
+
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+    pass_to(DRIVE_ALIGN);
+}
+
+void test_state_machine_other_faults_keep_the_electrical_zero(void)
+{
+    init(0U, 10U, 0U);
+    pass_to(DRIVE_ALIGN);
+    bench_angle(1.0);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    over_voltage_now();
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_READY);
+
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, theta_e());
+}
+
+/* ---- the interrupt comes in the middle ------------------------------------------------------------------------------ */
+
+/* It finds a current that trips while the main loop is inside a HAL function. */
+static void over_current_interrupt(void)
+{
+    const float before = bench.sample.ia_a;
+    bench.sample.ia_a = 25.0f;
+    bench.sample.seq++;
+    drive_current_isr(&drive);
+    bench.sample.ia_a = before;
+}
+
+static void assert_trip_held(const char *when)
+{
+    ASSERT_FAULT(FAULT_over_current, when);
+    bench_live(50U);
+    ASSERT_FAULT(FAULT_over_current, when);
+}
+
+void test_state_machine_trip_while_arming_for_run_is_not_lost(void)
+{
+    bench_into(DRIVE_READY);
+    bench.in_arm = over_current_interrupt;
+    drive_start(&drive);
+    drive_background(&drive);
+
+    assert_trip_held("the bridge was armed after the trip");
+}
+
+void test_state_machine_trip_while_arming_for_alignment_is_not_lost(void)
+{
+    init(0U, 100U, 0U);
+    bench.in_arm = over_current_interrupt;
+    drive_background(&drive);
+
+    assert_trip_held("alignment");
+}
+
+void test_state_machine_trip_at_the_end_of_alignment_is_not_lost(void)
+{
+    init(0U, 10U, 1U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(10U);
+    bench.in_disarm = over_current_interrupt;
+    drive_background(&drive);
+
+    assert_trip_held("end of alignment");
+}
+
+void test_state_machine_trip_while_stopping_is_not_lost(void)
+{
+    bench_into(DRIVE_RUN);
+    drive_stop(&drive);
+    bench.in_disarm = over_current_interrupt;
+    drive_background(&drive);
+
+    assert_trip_held("stop");
+}
+
+void test_state_machine_alignment_that_tripped_at_its_end_does_not_count(void)
+{
+    init(0U, 10U, 1U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(10U);
+    bench.in_disarm = over_current_interrupt;
+    drive_background(&drive);
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+}
+
+void test_state_machine_trip_while_clearing_is_seen_again(void)
+{
+    bench_into(DRIVE_FAULT);
+    bench.in_clear = over_current_interrupt;
+    drive_clear_fault(&drive);
+    drive_background(&drive);
+    TEST_ASSERT_FALSE(bench.armed); /* this trip belongs to the fault that is being cleared... */
+
+    bench.sample.ia_a = 25.0f;
+    bench_period();
+    ASSERT_FAULT(FAULT_over_current, "...and comes back when its cause stands");
+}
