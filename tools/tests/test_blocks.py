@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 NUMERICS = ("float", "fixed")
-LAMBDA_MAX = 0.4 ** (0.6 - 1.0)  # 1.4427, section 1.2 d of docs/reference/guo2024.md
+LAMBDA_MAX = 0.4 ** (0.6 - 1.0)  # 1.4427, see docs/reference/guo2024.md
 
 small = st.floats(-20.0, 20.0, allow_nan=False)
 

@@ -66,7 +66,7 @@ def test_the_gain_is_that_of_the_block_itself(whole):
 
 @pytest.mark.parametrize(("delay", "max_m", "phase_deg", "bound"), [(0, 1.20, 34.0, 1.38), (1, 1.22, 40.0, 1.25)])
 def test_margins_are_those_of_the_reference(loop, delay, max_m, phase_deg, bound):
-    """Section 1.3 of the parameter sheet, from an independent computation."""
+    """Numbers of an independent computation."""
     found = design(late(loop, delay), Repetitive())
 
     assert found.max_m == pytest.approx(max_m, abs=0.005)
@@ -76,7 +76,7 @@ def test_margins_are_those_of_the_reference(loop, delay, max_m, phase_deg, bound
 
 def test_the_contraction_is_that_of_the_reference(loop):
     assert design(loop, Repetitive()).margins.contraction == pytest.approx(0.82, abs=0.005)
-    # Q 0.05 / 0.9 / 0.05 of section 1.4: 0.994 without, 0.96 with one sample of delay, 1.011 with fal
+    # Q 0.05 / 0.9 / 0.05 of that computation: 0.994 without, 0.96 with one sample of delay, 1.011 with fal
     narrow = Repetitive(q_side=0.05, q_centre=0.9)
     assert design(loop, narrow).margins.contraction == pytest.approx(0.994, abs=0.001)
     assert design(late(loop, 1), narrow).margins.contraction == pytest.approx(0.96, abs=0.01)

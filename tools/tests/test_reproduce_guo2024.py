@@ -1,4 +1,4 @@
-"""The published result, through the firmware: section 1.5 of the parameter sheet, with both sides of each band."""
+"""The published result, through the firmware: acceptance as in docs/reference/guo2024.md."""
 
 import json
 import math
@@ -48,7 +48,7 @@ def test_the_start_of_a_set_is_in_each_of_its_rows(rows):
     ("forc", 150, "n2_pct", 0.005, 0.07),
     ("fal-forc", 150, "n1_pct", 0.005, 0.07),
     ("fal-forc", 150, "n2_pct", 0.005, 0.07),
-    ("pi", 255, "distortion_pct", 13.0, 14.5),  # section 1.3
+    ("pi", 255, "distortion_pct", 13.0, 14.5),
     ("fal-forc", 255, "distortion_pct", 9.0, 11.0),
 ])  # fmt: skip
 def test_residues_are_in_their_bands(rows, method, speed, key, low, high):

@@ -42,7 +42,7 @@ def measured(result: Result) -> TableView:
 
 
 def compared(result: Result) -> TableView:
-    """Everything the paper prints or section 1.5 bounds."""
+    """Everything the paper prints or acceptance bounds."""
     lines = list(_comparisons(result))
     rows = [cells for cells, _ in lines]
     header = ("rpm", "method", "quantity", "ours", "paper sim.", "paper exp.", "band", "verdict")
