@@ -334,7 +334,8 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
         }
     }
     const uint16_t model = judge_deadbeat(s);
-    return (model != (uint16_t)PARAM_COUNT) ? model : judge_observer(s);
+    const uint16_t observer = (model != (uint16_t)PARAM_COUNT) ? model : judge_observer(s);
+    return (observer != (uint16_t)PARAM_COUNT) ? observer : drive_make_position(p, s);
 }
 
 uint16_t drive_build(drive_t *d)
@@ -356,6 +357,7 @@ uint16_t drive_build(drive_t *d)
         (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
     }
     (void)ctl_deadbeat_init(&d->current.deadbeat, &s->deadbeat);
+    drive_build_position(d);
     if (s->meter_used) {
         (void)ctl_meter_init(&d->observer.meter, &s->meter);
     }

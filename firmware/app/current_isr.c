@@ -28,6 +28,7 @@ void drive_rest(drive_t *d)
     if (d->setup.rc_used) {
         ctl_rc_reset(&d->speed.rc);
     }
+    drive_rest_position(d);
     const ctl_dq_t zero = {(num_t)0, (num_t)0};
     d->current.ref = zero;
     d->current.volt = zero;
@@ -138,7 +139,7 @@ static void take_references(drive_t *d)
     const num_t                  id = num_from_float(cmd->id_ref_a * d->scale.inv_current);
 
     d->current.ref.d = num_clamp(id, num_neg(d->setup.id_limit), d->setup.id_limit);
-    if (cmd->mode == DRIVE_MODE_SPEED) {
+    if (cmd->mode != DRIVE_MODE_CURRENT) {
         d->current.ref.q = num_clamp(num_sub(d->speed.iq_ref, d->observer.estimate), d->setup.speed_pi.out_min, d->setup.speed_pi.out_max);
     } else {
         const num_t iq = num_from_float(cmd->iq_ref_a * d->scale.inv_current);

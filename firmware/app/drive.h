@@ -22,6 +22,9 @@
 #include "control/motor/pll.h"
 #include "control/observer/observer.h"
 #include "control/observer/torque_meter.h"
+#include "control/position/ilc.h"
+#include "control/position/rdc.h"
+#include "control/position/src.h"
 #include "control/repetitive/repetitive.h"
 #include "firmware/app/faults.h"
 #include "firmware/app/parameters.h"
@@ -41,7 +44,8 @@ typedef enum {
     DRIVE_FAULT
 } drive_state_t;
 
-typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED } drive_mode_t;
+typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED, DRIVE_MODE_POSITION } drive_mode_t;
+typedef enum { DRIVE_POSITION_PPI = 0, DRIVE_POSITION_SILC, DRIVE_POSITION_SRC, DRIVE_POSITION_RDC } drive_position_method_t;
 typedef enum { DRIVE_METHOD_PI = 0, DRIVE_METHOD_CRC, DRIVE_METHOD_FORC, DRIVE_METHOD_FAL_FORC, DRIVE_METHOD_DOB, DRIVE_METHOD_RO, DRIVE_METHOD_ARO } drive_method_t;
 typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_speed_source_t;
 
@@ -49,7 +53,9 @@ typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_spee
 typedef struct {
     drive_mode_t mode;
     float        speed_ref_rad_s; /**< Mechanical. */
-    float        id_ref_a, iq_ref_a; /**< id in both modes, iq in current mode only. */
+    float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode only. */
+    int32_t      target_turns;       /**< Target of position mode: whole turns... */
+    float        target_rad;         /**< ...and an angle within +-2 pi. */
 } drive_command_t;
 
 /** Base values. All 1 in the float build. */
@@ -58,6 +64,23 @@ typedef struct {
     float error_unit; /**< One inside is this many units of the speed error. */
     float inv_current, inv_voltage, inv_speed; /**< Their inverses: the interrupts do not divide. */
 } drive_scale_t;
+
+/** The position loop's share of the setup. */
+typedef struct {
+    drive_position_method_t method;
+    ctl_profile_params_t    profile, homing; /**< Motion to a target, and the search for the index. */
+    ctl_pi_params_t         velocity_pi;
+    num_t                   kp;              /**< Speed unit per rad. */
+    num_t                   speed_per_rad;   /**< Speed unit per rad and sample. */
+    bool                    feed_speed;      /**< The command speed is fed forward. */
+    bool                    learns;          /**< rdc with slow learning. */
+    ctl_ilc_params_t        ilc, learn;
+    ctl_src_params_t        src;
+    ctl_rdc_params_t        rdc;
+    uint16_t                cells, torque_delay, error_samples;
+    num_t                   error_max;
+    ctl_position_t          min, max;
+} drive_position_setup_t;
 
 /** Everything that follows from the parameters, in the numeric of the build. Computed in the main loop, taken over by
  *  the current interrupt between two samples. */
@@ -75,6 +98,7 @@ typedef struct {
     ctl_observer_params_t observer;
     uint16_t         observer_capacity;
     bool             observer_used, meter_used, deadbeat_used, observer_hold;
+    drive_position_setup_t position;
     num_t            error_scale;     /**< Speed error to loop error. */
     num_t            voltage_limit;   /**< 0: follow the dc link. */
     num_t            advance;         /**< Voltage angle advance per mechanical speed, rad electrical. */
@@ -123,6 +147,27 @@ typedef struct {
     float              ref_rad_s;
 } drive_speed_t;
 
+/** The position loop; written by the speed interrupt. */
+typedef struct {
+    ctl_position_t raw;    /**< The encoder over its turns. */
+    ctl_position_t zero;   /**< raw at position 0. */
+    ctl_position_t now;    /**< Position. */
+    ctl_position_t before; /**< Of the last sample. */
+    bool           primed, active, homed;
+    bool           homing;
+    bool           index_before;
+    ctl_position_t home_limit;
+    ctl_profile_t  profile;
+    ctl_setpoint_t setpoint;
+    ctl_pi_t       pi;
+    ctl_ilc_t      ilc, learn;
+    ctl_src_t      src;
+    ctl_rdc_t      rdc;
+    num_t          error, speed;
+    num_t          delayed[8];
+    uint16_t       delay_head, error_count;
+} drive_position_t;
+
 typedef struct {
     drive_params_t params;
     drive_setup_t  setup;
@@ -140,6 +185,7 @@ typedef struct {
     uint16_t               fault_detail; /**< Parameter index for FAULT_configuration. */
     bool                   started_up;   /**< Offsets and the electrical zero are known. */
     bool                   start_wanted, stop_wanted, clear_wanted;
+    volatile bool          home_wanted;
 
     hal_sample_t     sample;
     float            ia_a, ib_a, ic_a;          /**< After offset correction. */
@@ -150,6 +196,7 @@ typedef struct {
     drive_current_t  current;
     drive_speed_t    speed;
     drive_observer_t observer;
+    drive_position_t position;
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
     volatile uint16_t periods_in_state;         /**< Stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */
@@ -178,6 +225,8 @@ bool drive_command(drive_t *d, const drive_command_t *command);
 void drive_start(drive_t *d);
 void drive_stop(drive_t *d);
 void drive_clear_fault(drive_t *d);
+/** Search the index in position mode: turn with homing_speed_rad_s until it is passed, make it position 0, go there. */
+void drive_home(drive_t *d);
 
 /**
  * Change parameters while running: checked as a whole, then taken over between two current samples.
@@ -204,6 +253,8 @@ hal_status_t drive_memory_restore(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
+/** A position in rad, with the precision of a float. */
+float drive_position_rad(const drive_t *d, ctl_position_t position);
 /** Inputs that were refused, all blocks together. */
 uint32_t drive_rejected(const drive_t *d);
 

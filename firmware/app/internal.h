@@ -23,6 +23,12 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
 /** protection.c: encoder against its tracking filter, speed. Current interrupt. */
 void drive_check_motion(drive_t *d);
 
+/** position.c: the position loop: configuration, start, one sample. */
+uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup);
+void     drive_build_position(drive_t *d);
+void     drive_rest_position(drive_t *d);
+void     drive_position_step(drive_t *d, ctl_position_t target);
+
 /** speed_isr.c: one sample of the speed loop. */
 void drive_speed_step(drive_t *d);
 

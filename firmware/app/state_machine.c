@@ -155,8 +155,8 @@ void drive_init(drive_t *d, const drive_params_t *params)
 
 bool drive_command(drive_t *d, const drive_command_t *command)
 {
-    const float *const number[3] = {&command->speed_ref_rad_s, &command->id_ref_a, &command->iq_ref_a};
-    for (uint16_t i = 0U; i < 3U; i++) {
+    const float *const number[4] = {&command->speed_ref_rad_s, &command->id_ref_a, &command->iq_ref_a, &command->target_rad};
+    for (uint16_t i = 0U; i < 4U; i++) {
         if (!((*number[i] <= 1.0e6f) && (*number[i] >= -1.0e6f))) {
             return false;
         }
@@ -170,3 +170,4 @@ bool drive_command(drive_t *d, const drive_command_t *command)
 void drive_start(drive_t *d) { d->start_wanted = true; }
 void drive_stop(drive_t *d) { d->stop_wanted = true; }
 void drive_clear_fault(drive_t *d) { d->clear_wanted = true; }
+void drive_home(drive_t *d) { d->home_wanted = true; }

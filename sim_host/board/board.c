@@ -80,7 +80,8 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
     const sim_board_t *const b = selected;
     out->edge_count = (int32_t)(uint32_t)(uint64_t)b->plant.edge_count;
     out->edge_cyc = to_cycles(b->plant.edge_time_s);
-    out->index_seen = true;
+    out->index_seen = b->plant.index_seen;
+    out->index_rad = (float)b->plant.index_rad;
     return b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
 }
 

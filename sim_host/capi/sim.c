@@ -11,6 +11,7 @@
 #include "sim_host/capi/evenspin_capi.h"
 
 #define SIGNALS_MAX 64
+#define PI 3.14159265358979323846
 #define EFFECTS_MAX SIM_EFFECTS_MAX
 #define MAIN_LOOP_PERIODS 10U /* one pass of the main loop per millisecond */
 
@@ -45,6 +46,7 @@ struct es_sim {
     track_t        input[INPUT_COUNT];
     bool           started;
     drive_command_t sent;
+    bool           home_asked;
     double        *table; /* memory of the angle observer that waits for the start, and its cells */
     int            table_cells;
     double         inputs_until; /* time at which an input changes next */
@@ -396,10 +398,15 @@ static void apply_inputs(es_sim_t *s)
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;
     d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
 
-    const drive_command_t c = {(now[INPUT_control_mode] >= 0.5) ? DRIVE_MODE_SPEED : DRIVE_MODE_CURRENT, (float)now[INPUT_speed_ref_rad_s],
-                               (float)now[INPUT_id_ref_a], (float)now[INPUT_iq_ref_a]};
+    const double          turns = trunc(now[INPUT_position_ref_rad] / (2.0 * PI));
+    const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5), (float)now[INPUT_speed_ref_rad_s], (float)now[INPUT_id_ref_a],
+                               (float)now[INPUT_iq_ref_a], (int32_t)turns, (float)(now[INPUT_position_ref_rad] - turns * 2.0 * PI)};
+    if ((now[INPUT_home] >= 0.5) && !s->home_asked) {
+        drive_home(&s->drive);
+    }
+    s->home_asked = now[INPUT_home] >= 0.5;
     if ((c.mode != s->sent.mode) || (c.speed_ref_rad_s != s->sent.speed_ref_rad_s) || (c.id_ref_a != s->sent.id_ref_a) ||
-        (c.iq_ref_a != s->sent.iq_ref_a) || (s->board.periods == 0U)) {
+        (c.iq_ref_a != s->sent.iq_ref_a) || (c.target_turns != s->sent.target_turns) || (c.target_rad != s->sent.target_rad) || (s->board.periods == 0U)) {
         (void)drive_command(&s->drive, &c);
         s->sent = c;
     }

@@ -24,7 +24,7 @@ static double measured_angle(const sim_plant_t *s)
     for (int i = 0; i < s->angle_count; i++) {
         angle = s->angle[i]->effect->angle_sensor(s->angle[i]->p, &s->model, angle);
     }
-    return angle;
+    return angle - s->origin_rad;
 }
 
 static void turn_frame(sim_plant_t *s)
@@ -128,6 +128,9 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->outside.dc_link_v = s->model.dc_link_v;
     s->vdc_filtered_v = s->model.dc_link_v;
     s->vdc_gain = 1.0 - exp(-2.0 * PI * s->model.vdc_filter_hz * s->period_s);
+    s->index_turn = whole_below(measured_angle(s) * (0.5 / PI));
+    s->index_seen = s->model.encoder_absolute != 0.0;
+    s->origin_rad = s->index_seen ? 0.0 : measured_angle(s);
     s->edge_pitch_rad = 2.0 * PI / edges_per_rev;
     s->edge_cell = whole_below(measured_angle(s) / s->edge_pitch_rad);
     s->edge_count = s->edge_cell;
@@ -243,9 +246,26 @@ static sim_state_t runge_kutta(const sim_plant_t *s, const step_t *step, double 
     return s->plain ? four_stages(s, step, h, true) : four_stages(s, step, h, false);
 }
 
+static double wrapped(double angle)
+{
+    const double a = angle - 2.0 * PI * (double)whole_below(angle * (0.5 / PI));
+    return (a < 0.0) ? 0.0 : a;
+}
+
+static void note_index(sim_plant_t *s, double angle)
+{
+    const int64_t turn = whole_below((angle + s->origin_rad) * (0.5 / PI));
+    if (turn != s->index_turn) {
+        const int64_t passed = (turn > s->index_turn) ? turn : (turn + 1);
+        s->index_turn = turn;
+        s->index_seen = true;
+        s->index_rad = wrapped((double)passed * 2.0 * PI - s->origin_rad);
+    }
+}
+
 static void note_edges(sim_plant_t *s, double angle_before, double t0_s, double h)
 {
-    const double  angle = (s->angle_count > 0) ? measured_angle(s) : s->x.theta_m_rad;
+    const double  angle = measured_angle(s);
     const int64_t cell = whole_below(angle / s->edge_pitch_rad);
     if (cell != s->edge_cell) {
         s->edge_count = (cell > s->edge_cell) ? cell : (cell + 1);
@@ -253,13 +273,14 @@ static void note_edges(sim_plant_t *s, double angle_before, double t0_s, double 
         const double part = (way != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - angle_before) / way : 1.0;
         s->edge_time_s = t0_s + h * ((part < 0.0) ? 0.0 : ((part > 1.0) ? 1.0 : part));
         s->edge_cell = cell;
+        note_index(s, angle);
     }
 }
 
 /** Advance by at most h; ends early where the speed passes zero against friction. @return time done. */
 static double piece(sim_plant_t *s, const double v_ab[2], double h, double t0_s)
 {
-    const double before = (s->angle_count > 0) ? measured_angle(s) : s->x.theta_m_rad;
+    const double before = measured_angle(s);
     const double c = s->cosine_e;
     const double n = s->sine_e;
     step_t       step = {v_ab[0] * c + v_ab[1] * n, v_ab[1] * c - v_ab[0] * n, s->x.theta_m_rad, 0.0, 0.0, false};

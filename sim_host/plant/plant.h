@@ -75,6 +75,10 @@ typedef struct {
     int64_t edge_cell;      /**< floor(measured angle / pitch). */
     int64_t edge_count;     /**< Position of the last edge passed, and when. */
     double  edge_time_s;
+    double  origin_rad;     /**< Angle that the encoder reads as 0: 0 for an absolute one. */
+    int64_t index_turn;     /**< floor(measured angle / turn). */
+    bool    index_seen;     /**< The index pulse has been passed... */
+    double  index_rad;      /**< ...and what the encoder read then, [0, 2 pi). */
 } sim_plant_t;
 
 /**

@@ -11,6 +11,7 @@ typedef struct {
     int32_t  edge_count; /**< Position of the newest edge, counts; wraps at 2^32. An edge has one position, whichever way it is passed. */
     uint32_t edge_cyc;   /**< When it was passed, on hal_clock_cyc. */
     bool     index_seen; /**< The index pulse has been passed since start-up. */
+    float    index_rad;  /**< Shaft angle (as in hal_sample_t) at which it was passed last, rad. */
 } hal_encoder_edge_t;
 
 /**

@@ -1,0 +1,40 @@
+#include "control/position/friction.h"
+
+#include "control/numeric/num_math.h"
+
+#define LOG2_E NUM_C(1.44269504f)
+
+ctl_diag_t ctl_friction_check(const ctl_friction_t *p)
+{
+    if (p == NULL) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    ctl_diag_t d = ctl_diag_range(p->viscous, (num_t)0, NUM_MAX, CTL_FRICTION_VISCOUS);
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->coulomb, (num_t)0, NUM_MAX, CTL_FRICTION_COULOMB);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->stat, (num_t)0, NUM_MAX, CTL_FRICTION_STATIC);
+    }
+    if ((d.status == CTL_OK) && (p->stat < p->coulomb)) {
+        d = ctl_diag(CTL_ERR_RELATION, CTL_FRICTION_STATIC, p->stat);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->stribeck, NUM_EPS, NUM_MAX, CTL_FRICTION_STRIBECK);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(p->shape, NUM_C(0.1f), NUM_C(10.0f), CTL_FRICTION_SHAPE);
+    }
+    return d;
+}
+
+num_t ctl_friction(const ctl_friction_t *p, num_t speed)
+{
+    if (!num_is_finite(speed) || (speed == (num_t)0)) {
+        return (num_t)0;
+    }
+    const num_t ratio = num_pow(num_div(num_abs(speed), p->stribeck), p->shape);
+    const num_t rise = num_mul(num_sub(p->stat, p->coulomb), num_exp2(num_neg(num_mul(ratio, LOG2_E))));
+    const num_t dry = num_add(p->coulomb, rise);
+    return num_mac((speed > (num_t)0) ? dry : num_neg(dry), p->viscous, speed);
+}

@@ -1,0 +1,36 @@
+/**
+ * @file  control/position/motion.h
+ * @brief Positions over many turns: whole turns and a binary angle in one number, exact in both numerics.
+ */
+#ifndef CONTROL_POSITION_MOTION_H
+#define CONTROL_POSITION_MOTION_H
+
+#include "control/numeric/angle.h"
+#include "control/numeric/diag.h"
+
+/** 2^-32 turns, 31 bits of whole turns. */
+typedef int64_t ctl_position_t;
+
+#define CTL_ONE_TURN INT64_C(0x100000000)
+/** Differences are cut to this when they become radians: +-19 turns. */
+#define CTL_DIFFERENCE_MAX (INT64_C(19) * CTL_ONE_TURN)
+
+/** The position nearest to @p last whose angle is @p angle: follows an encoder over the turns. */
+static inline ctl_position_t ctl_position_follow(ctl_position_t last, angle_t angle)
+{
+    return last + (ctl_position_t)(int32_t)(angle - (angle_t)(uint64_t)last);
+}
+
+/** a - b in rad, within +-119 rad. */
+static inline num_t ctl_position_difference(ctl_position_t a, ctl_position_t b)
+{
+    int64_t d = (int64_t)((uint64_t)a - (uint64_t)b);
+    d = (d > CTL_DIFFERENCE_MAX) ? CTL_DIFFERENCE_MAX : ((d < -CTL_DIFFERENCE_MAX) ? -CTL_DIFFERENCE_MAX : d);
+#ifdef EVENSPIN_FIXED
+    return (num_t)(((d >> 8) * INT64_C(105414357)) >> 24); /* 2 pi 2^24 / 2^32, in two shifts to stay below 2^63 */
+#else
+    return (num_t)d * 1.46291807926715968e-9f; /* 2 pi / 2^32 */
+#endif
+}
+
+#endif

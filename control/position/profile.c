@@ -1,0 +1,113 @@
+#include "control/position/profile.h"
+
+#define STEP_MAX INT64_C(0x7FFFFFFF)
+
+ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    if ((params->speed < 1) || (params->speed > STEP_MAX)) {
+        return ctl_diag(CTL_ERR_RANGE, CTL_PROFILE_SPEED, (num_t)0);
+    }
+    if ((params->acceleration < 0) || (params->acceleration > STEP_MAX)) {
+        return ctl_diag(CTL_ERR_RANGE, CTL_PROFILE_ACCELERATION, (num_t)0);
+    }
+    if ((params->smooth < 1U) || (params->smooth > CTL_PROFILE_SMOOTH_MAX)) {
+        return ctl_diag_count(CTL_ERR_RANGE, CTL_PROFILE_SMOOTH, params->smooth);
+    }
+    ctl_diag_t d = ctl_diag_range(params->speed_scale, NUM_EPS, NUM_MAX, CTL_PROFILE_SCALE);
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->accel_scale, NUM_EPS, NUM_MAX, CTL_PROFILE_SCALE);
+    }
+    if (d.status == CTL_OK) {
+        self->params = *params;
+        ctl_profile_reset(self, 0);
+    }
+    return d;
+}
+
+void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
+{
+    ctl_profile_state_t *const s = &self->state;
+    s->raw = position;
+    s->position = position;
+    s->step = 0;
+    s->sum = 0;
+    s->rest = 0;
+    s->head = 0U;
+    s->last = 0;
+    for (uint16_t i = 0U; i < CTL_PROFILE_SMOOTH_MAX; i++) {
+        s->past[i] = 0;
+    }
+}
+
+/* Way until rest when this sample moves by `step` and each following one by a less. */
+static int64_t way_to_stop(int64_t step, int64_t a)
+{
+    const int64_t n = step / a;
+    return (step * (n + 1)) - ((a * (n * (n + 1))) / 2);
+}
+
+/* Next step of the trapezoid towards a target `way` ahead (way >= 0), from `step` (negative: moving away). */
+static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t step)
+{
+    const int64_t a = p->acceleration;
+    if (a == 0) {
+        return (way < p->speed) ? way : p->speed;
+    }
+    if (step < 0) {
+        return ((step + a) < 0) ? (step + a) : 0;
+    }
+    const int64_t slower = (step > a) ? (step - a) : 0;
+    int64_t       faster = step + a;
+    if (faster > p->speed) { /* at the limit, or a limit that has become lower */
+        faster = (slower > p->speed) ? slower : p->speed;
+    }
+    if (way_to_stop(faster, a) <= way) {
+        return faster;
+    }
+    if ((step <= p->speed) && (way_to_stop(step, a) <= way)) {
+        return step;
+    }
+    /* brake; the last steps share what is left, each a little shorter than allowed */
+    return (slower > 0) ? slower : ((way < a) ? way : a);
+}
+
+ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
+{
+    const ctl_profile_params_t *const p = &self->params;
+    ctl_profile_state_t *const        s = &self->state;
+
+    int64_t    way = (int64_t)((uint64_t)target - (uint64_t)s->raw);
+    const bool back = way < 0;
+    if (back) {
+        way = (way == INT64_MIN) ? INT64_MAX : -way;
+        s->step = -next_step(p, way, -s->step);
+    } else {
+        s->step = next_step(p, way, s->step);
+    }
+    s->raw = (ctl_position_t)((uint64_t)s->raw + (uint64_t)s->step);
+
+    s->head = (uint16_t)(((s->head + 1U) < p->smooth) ? (s->head + 1U) : 0U);
+    s->sum += s->step - s->past[s->head];
+    s->past[s->head] = s->step;
+    const int64_t whole = s->sum + s->rest;
+    const int64_t step = whole / (int64_t)p->smooth;
+    s->rest = whole - (step * (int64_t)p->smooth);
+    s->position = (ctl_position_t)((uint64_t)s->position + (uint64_t)step);
+
+    ctl_setpoint_t out;
+    out.position = s->position;
+    /* 32-bit numbers before they become num_t: |step| < 2^31 */
+#ifdef EVENSPIN_FIXED
+    out.speed = num_mul(num_sat64(step * 256), p->speed_scale);                     /* 2^-16 turns in Q24 */
+    out.acceleration = (p->acceleration > 0) ? num_mul(num_sat64((step - s->last) * 4096), p->accel_scale) : 0; /* 2^-20 turns */
+#else
+    out.speed = (num_t)step * (1.0f / 65536.0f) * p->speed_scale;
+    out.acceleration = (p->acceleration > 0) ? ((num_t)(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;
+#endif
+    s->last = step;
+    out.done = (s->position == target) && (step == 0) && (s->sum == 0);
+    return out;
+}

@@ -1,0 +1,87 @@
+#include "control/position/src.h"
+
+#define SQRT2 NUM_C(1.41421356f)
+
+ctl_diag_t ctl_src_init(ctl_src_t *self, const ctl_src_params_t *params, num_t *memory, uint16_t cells)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    ctl_diag_t d = ctl_diag_range(params->omega_half_ts, NUM_EPS, NUM_MAX, CTL_SRC_OMEGA);
+    if ((d.status == CTL_OK) && (params->lambda == 0U)) {
+        d = ctl_diag(CTL_ERR_RANGE, CTL_SRC_LAMBDA, (num_t)0);
+    }
+    if (d.status == CTL_OK) {
+        d = ctl_diag_range(params->limit, NUM_EPS, NUM_MAX, CTL_SRC_LIMIT);
+    }
+    if (d.status != CTL_OK) {
+        return d;
+    }
+    ctl_src_state_t made = {0};
+    d = ctl_grid_init(&made.grid, memory, cells);
+    if (d.status != CTL_OK) {
+        d.field = CTL_SRC_CELLS;
+        return d;
+    }
+    self->params = *params;
+    self->state = made;
+    return d;
+}
+
+void ctl_src_reset(ctl_src_t *self)
+{
+    const ctl_grid_t grid = self->state.grid;
+    const uint32_t   rejected = self->state.rejected;
+    ctl_src_state_t  rest = {0};
+    rest.grid = grid;
+    rest.rejected = rejected;
+    self->state = rest;
+    ctl_grid_clear(&self->state.grid);
+}
+
+ctl_src_filter_t ctl_src_filter(num_t k)
+{
+    const num_t            k1 = (k > (num_t)0) ? num_min(k, NUM_C(1.0f)) : (num_t)0;
+    const num_t            k2 = num_mul(k1, k1);
+    const num_t            root = num_mul(SQRT2, k1);
+    const num_t            inverse = num_div(NUM_C(1.0f), num_add(num_add(NUM_C(1.0f), root), k2));
+    const num_t            two = num_mul(num_sub(k2, NUM_C(1.0f)), inverse);
+    const ctl_src_filter_t f = {num_mul(k2, inverse), num_add(two, two), num_mul(num_add(num_sub(NUM_C(1.0f), root), k2), inverse)};
+    return f;
+}
+
+static void store(ctl_src_t *self, angle_t theta, num_t w)
+{
+    ctl_src_state_t *const s = &self->state;
+    if (s->primed && (((theta - s->at) + ANGLE_QUARTER) < (2U * ANGLE_QUARTER))) {
+        ctl_grid_walk_t walk = ctl_grid_walk(&s->grid, s->at, s->written, theta, w);
+        uint16_t        i = 0U;
+        num_t           v = (num_t)0;
+        while (ctl_grid_walk_next(&walk, &i, &v)) {
+            s->grid.cell[i] = v;
+        }
+    }
+    s->at = theta;
+    s->written = w;
+    s->primed = true;
+}
+
+num_t ctl_src_step(ctl_src_t *self, angle_t theta, num_t speed, num_t err)
+{
+    ctl_src_state_t *const s = &self->state;
+    const num_t            limit = self->params.limit;
+    const num_t            e = num_guard(err, (num_t)0, &s->rejected);
+    const num_t            w = num_guard(speed, (num_t)0, &s->rejected);
+    const angle_t          then = (w < (num_t)0) ? (theta + self->params.lambda) : (theta - self->params.lambda);
+    const ctl_src_filter_t f = ctl_src_filter(num_mul(self->params.omega_half_ts, num_abs(w)));
+
+    const num_t x = ctl_grid_read_linear(&s->grid, then);
+    const num_t fed = num_mul(f.b0, num_add(num_add(x, s->x2), num_add(s->x1, s->x1)));
+    const num_t y = num_clamp(num_sub(num_sub(fed, num_mul(f.a1, s->y1)), num_mul(f.a2, s->y2)), num_neg(limit), limit);
+    s->x2 = s->x1;
+    s->x1 = x;
+    s->y2 = s->y1;
+    s->y1 = y;
+    store(self, theta, num_clamp(num_add(y, e), num_neg(num_add(limit, limit)), num_add(limit, limit)));
+    return y;
+}
