@@ -1,7 +1,11 @@
 #include "control/observer/angle_memory.h"
 
 #define HAT_MIN_WEIGHT NUM_C(0.25f) /* less nearness than this is not an average: the straight line is better */
+#define HAT_MAX_WEIGHT NUM_C(64.0f)
+#define HAT_MAX_SUM (NUM_MAX / 2)
 #define CHANGE_GAIN NUM_C(0.01f)    /* the quality figure looks back over some hundred points */
+
+static const ctl_hat_t NO_HAT = {(num_t)0, (num_t)0, false};
 
 ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory, uint16_t cells)
 {
@@ -46,10 +50,9 @@ void ctl_angle_memory_clear(ctl_angle_memory_t *self)
 
 void ctl_angle_memory_pause(ctl_angle_memory_t *self)
 {
-    const ctl_hat_t none = {(num_t)0, (num_t)0};
     self->state.primed = false;
-    self->state.below = none;
-    self->state.above = none;
+    self->state.below = NO_HAT;
+    self->state.above = NO_HAT;
 }
 
 /* (1) */
@@ -74,62 +77,77 @@ static num_t within_cell(uint64_t position)
 #endif
 }
 
-/* Add a sample to the hats of its two neighbours. */
-static void gather(ctl_angle_memory_state_t *s, num_t part, num_t v)
+static void gather_one(ctl_hat_t *hat, num_t nearness, num_t v)
 {
-    const num_t rest = num_sub(NUM_C(1.0f), part);
-    s->below.sum = num_mac(s->below.sum, rest, v);
-    s->below.weight = num_add(s->below.weight, rest);
-    s->above.sum = num_mac(s->above.sum, part, v);
-    s->above.weight = num_add(s->above.weight, part);
-    if (s->below.weight > NUM_C(64.0f) || s->above.weight > NUM_C(64.0f)) { /* standing still: keep sums in range */
-        s->below.sum = num_mul(s->below.sum, NUM_C(0.5f));
-        s->below.weight = num_mul(s->below.weight, NUM_C(0.5f));
-        s->above.sum = num_mul(s->above.sum, NUM_C(0.5f));
-        s->above.weight = num_mul(s->above.weight, NUM_C(0.5f));
+    hat->sum = num_mac(hat->sum, nearness, v);
+    hat->weight = num_add(hat->weight, nearness);
+    if ((hat->weight > HAT_MAX_WEIGHT) || (num_abs(hat->sum) > HAT_MAX_SUM)) { /* standing still: keep sums in range */
+        hat->sum = num_mul(hat->sum, NUM_C(0.5f));
+        hat->weight = num_mul(hat->weight, NUM_C(0.5f));
     }
 }
 
-static num_t average(const ctl_hat_t *hat, num_t otherwise)
+/* Add a sample to the hats of its two neighbours. */
+static void gather(ctl_angle_memory_state_t *s, num_t part, num_t v)
 {
-    return (hat->weight >= HAT_MIN_WEIGHT) ? num_div(hat->sum, hat->weight) : otherwise;
+    gather_one(&s->below, num_sub(NUM_C(1.0f), part), v);
+    gather_one(&s->above, part, v);
 }
 
-/* All samples of this call's cell count for both neighbours: a point is complete when the next cell is left, too. */
+/* The motion passes the point of @p hat. Where hardly a sample came near, the line between two of them stands for it. */
+static void pass(ctl_hat_t *hat, num_t line)
+{
+    if (hat->weight < HAT_MIN_WEIGHT) {
+        hat->sum = num_mac(hat->sum, HAT_MIN_WEIGHT, line);
+        hat->weight = num_add(hat->weight, HAT_MIN_WEIGHT);
+    }
+    hat->passed = true;
+}
+
+static uint16_t next_point(const ctl_grid_t *grid, uint16_t i) { return (uint16_t)(((i + 1U) < grid->cells) ? (i + 1U) : 0U); }
+
+/* From cell `before` to cell `now`: what is left behind is complete, what was passed on the way, too, but for the last
+ * point. A point beside the way that was not passed (a reversal, a start) is forgotten. */
+static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now, ctl_grid_walk_t walk, num_t gain)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    const ctl_grid_t *const         grid = &s->grid;
+    const bool                      up = walk.up;
+    const ctl_hat_t *const          behind = up ? &s->below : &s->above;
+    ctl_hat_t                       hat = up ? s->above : s->below;
+    uint16_t                        i = up ? next_point(grid, before) : before;
+    num_t                           line = s->value;
+
+    if (behind->passed) {
+        learn(self, up ? before : next_point(grid, before), num_div(behind->sum, behind->weight), gain);
+    }
+    /* Downwards from exactly on a point the walk begins at the next one: the first is passed with the last value. Landing
+     * exactly on a point from above, the walk ends there, but the cell does not: that point is passed by the next step. */
+    const uint16_t first = i;
+    uint16_t       left = (uint16_t)(up ? ((now >= before) ? (now - before) : (now + (grid->cells - before)))
+                                        : ((before >= now) ? (before - now) : (before + (grid->cells - now))));
+    if (walk.index == first) {
+        (void)ctl_grid_walk_next(&walk, &i, &line);
+    }
+    for (pass(&hat, line); left > 1U; left--) {
+        learn(self, i, num_div(hat.sum, hat.weight), gain);
+        hat = NO_HAT;
+        (void)ctl_grid_walk_next(&walk, &i, &line);
+        pass(&hat, line);
+    }
+    s->below = up ? hat : NO_HAT;
+    s->above = up ? NO_HAT : hat;
+}
+
 static void write_hat(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     const uint64_t                  position = (uint64_t)angle * s->grid.cells;
     const uint16_t                  now = (uint16_t)(position >> 32);
     const uint16_t                  before = (uint16_t)(((uint64_t)s->at * s->grid.cells) >> 32);
-    const ctl_hat_t                 none = {(num_t)0, (num_t)0};
 
     if (now != before) {
-        ctl_grid_walk_t walk = ctl_grid_walk(&s->grid, s->at, s->value, angle, v);
-        const bool      up = (int32_t)(angle - s->at) >= 0;
-        const uint16_t  passed = walk.left;
-        uint16_t        i = 0U;
-        num_t           line = (num_t)0;
-        /* the point behind is complete: no later sample lies beside it */
-        const uint16_t behind = up ? before : (uint16_t)(((before + 1U) < s->grid.cells) ? (before + 1U) : 0U);
-        const ctl_hat_t *const done = up ? &s->below : &s->above;
-        if (done->weight >= HAT_MIN_WEIGHT) {
-            learn(self, behind, num_div(done->sum, done->weight), gain);
-        }
-        /* the first point passed keeps its hat: this cell's samples lie on its other side */
-        ctl_hat_t carried = up ? s->above : s->below;
-        if (passed > 1U) { /* more than a cell in one sample: complete, all but the last */
-            (void)ctl_grid_walk_next(&walk, &i, &line);
-            learn(self, i, average(&carried, line), gain);
-            for (uint16_t n = 2U; (n < passed) && ctl_grid_walk_next(&walk, &i, &line); n++) {
-                learn(self, i, line, gain);
-            }
-            (void)ctl_grid_walk_next(&walk, &i, &line);
-            carried.sum = num_mul(line, HAT_MIN_WEIGHT); /* the line stands for samples that there are not */
-            carried.weight = HAT_MIN_WEIGHT;
-        }
-        s->below = up ? carried : none;
-        s->above = up ? none : carried;
+        change_cell(self, before, now, ctl_grid_walk(&s->grid, s->at, s->value, angle, v), gain);
     }
     gather(s, within_cell(position), v);
 }
@@ -154,7 +172,7 @@ void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, nu
         return;
     }
     const num_t g = num_clamp(gain, (num_t)0, NUM_C(1.0f));
-    if (s->primed && (((angle - s->at) + ANGLE_QUARTER) >= (2U * ANGLE_QUARTER))) {
+    if (s->primed && (((angle - s->at) + (ANGLE_QUARTER - 1U)) > (2U * (ANGLE_QUARTER - 1U)))) {
         num_count(&s->rejected); /* a jump: nobody knows which way */
         ctl_angle_memory_pause(self);
     }

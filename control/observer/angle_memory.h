@@ -8,7 +8,8 @@
  *                   between the two samples beside it
  *   CTL_WRITE_ALL   every point passed, the same way
  *   CTL_WRITE_HAT   v_i is the average of all samples within one cell on either side, weighted with their nearness;
- *                   where no sample came near, the straight line
+ *                   where hardly one came near (weight below 1/4), the straight line counts as one. Written when the
+ *                   motion leaves the two cells beside the point
  *
  * Source   Tang et al. 2020 (IEEE TIE 67), sections IV-B to IV-D. (1) has its pole at q - g: bounded for 0 < g < 1 + q.
  * Total    both directions, reversal and standstill; a non-finite value and a step of a quarter turn or more teach
@@ -35,6 +36,7 @@ typedef struct {
 /** Samples near one grid point: CTL_WRITE_HAT. */
 typedef struct {
     num_t sum, weight;
+    bool  passed; /**< Not only approached. */
 } ctl_hat_t;
 
 typedef struct {

@@ -14,6 +14,7 @@ result is the block's own. Noise comes from the generator that tests/support/num
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 import re
 import sys
@@ -513,6 +514,104 @@ def make_fir() -> list[str]:
     return ["\n".join([*lines, f"static const golden_fir_t GOLDEN_FIR[{len(rows)}] = {{", *rows, "};"])]
 
 
+@dataclass(frozen=True)
+class Sample:
+    """One sample on the unwrapped grid: where, in cells, and what was seen."""
+
+    at: Fraction
+    value: float
+
+    @property
+    def cell(self) -> int:
+        return math.floor(self.at)
+
+
+def on_line(a: Sample, b: Sample, point: int) -> float:
+    return a.value + (b.value - a.value) * float((point - a.at) / (b.at - a.at))
+
+
+def passings(path: Sequence[Sample], newest_only: bool) -> list[tuple[int, int, float]]:
+    """(sample, point, value): every point in (from, to] of each pair of samples, or the one nearest to its end."""
+    events = []
+    for k, (a, b) in enumerate(itertools.pairwise(path), 1):
+        up = range(a.cell + 1, b.cell + 1)
+        down = range(math.ceil(a.at) - 1, math.ceil(b.at) - 1, -1)
+        points = list(up if b.at >= a.at else down)
+        events += [(k, n, on_line(a, b, n)) for n in (points[-1:] if newest_only else points)]
+    return events
+
+
+def visits(path: Sequence[Sample]) -> list[tuple[int, int, float]]:
+    """(sample, point, average): point by point, what the samples within a cell of it say; it must have been passed.
+
+    A point that is passed before a weight of 1/4 has come together takes the straight line as a sample of that weight.
+    """
+    cells = [s.cell for s in path]
+    events = []
+    for n in range(min(cells), max(cells) + 2):
+        total = weight = 0.0
+        passed = False
+        for k, s in enumerate(path):
+            near = cells[k] in (n - 1, n)
+            if k > 0:
+                if min(cells[k - 1], cells[k]) < n <= max(cells[k - 1], cells[k]):
+                    passed = True
+                    if weight < 0.25:
+                        total += on_line(path[k - 1], s, n) / 4.0
+                        weight += 0.25
+                left = cells[k - 1] in (n - 1, n) and not near
+                jumped = passed and not near
+                if left or jumped:
+                    events += [(k, n, total / weight)] if passed else []
+                    total = weight = 0.0
+                    passed = False
+            if near:
+                nearness = 1.0 - abs(float(s.at - n))
+                total += nearness * s.value
+                weight += nearness
+    return sorted(events)
+
+
+# (samples, steps of the angle per sample, size of the noise on top as a power of two)
+PATHS = {
+    "ROUGH": (
+        60,
+        [(700, TURN // 1500, 21), (300, -TURN // 200, 26), (250, TURN // 60, 25), (200, -TURN // 45, 28), (400, 0, 22)],
+    ),
+    "EXACT": (  # lands on the points
+        64,
+        [(40, TURN // 64, 0), (60, -TURN // 128, 0), (50, 0, 0), (90, TURN // 32, 0), (33, TURN // 256, 0)]
+        + [(90, -TURN // 32, 0), (31, TURN // 256, 0), (80, -3 * TURN // 128, 0), (80, 5 * TURN // 256, 0)]
+        + [(70, -TURN // 64, 0)],
+    ),
+}
+
+
+def make_angle_memory() -> list[str]:
+    gain, forgetting = 0.375, 0.9375
+    parts = []
+    rows: list[tuple[int, int, int, int]] = []
+    for name, (cells, segments) in PATHS.items():
+        values, steps = noise(61), integers(62)
+        angle, path = 0, []
+        for count, step, jitter in segments:
+            for _ in range(count):
+                shake = (next(steps) >> (32 - jitter)) - (1 << jitter >> 1) if jitter else 0
+                angle += step + shake
+                path.append(Sample(Fraction(angle * cells, TURN), 4.0 * next(values)))
+        rows += [(cells, count, step % TURN, jitter) for count, step, jitter in segments]
+        for write, events in (("ONE", passings(path, True)), ("ALL", passings(path, False)), ("HAT", visits(path))):
+            memory = [0.0] * cells
+            for _, n, value in events:
+                memory[n % cells] = forgetting * memory[n % cells] + gain * (value - memory[n % cells])
+            count = f"#define GOLDEN_AM_{name}_{write}_WRITES {len(events)}U\n"
+            parts.append(
+                count + vector(f"GOLDEN_AM_{name}_{write}", "what it leaves, gain 3/8, forgetting 15/16", memory)
+            )
+    what = "the motions, told apart by their number of cells; noise of 2^jitter steps of the angle"
+    return [table("GOLDEN_AM_PATH", what, "uint16_t cells, samples; uint32_t step; uint16_t jitter;", rows), *parts]
+
+
 # ---- the rest -------------------------------------------------------------------------------------------------------
 
 HEADERS: dict[str, Callable[[], list[str]]] = {
@@ -528,6 +627,7 @@ HEADERS: dict[str, Callable[[], list[str]]] = {
     "fal": make_fal,
     "repetitive": make_repetitive,
     "fir": make_fir,
+    "angle_memory": make_angle_memory,
 }
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
