@@ -11,7 +11,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-
 from evenspin.cli.main import main
 from evenspin.compare import case_gap
 from evenspin.errors import InputError
@@ -58,7 +57,11 @@ def test_a_missing_number_in_meta_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("option", "said"),
-    [("coging.order=3", "did you mean cogging"), ("cogging.size=3", "must be a parameter of cogging"), ("cogging.order=x", "must be a number")],
+    [
+        ("coging.order=3", "did you mean cogging"),
+        ("cogging.size=3", "must be a parameter of cogging"),
+        ("cogging.order=x", "must be a number"),
+    ],
 )
 def test_a_wrong_effect_is_one_line_and_exit_2(option: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:

@@ -56,7 +56,9 @@ def parse_effects(words: list[str]) -> dict[str, dict[str, float]]:
         if name not in known:
             raise InputError("--effect", "NAME", name, "the name of an effect", did_you_mean(name, known))
         if param not in known[name].params:
-            raise InputError("--effect", "PARAM", param, f"a parameter of {name}", did_you_mean(param, known[name].params))
+            raise InputError(
+                "--effect", "PARAM", param, f"a parameter of {name}", did_you_mean(param, known[name].params)
+            )
         try:
             effects.setdefault(name, {})[param] = float(text)
         except ValueError:

@@ -52,5 +52,7 @@ def case_gap(folder: Path, effects: Mapping[str, Mapping[str, float]] | None = N
     case = read_case(folder)
     names = [name for name in VALIDATION if name in case.experiments]
     if not names:
-        raise InputError(folder, "experiments", list(case.experiments), "with validation or validation_steps", "record one")
+        raise InputError(
+            folder, "experiments", list(case.experiments), "with validation or validation_steps", "record one"
+        )
     return CaseGap(str(case.meta.get("case", folder.name)), tuple(record_gap(case, name, effects) for name in names))
