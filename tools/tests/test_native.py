@@ -31,10 +31,10 @@ def test_both_builds_load_and_say_what_they_are(numeric):
     assert loaded.text(loaded.lib.es_numeric()) == numeric
 
 
-def test_effects_have_the_names_of_the_format():
-    found = {name: list(effect.params) for name, effect in tables().effects.items()}
+def test_effects_have_the_names_of_the_format_before_any_of_our_own():
+    known = tables().effects
 
-    assert {name: found.get(name) for name in EFFECTS} == EFFECTS
+    assert {name: list(known[name].params)[: len(params)] for name, params in EFFECTS.items()} == EFFECTS
 
 
 def test_every_entry_of_a_table_explains_itself():
