@@ -502,10 +502,12 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
     double angle = measured_angle(s);
     if (m->counts_per_rev > 0.0) {
         const double count = 2.0 * PI / m->counts_per_rev;
-        angle = (double)whole_below(angle / count) * count;
+        const double n = (double)whole_below(angle / count);
+        angle = (n - m->counts_per_rev * (double)whole_below(n / m->counts_per_rev)) * count; /* wrapped as counts: exact */
+    } else {
+        angle -= 2.0 * PI * (double)whole_below(angle * (0.5 / PI));
     }
-    angle -= 2.0 * PI * (double)whole_below(angle * (0.5 / PI));
-    out->theta_m_rad = (angle < 0.0) ? 0.0 : angle;
+    out->theta_m_rad = ((angle < 0.0) || (angle >= 2.0 * PI)) ? 0.0 : angle;
 
     const sim_flux_t flux = flux_harmonics(s, &s->x);
     s->torque_nm = motor_torque(s, &s->x, &flux);
