@@ -13,6 +13,28 @@ uint16_t drive_make_setup(const drive_params_t *params, drive_setup_t *setup);
 uint16_t drive_build(drive_t *d);
 /** configure.c: take over d->next between two samples. Current interrupt. */
 void drive_take_over(drive_t *d);
+/* Each configure_*.c: make computes block parameters, judge lets the block refuse them (PARAM_COUNT, or the culprit), build
+ * starts the block, take_over changes it between two samples. */
+void     drive_make_repetitive(const drive_params_t *params, drive_setup_t *setup, uint16_t *culprit);
+uint16_t drive_judge_repetitive(const drive_setup_t *setup);
+void     drive_build_repetitive(drive_t *d);
+void     drive_take_over_repetitive(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
+uint16_t drive_make_observer(const drive_params_t *params, drive_setup_t *setup);
+uint16_t drive_judge_observer(const drive_setup_t *setup);
+void     drive_build_observer(drive_t *d);
+void     drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
+void     drive_make_deadbeat(const drive_params_t *params, drive_setup_t *setup);
+uint16_t drive_judge_deadbeat(const drive_setup_t *setup);
+/** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
+ *  culprit: cutting it would give another drive than the one asked for. */
+num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
+/** Limit of each axis of a current controller, far outside of what the vector limit lets through. */
+#ifdef EVENSPIN_FIXED
+#define DRIVE_AXIS_BOUND 120.0f
+#else
+#define DRIVE_AXIS_BOUND 1.0e6f
+#endif
+
 /** current_isr.c: controllers at rest, for a start. */
 void drive_rest(drive_t *d);
 
@@ -27,6 +49,7 @@ void drive_check_motion(drive_t *d);
 uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup);
 void     drive_build_position(drive_t *d);
 void     drive_rest_position(drive_t *d);
+void     drive_take_over_position(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_position_step(drive_t *d, ctl_position_t target);
 
 /** speed_isr.c: one sample of the speed loop. */

@@ -154,6 +154,30 @@ void drive_build_position(drive_t *d)
     }
 }
 
+void drive_take_over_position(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
+{
+    drive_position_t *const             o = &d->position;
+    const drive_position_setup_t *const q = &s->position;
+    const bool same_memory = (before->position.method == q->method) && (before->position.cells == q->cells) &&
+                             (before->observer_used == s->observer_used);
+    o->pi.params = q->velocity_pi;
+    o->rdc.params = q->rdc;
+    if (!o->homing) {
+        o->profile.params = q->profile;
+    }
+    if (same_memory) {
+        o->ilc.params = q->ilc;
+        o->learn.params = q->learn;
+        o->src.params = q->src;
+    } else if (!s->observer_used) { /* another use of the memory: begin anew */
+        (void)ctl_ilc_init(&o->ilc, &q->ilc, d->observer_memory, q->cells);
+        (void)ctl_ilc_init(&o->learn, &q->learn, &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U], q->cells);
+        (void)ctl_src_init(&o->src, &q->src, d->observer_memory, q->cells);
+    } else {
+        /* a torque observer has the memory */
+    }
+}
+
 void drive_rest_position(drive_t *d)
 {
     d->position.active = false;

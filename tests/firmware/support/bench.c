@@ -200,7 +200,7 @@ void bench_live(uint32_t periods)
 
 void bench_command(drive_mode_t mode, double speed_ref_rad_s, double id_ref_a, double iq_ref_a)
 {
-    const drive_command_t c = {mode, (float)speed_ref_rad_s, (float)id_ref_a, (float)iq_ref_a};
+    const drive_command_t c = {.mode = mode, .speed_ref_rad_s = (float)speed_ref_rad_s, .id_ref_a = (float)id_ref_a, .iq_ref_a = (float)iq_ref_a};
     TEST_ASSERT_TRUE(drive_command(&drive, &c));
 }
 

@@ -1,0 +1,136 @@
+/* Parameters to the observers of the disturbance torque. Main loop, but for the take-over. */
+#include "firmware/app/internal.h"
+
+/* Torque is counted in ampere of q current: J / (T_s k_T) is all that the observer needs of the machine. */
+uint16_t drive_make_observer(const drive_params_t *p, drive_setup_t *s)
+{
+    const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
+    const float torque_per_amp = 1.5f * (float)p->pole_pairs * p->motor_psi_wb;
+    const float amp_per_speed = p->observer_inertia_kgm2 / (ts_s * torque_per_amp);
+
+    s->observer_used = p->method >= (uint16_t)DRIVE_METHOD_DOB;
+    s->meter_used = s->observer_used || (s->speed_source == DRIVE_SPEED_FIR);
+    if (!s->meter_used) {
+        return PARAM_COUNT;
+    }
+    s->meter.speed_per_rad = num_from_float(s->scale.inv_speed / ts_s);
+    s->meter.torque_per_16 = num_from_float(amp_per_speed * s->scale.speed_rad_s * s->scale.inv_current / 16.0f);
+    s->meter.a22 = num_from_float(1.0f - (p->observer_viscous_nms * ts_s / p->observer_inertia_kgm2));
+    s->meter.actuation = num_from_float(p->observer_actuation_samples);
+    s->meter.step_max_rad = num_min(num_from_float(4.0f * p->over_speed_rad_s * ts_s), NUM_C(3.1415f));
+    if (ctl_fir_design(&s->meter.fir1, p->observer_fir1_order, num_from_float(p->observer_fir1_hz * ts_s)).status != CTL_OK) {
+        return PARAM_observer_fir1_hz;
+    }
+    if (ctl_fir_design(&s->meter.fir2, p->observer_fir2_order, num_from_float(p->observer_fir2_hz * ts_s)).status != CTL_OK) {
+        return PARAM_observer_fir2_hz;
+    }
+
+    ctl_observer_params_t *const o = &s->observer;
+    const ctl_observer_kind_t    kind[] = {CTL_OBSERVER_DOB, CTL_OBSERVER_RO, CTL_OBSERVER_ARO};
+    o->kind = s->observer_used ? kind[p->method - (uint16_t)DRIVE_METHOD_DOB] : CTL_OBSERVER_DOB;
+    o->memory.gain = num_from_float(p->observer_gain);
+    o->memory.forgetting = num_from_float(p->observer_forgetting);
+    o->memory.write = (ctl_write_t)p->aro_write;
+    o->memory.read = (ctl_read_t)p->aro_read;
+    o->memory.limit = num_from_float(p->observer_limit_a * s->scale.inv_current);
+    o->age_half = (p->observer_age_samples > 0.0f) ? (uint16_t)((2.0f * p->observer_age_samples) + 0.5f) : ctl_meter_age_half(&s->meter);
+    o->ahead = s->meter.actuation;
+    o->rad_per_speed = num_from_float(ts_s * s->scale.speed_rad_s);
+    o->fast_gain = num_from_float(p->aro_fast_gain);
+    o->fast_samples = (uint32_t)(p->aro_fast_s * (float)DRIVE_PWM_HZ);
+    o->remove_mean = p->aro_remove_mean != 0U;
+    o->rest_torque = num_from_float(p->aro_rest_torque_a * s->scale.inv_current);
+    o->rest_turns = num_from_float(p->aro_rest_turns);
+    o->rest_step = num_from_float(p->aro_rest_accel_rad_s2 * ts_s * s->scale.inv_speed);
+    o->rest_samples = (uint32_t)(p->aro_rest_s * (float)DRIVE_PWM_HZ);
+    o->encoder_counts = (uint32_t)p->encoder_counts;
+    o->sync_band = num_from_float(p->aro_sync_hz * ts_s);
+    s->observer_hold = p->observer_hold != 0U;
+    s->observer_capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
+    return PARAM_COUNT;
+}
+
+static uint16_t observer_culprit(uint16_t field)
+{
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
+                                        PARAM_method,
+                                        PARAM_observer_gain,
+                                        PARAM_observer_forgetting,
+                                        PARAM_observer_limit_a,
+                                        PARAM_observer_age_samples,
+                                        PARAM_observer_actuation_samples,
+                                        PARAM_over_speed_rad_s,
+                                        PARAM_aro_fast_gain,
+                                        PARAM_aro_rest_torque_a,
+                                        PARAM_aro_sync_hz,
+                                        PARAM_aro_cells};
+    return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_method;
+}
+
+static uint16_t meter_culprit(uint16_t field)
+{
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
+                                        PARAM_over_speed_rad_s,
+                                        PARAM_observer_inertia_kgm2,
+                                        PARAM_observer_viscous_nms,
+                                        PARAM_observer_fir1_hz,
+                                        PARAM_observer_fir2_hz,
+                                        PARAM_observer_actuation_samples,
+                                        PARAM_over_speed_rad_s};
+    return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_observer_inertia_kgm2;
+}
+
+uint16_t drive_judge_observer(const drive_setup_t *s)
+{
+    ctl_meter_t    meter;
+    ctl_observer_t observer;
+    num_t          room[CTL_ARO_AGE_MAX + 34U];
+    if (!s->meter_used) {
+        return PARAM_COUNT;
+    }
+    ctl_diag_t d = ctl_meter_init(&meter, &s->meter);
+    if (d.status != CTL_OK) {
+        return meter_culprit(d.field);
+    }
+    d = ctl_observer_init(&observer, &s->observer, room, (uint16_t)(sizeof room / sizeof room[0]));
+    return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : observer_culprit(d.field);
+}
+
+void drive_build_observer(drive_t *d)
+{
+    const drive_setup_t *const s = &d->setup;
+    if (s->meter_used) {
+        (void)ctl_meter_init(&d->observer.meter, &s->meter);
+    }
+    if (s->observer_used) {
+        (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
+        ctl_observer_hold(&d->observer.observer, s->observer_hold);
+    }
+}
+
+void drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
+{
+    const bool same_chain = before->meter_used && (before->meter.fir1.order == s->meter.fir1.order) &&
+                            (before->meter.fir2.order == s->meter.fir2.order);
+    const bool same_memory = before->observer_used && (before->observer.kind == s->observer.kind) &&
+                             (before->observer_capacity == s->observer_capacity);
+    if (s->meter_used && same_chain) {
+        d->observer.meter.params = s->meter;
+        d->observer.meter.state.speed_fir.params = s->meter.fir1;
+        d->observer.meter.state.ref_fir.params = s->meter.fir1;
+        d->observer.meter.state.torque_fir.params = s->meter.fir2;
+    } else if (s->meter_used) {
+        (void)ctl_meter_init(&d->observer.meter, &s->meter);
+    } else {
+        /* nobody looks at it */
+    }
+    if (s->observer_used && same_memory) {
+        d->observer.observer.params = s->observer;
+        d->observer.observer.state.memory.params = s->observer.memory;
+    } else if (s->observer_used) {
+        (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
+    } else {
+        d->observer.estimate = (num_t)0;
+    }
+    ctl_observer_hold(&d->observer.observer, s->observer_hold);
+}

@@ -1,0 +1,113 @@
+/* Parameters to the repetitive controller. Main loop, but for the take-over. */
+#include "control/numeric/num_math.h"
+#include "firmware/app/internal.h"
+
+#define TWO_PI 6.28318530718f
+
+/* What fal's gain becomes when its argument is per unit; 1 in the float build. */
+static float fal_gain_scale(float unit, float alpha)
+{
+#ifdef EVENSPIN_FIXED
+    /* fal(x u) = u^alpha fal'(x) with u = error_unit; inside, everything is divided by u again: u^(alpha - 1). So it is for
+     * lambda(x u), too, which multiplies the output.
+     * unit^(alpha-1) = 2^((alpha-1) log2 unit), with unit = m 2^k so that both parts are in range */
+    float   m = unit;
+    int16_t k = 0;
+    while (m >= 2.0f) {
+        m *= 0.5f;
+        k++;
+    }
+    while (m < 1.0f) {
+        m *= 2.0f;
+        k--;
+    }
+    const float log2_unit = (float)k + num_to_float(num_log2(num_from_float(m)));
+    return num_to_float(num_exp2(num_from_float((alpha - 1.0f) * log2_unit)));
+#else
+    (void)unit;
+    (void)alpha;
+    return 1.0f;
+#endif
+}
+
+void drive_make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *culprit)
+{
+    const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    const bool  fal = p->method == (uint16_t)DRIVE_METHOD_FAL_FORC;
+    const float fal_scale = fal ? fal_gain_scale(s->scale.error_unit, p->rc_fal_alpha) : 1.0f;
+
+    s->rc_used = (p->method >= (uint16_t)DRIVE_METHOD_CRC) && (p->method <= (uint16_t)DRIVE_METHOD_FAL_FORC);
+    s->rc.gain = num_from_float(p->rc_gain * fal_scale);
+    s->rc.lead = p->rc_lead;
+    s->rc.q.side = num_from_float(p->rc_q_side);
+    s->rc.q.centre = num_from_float(p->rc_q_centre);
+    s->rc.order = (p->method == (uint16_t)DRIVE_METHOD_CRC) ? 0U : p->rc_order;
+    s->rc.truncate = p->rc_truncate != 0U;
+    s->rc.fal_at = fal ? ((p->rc_fal_at == 0U) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_OUTPUT) : CTL_RC_FAL_NONE;
+    s->rc.fal.alpha = num_from_float(p->rc_fal_alpha);
+    s->rc.fal.delta = num_from_float(p->rc_fal_delta / s->scale.error_unit);
+    s->rc.memory = (ctl_rc_memory_t)p->rc_memory;
+    /* fal at the output: what it will multiply is smaller by this than what leaves the controller */
+    s->rc.limit = num_from_float(p->rc_limit_unit / s->scale.error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
+    s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / s->scale.error_unit);
+    s->rc.freeze_samples = p->rc_freeze_samples;
+    s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
+    if (s->rc_used) {
+        s->rc_period_scale = drive_fitted(TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+    }
+}
+
+/* Which parameter a block meant. */
+static uint16_t rc_culprit(uint16_t field)
+{
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,        PARAM_rc_gain,      PARAM_rc_lead,      PARAM_rc_q_centre,
+                                        PARAM_rc_order,     PARAM_rc_fal_at,    PARAM_rc_fal_alpha, PARAM_rc_fal_delta,
+                                        PARAM_rc_memory,    PARAM_rc_limit_unit, PARAM_rc_freeze_above_unit, PARAM_rc_cells};
+    return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_rc_gain;
+}
+
+uint16_t drive_judge_repetitive(const drive_setup_t *s)
+{
+    ctl_rc_t rc;
+    num_t    cells[16];
+    if (!s->rc_used) {
+        return PARAM_COUNT;
+    }
+    /* the judgement needs no more than the smallest memory, unless the lead asks for it */
+    ctl_rc_params_t    trial = s->rc;
+    const uint16_t     room = (uint16_t)(sizeof cells / sizeof cells[0]);
+    const uint16_t     need = (uint16_t)(trial.lead + trial.order + 5U);
+    if (s->rc_capacity < need) {
+        return PARAM_rc_cells;
+    }
+    if (need > room) {
+        trial.lead = (trial.lead <= CTL_RC_LEAD_MAX) ? 2U : trial.lead;
+    }
+    const ctl_diag_t r = ctl_rc_init(&rc, &trial, cells, room);
+    if (r.status != CTL_OK) {
+        return rc_culprit(r.field);
+    }
+    return PARAM_COUNT;
+}
+
+void drive_build_repetitive(drive_t *d)
+{
+    if (d->setup.rc_used) {
+        (void)ctl_rc_init(&d->speed.rc, &d->setup.rc, d->rc_memory, d->setup.rc_capacity);
+    }
+}
+
+void drive_take_over_repetitive(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
+{
+    const bool same_memory = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
+                             (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
+    if (s->rc_used && same_memory) {
+        d->speed.rc.params = s->rc;
+        (void)ctl_fal_init(&d->speed.rc.fal, &s->rc.fal);
+        return;
+    }
+    if (s->rc_used) {
+        (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
+    }
+    d->speed.correction = (num_t)0;
+}
