@@ -59,12 +59,14 @@ void test_drive_command_with_a_number_that_is_none_is_refused_and_the_old_one_go
     bench_into(DRIVE_RUN);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 0.5, 1.5);
     for (size_t k = 0; k < COUNT_OF(bad); k++) {
-        const drive_command_t speed = {DRIVE_MODE_SPEED, bad[k], 0.0f, 0.0f};
-        const drive_command_t d = {DRIVE_MODE_CURRENT, 0.0f, bad[k], 0.0f};
-        const drive_command_t q = {DRIVE_MODE_CURRENT, 0.0f, 0.0f, bad[k]};
+        const drive_command_t speed = {.mode = DRIVE_MODE_SPEED, .speed_ref_rad_s = bad[k]};
+        const drive_command_t d = {.mode = DRIVE_MODE_CURRENT, .id_ref_a = bad[k]};
+        const drive_command_t q = {.mode = DRIVE_MODE_CURRENT, .iq_ref_a = bad[k]};
         TEST_ASSERT_FALSE(drive_command(&drive, &speed));
         TEST_ASSERT_FALSE(drive_command(&drive, &d));
+        const drive_command_t target = {.mode = DRIVE_MODE_POSITION, .target_rad = bad[k]};
         TEST_ASSERT_FALSE(drive_command(&drive, &q));
+        TEST_ASSERT_FALSE(drive_command(&drive, &target));
     }
     bench_period();
 

@@ -96,6 +96,48 @@ static void provoke_hardware_over_current(void) { provoke_hardware(HAL_INVERTER_
 static void provoke_gate_driver(void) { provoke_hardware(HAL_INVERTER_DRIVER_FAULT); }
 static void provoke_over_temperature(void) { provoke_hardware(HAL_INVERTER_OVER_TEMPERATURE); }
 
+static drive_params_t position_params(void)
+{
+    drive_params_t p = bench_params();
+    p.following_error_rad = 100.0f;
+    return p;
+}
+
+static void provoke_following_error(void)
+{
+    drive_params_t p = position_params();
+    p.following_error_rad = 0.1f;
+    bench_run_with(&p);
+    const drive_command_t far = {.mode = DRIVE_MODE_POSITION, .target_turns = 10};
+    TEST_ASSERT_TRUE(drive_command(&drive, &far));
+    bench_live(3000U); /* the command moves at 1.05 rad/s, the shaft does not */
+}
+
+static void provoke_position_limit(void)
+{
+    drive_params_t p = position_params();
+    p.position_max_turn = 0.1f;
+    p.position_min_turn = -0.1f;
+    bench_run_with(&p);
+    const drive_command_t here = {.mode = DRIVE_MODE_POSITION};
+    TEST_ASSERT_TRUE(drive_command(&drive, &here));
+    bench_live(100U);
+    bench_spin(20.0, 1.0);
+}
+
+static void provoke_homing(void)
+{
+    const drive_params_t p = position_params();
+    bench_run_with(&p);
+    const drive_command_t here = {.mode = DRIVE_MODE_POSITION};
+    TEST_ASSERT_TRUE(drive_command(&drive, &here));
+    drive_home(&drive);
+    bench_live(100U);
+    for (uint16_t turn = 0U; turn < 10U; turn++) { /* no index pulse on the way */
+        bench_spin(60.0, 1.0);
+    }
+}
+
 static void provoke_isr_overrun(void)
 {
     bench_into(DRIVE_RUN);
@@ -119,6 +161,9 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_hardware_over_current] = provoke_hardware_over_current,
     [FAULT_gate_driver] = provoke_gate_driver,
     [FAULT_over_temperature] = provoke_over_temperature,
+    [FAULT_following_error] = provoke_following_error,
+    [FAULT_position_limit] = provoke_position_limit,
+    [FAULT_homing] = provoke_homing,
     [FAULT_isr_overrun] = provoke_isr_overrun,
 };
 
