@@ -13,6 +13,10 @@
 #include "control/numeric/num_math.h"
 #include "control/observer/observer.h"
 #include "control/observer/torque_meter.h"
+#include "control/position/friction.h"
+#include "control/position/profile.h"
+#include "control/position/rdc.h"
+#include "control/position/src.h"
 #include "control/repetitive/fal.h"
 #include "control/repetitive/repetitive.h"
 #include "sim_host/capi/evenspin_capi.h"
@@ -515,4 +519,141 @@ void es_deadbeat_step(es_deadbeat_t *deadbeat, const double *x, double *v)
     const ctl_dq_t y = ctl_deadbeat_step(&deadbeat->deadbeat, &meas, &ref, signal_in(x[4]), &last);
     v[0] = out(y.d);
     v[1] = out(y.q);
+}
+
+/* ---- position drive ---------------------------------------------------------------------------------------------------------- */
+
+bool es_stribeck(double speed, double coulomb, double stat, double stribeck, double shape, double *torque)
+{
+    static const char *const NAME[] = {"(pointer)", "viscous", "coulomb", "static", "v_s", "shape"};
+    static const char *const LIMIT[] = {"given", "0", "at least 0", "at least 0", "above 0", "within 0.1 .. 10"};
+    const double             given[] = {0.0, 0.0, coulomb, stat, stribeck, shape};
+    const ctl_friction_t     p = {(num_t)0, signal_in(coulomb), signal_in(stat), signal_in(stribeck), signal_in(shape)};
+    const ctl_diag_t         d = ctl_friction_check(&p);
+    if (d.status != CTL_OK) {
+        const uint16_t f = (d.field < 6U) ? d.field : 0U;
+        explain(NAME[f], given[f], (d.status == CTL_ERR_RELATION) ? "at least coulomb" : LIMIT[f]);
+        return false;
+    }
+    *torque = out(ctl_friction(&p, signal_in(speed)));
+    return true;
+}
+
+bool es_rdc_robust_term(const double *e, const double *p_row, double inertia, double rho, double sigma, double *torque)
+{
+    if (!(inertia > 0.0)) {
+        explain("inertia", inertia, "above 0");
+        return false;
+    }
+    ctl_rdc_params_t p = {
+        .inertia = signal_in(inertia),
+        .friction = {(num_t)0, (num_t)0, (num_t)0, NUM_C(1.0f), NUM_C(1.0f)},
+        .p_row = {signal_in(p_row[0] / inertia), signal_in(p_row[1] / inertia), signal_in(p_row[2] / inertia)},
+        .rho = signal_in(rho),
+        .sigma = signal_in(sigma),
+        .sample_s = NUM_EPS, /* the integral is given, it does not advance */
+        .integral_max = NUM_C(100.0f),
+    };
+    ctl_rdc_t        rdc;
+    const ctl_diag_t d = ctl_rdc_init(&rdc, &p);
+    if (d.status != CTL_OK) {
+        const bool is_sigma = d.field == (uint16_t)CTL_RDC_SIGMA;
+        const bool is_rho = d.field == (uint16_t)CTL_RDC_RHO;
+        explain(is_sigma ? "sigma" : (is_rho ? "rho" : ((d.field == (uint16_t)CTL_RDC_P) ? "p_row" : "inertia")),
+                is_sigma ? sigma : (is_rho ? rho : ((d.field == (uint16_t)CTL_RDC_P) ? p_row[0] : inertia)),
+                is_sigma ? "above 0" : (is_rho ? "at least 0" : "such that the numeric can hold p_row over inertia"));
+        return false;
+    }
+    const ctl_setpoint_t rest = {0, (num_t)0, (num_t)0, true};
+    rdc.state.x1 = signal_in(e[0]);
+    *torque = out(ctl_rdc_step(&rdc, &rest, signal_in(e[1]), signal_in(e[2])));
+    return true;
+}
+
+bool es_spatial_lowpass(double cutoff_per_rad, double speed_rad_s, double ts_s, double *b, double *a)
+{
+    const double k = cutoff_per_rad * fabs(speed_rad_s) * ts_s * 0.5;
+    if (!(cutoff_per_rad > 0.0) || !(ts_s > 0.0)) {
+        explain(!(cutoff_per_rad > 0.0) ? "cutoff_per_rad" : "ts", !(cutoff_per_rad > 0.0) ? cutoff_per_rad : ts_s, "above 0");
+        return false;
+    }
+    if (!(k <= 1.0)) {
+        explain("speed", speed_rad_s, "such that cutoff_per_rad |speed| ts / 2 is at most 1");
+        return false;
+    }
+    const ctl_src_filter_t f = ctl_src_filter(in(k));
+    b[0] = out(f.b0);
+    b[1] = 2.0 * b[0];
+    b[2] = b[0];
+    a[0] = 1.0;
+    a[1] = out(f.a1);
+    a[2] = out(f.a2);
+    return true;
+}
+
+#define TURN_Q32 4294967296.0
+
+struct es_profile {
+    ctl_profile_t profile;
+    double        speed_unit, accel_unit;
+};
+
+static ctl_position_t position_in(double rad)
+{
+    const double turns = rad / (2.0 * PI);
+    return (fabs(turns) < 1.0e9) ? (ctl_position_t)llrint(turns * TURN_Q32) : 0;
+}
+
+es_profile_t *es_profile_new(double speed_rad_s, double accel_rad_s2, int smooth, double ts_s)
+{
+    const double step = speed_rad_s * ts_s / (2.0 * PI) * TURN_Q32;
+    const double change = accel_rad_s2 * ts_s * ts_s / (2.0 * PI) * TURN_Q32;
+    if (!(ts_s > 0.0)) {
+        explain("ts_s", ts_s, "above 0");
+        return NULL;
+    }
+    if (!((step >= 1.0) && (step < 2147483647.0))) {
+        explain("speed_rad_s", speed_rad_s, "above 0 and at most half a turn per sample");
+        return NULL;
+    }
+    if (!((change >= 0.0) && (change < 2147483647.0))) {
+        explain("accel_rad_s2", accel_rad_s2, "at least 0 and at most half a turn per sample^2");
+        return NULL;
+    }
+    if ((smooth < 1) || (smooth > (int)CTL_PROFILE_SMOOTH_MAX)) {
+        explain("smooth", smooth, "within 1 .. 64");
+        return NULL;
+    }
+    es_profile_t *made = calloc(1, sizeof *made);
+    if (made == NULL) {
+        explain("smooth", smooth, "smaller: not enough memory");
+        return NULL;
+    }
+    /* One unit is the largest speed, and the largest acceleration: both numerics keep their digits. */
+    made->speed_unit = speed_rad_s;
+    made->accel_unit = (accel_rad_s2 > 0.0) ? accel_rad_s2 : 1.0;
+    const ctl_profile_params_t p = {
+        .speed = (int64_t)step,
+        .acceleration = ((change > 0.0) && (change < 1.0)) ? 1 : (int64_t)change,
+        .smooth = (uint16_t)smooth,
+        .speed_scale = signal_in(2.0 * PI / 65536.0 / ts_s / made->speed_unit),
+        .accel_scale = signal_in(2.0 * PI / 1048576.0 / (ts_s * ts_s) / made->accel_unit),
+    };
+    if (ctl_profile_init(&made->profile, &p).status != CTL_OK) {
+        explain("speed_rad_s", speed_rad_s, "such that the numeric can hold a 65536th of a turn per sample in units of it");
+        free(made);
+        return NULL;
+    }
+    return made;
+}
+void es_profile_free(es_profile_t *profile) { free(profile); }
+void es_profile_reset(es_profile_t *profile, double position_rad) { ctl_profile_reset(&profile->profile, position_in(position_rad)); }
+
+bool es_profile_step(es_profile_t *profile, double target_rad, double *result)
+{
+    const ctl_setpoint_t s = ctl_profile_step(&profile->profile, position_in(target_rad));
+    result[0] = (double)s.position / TURN_Q32 * 2.0 * PI;
+    result[1] = out(s.speed) * profile->speed_unit;
+    result[2] = out(s.acceleration) * profile->accel_unit;
+    return s.done;
 }

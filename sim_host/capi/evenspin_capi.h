@@ -174,6 +174,21 @@ void           es_deadbeat_free(es_deadbeat_t *deadbeat);
 /* in: [id, iq, id_ref, iq_ref, speed_m rad/s, vd_last, vq_last]; out: [vd, vq] */
 void           es_deadbeat_step(es_deadbeat_t *deadbeat, const double *in, double *out);
 
+/* Coulomb and Stribeck friction at a speed, torque unit; false when refused. */
+bool es_stribeck(double speed, double coulomb, double stat, double stribeck, double shape, double *torque);
+/* Robust term for e = [integral of the angle error, angle error, speed error]; false when refused. */
+bool es_rdc_robust_term(const double *e, const double *p_row, double inertia, double rho, double sigma, double *torque);
+/* Low-pass of the spatial repetitive controller at this speed, bilinear without prewarping: b[3], a[3]; false when refused. */
+bool es_spatial_lowpass(double cutoff_per_rad, double speed_rad_s, double ts_s, double *b, double *a);
+
+typedef struct es_profile es_profile_t;
+/* Motion profile; acceleration 0: unlimited. smooth: samples of the mean that limits the jerk. */
+es_profile_t *es_profile_new(double speed_rad_s, double accel_rad_s2, int smooth, double ts_s);
+void          es_profile_free(es_profile_t *profile);
+void          es_profile_reset(es_profile_t *profile, double position_rad);
+/* One sample; out: [position rad, speed rad/s, acceleration rad/s^2]. Returns true at the target and at rest. */
+bool          es_profile_step(es_profile_t *profile, double target_rad, double *out);
+
 /* ---- measuring ------------------------------------------------------------------------------------------------------ */
 
 double es_monotonic_s(void); /* clock for the simulator's own benchmark */

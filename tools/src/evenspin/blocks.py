@@ -9,6 +9,8 @@ Every function and class takes `numeric="float"` (default) or `"fixed"`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from evenspin.errors import BlockError, did_you_mean
@@ -19,9 +21,11 @@ __all__ = [
     "BlockError",
     "Deadbeat",
     "Fir",
+    "MotionProfile",
     "MtSpeed",
     "Pi",
     "Pll",
+    "Setpoint",
     "RepetitiveController",
     "TorqueObserver",
     "clarke",
@@ -32,7 +36,10 @@ __all__ = [
     "lambda_",
     "park",
     "power",
+    "rdc_robust_term",
     "sincos",
+    "spatial_lowpass",
+    "stribeck",
     "svm",
     "vector_limit",
 ]
@@ -44,6 +51,7 @@ _WRITE = {"one": 0, "all": 1, "hat": 2}
 _READ = {"linear": 0, "cubic": 1}
 _OBSERVER = {"dob": 0, "ro": 1, "aro": 2}
 _FIR_ORDER_MAX = 15
+_FAR_RAD = 1e9
 _LIMIT = 100.0  # inside what the fixed-point numeric holds
 
 
@@ -452,6 +460,116 @@ class Deadbeat:
         self._in[0:7] = [*current_a, *reference_a, speed_m_rad_s, *last_v]
         self._library.lib.es_deadbeat_step(self._handle, self._in, self._out)
         return self._out[0], self._out[1]
+
+
+# ---- position drive ------------------------------------------------------------------------------------------------
+
+
+def stribeck(v: float, coulomb: float, static: float, v_s: float, shape: float, *, numeric: str = "float") -> float:
+    """Dry friction [coulomb + (static - coulomb) exp(-(|v| / v_s)^shape)] sgn(v), N m; 0 at v = 0.
+
+    Args:
+        v, v_s: speed and Stribeck speed, rad/s.
+        coulomb, static: N m; static is the whole of it, at least coulomb.
+        shape: within 0.1 .. 10.
+    """
+    library = load(numeric)
+    out = library.ffi.new("double *")
+    if not library.lib.es_stribeck(v, coulomb, static, v_s, shape, out):
+        raise _refused(library, "coulomb, static", f"{coulomb}, {static}", "static at least coulomb")
+    return out[0]
+
+
+def rdc_robust_term(
+    e: Sequence[float], p_row: Sequence[float], inertia: float, rho: float, sigma: float, *, numeric: str = "float"
+) -> float:
+    """Torque of the robust term: -rho sgn(s), inside |s| <= sigma the line -rho s / sigma; s = p_row . e / inertia.
+
+    Args:
+        e: integral of the angle error (rad s), angle error (rad), speed error (rad/s), each actual less command.
+        p_row: third row of the Lyapunov matrix (`evenspin design rdc`).
+        inertia: kg m^2, above 0.
+        rho: largest torque, N m, at least 0.
+        sigma: half width of the line, above 0.
+    """
+    library = load(numeric)
+    for name, row in (("e", e), ("p_row", p_row)):
+        if len(row) != 3:
+            raise BlockError(name, len(row), "must be three numbers")
+    out = library.ffi.new("double *")
+    arguments = (library.ffi.new("double[3]", list(map(float, row))) for row in (e, p_row))
+    if not library.lib.es_rdc_robust_term(*arguments, inertia, rho, sigma, out):
+        raise _refused(library, "rho, sigma", f"{rho}, {sigma}", "rho at least 0, sigma above 0")
+    return out[0]
+
+
+def spatial_lowpass(
+    cutoff_per_rad: float, speed: float, ts: float, *, numeric: str = "float"
+) -> dict[str, list[float]]:
+    """Coefficients of the spatial low-pass at one speed: y = (b0 x + b1 x1 + b2 x2 - a1 y1 - a2 y2) / a0, a0 = 1.
+
+    W^2 / (s^2 + sqrt(2) W s + W^2), W = cutoff_per_rad |speed|, made discrete with the bilinear transform
+    s = 2 (z - 1) / (ts (z + 1)) without prewarping. W ts / 2 must be at most 1.
+
+    Args:
+        cutoff_per_rad: corner over the angle, rad of phase per rad of motion, above 0.
+        speed: rad/s.
+        ts: sampling time, s, above 0.
+    """
+    library = load(numeric)
+    b, a = library.ffi.new("double[3]"), library.ffi.new("double[3]")
+    if not library.lib.es_spatial_lowpass(cutoff_per_rad, speed, ts, b, a):
+        raise _refused(library, "cutoff_per_rad, ts", f"{cutoff_per_rad}, {ts}", "above 0")
+    return {"b": list(b), "a": list(a)}
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoint:
+    """What a motion profile hands out; `done`: at the target and at rest."""
+
+    position_rad: float
+    speed_rad_s: float
+    acceleration_rad_s2: float
+    done: bool
+
+
+class MotionProfile:
+    """A motion to a target, which may move, with limited speed, acceleration and jerk.
+
+    Args:
+        speed_rad_s: largest speed, above 0.
+        accel_rad_s2: largest acceleration; 0: the speed jumps, and no acceleration is handed out.
+        smooth_samples: 1 to 64; the jerk is accel_rad_s2 / (smooth_samples ts_s), twice that where accelerating turns
+            into braking at once. 1: not limited.
+        ts_s: sampling time.
+    """
+
+    def __init__(
+        self,
+        speed_rad_s: float,
+        accel_rad_s2: float,
+        smooth_samples: int = 1,
+        ts_s: float = 1e-3,
+        *,
+        numeric: str = "float",
+    ) -> None:
+        self._library = library = load(numeric)
+        handle = library.lib.es_profile_new(speed_rad_s, accel_rad_s2, _whole("smooth_samples", smooth_samples), ts_s)
+        self._handle = _owned(library, handle, library.lib.es_profile_free)
+        self._out = library.ffi.new("double[3]")
+
+    def step(self, target_rad: float) -> Setpoint:
+        """Advance one sample towards the target."""
+        if not abs(target_rad) < _FAR_RAD:
+            raise BlockError("target_rad", target_rad, f"must be within +-{_FAR_RAD:g}")
+        done = self._library.lib.es_profile_step(self._handle, target_rad, self._out)
+        return Setpoint(*self._out, done)
+
+    def reset(self, position_rad: float = 0.0) -> None:
+        """Stand there."""
+        if not abs(position_rad) < _FAR_RAD:
+            raise BlockError("position_rad", position_rad, f"must be within +-{_FAR_RAD:g}")
+        self._library.lib.es_profile_reset(self._handle, position_rad)
 
 
 # ---- helpers -------------------------------------------------------------------------------------------------------
