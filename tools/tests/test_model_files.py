@@ -273,3 +273,26 @@ def test_no_string_confuses_the_lines(values):
     text = "\n".join(lines)
 
     assert key_lines(text) == {(line.split(" ")[0],): number for number, line in enumerate(lines, start=1)}
+
+
+def test_a_position_scenario_is_in_turns_or_radians(scenario, scenario_text):
+    for key, value in (("position_ref_turn", 2.5), ("position_ref_rad", 2.5 * 2.0 * math.pi)):
+        text = scenario_text.replace("speed_rpm = 300.0", f'control = "position"\n{key} = {value!r}\nhome = 1')
+        scenario.write_text(text)
+
+        inputs = load_scenario(scenario).setup.inputs
+
+        assert inputs["control_mode"].value == (2.0,)
+        assert inputs["position_ref_rad"].value == pytest.approx((5.0 * math.pi,))
+        assert inputs["home"].value == (1.0,)
+
+
+@pytest.mark.parametrize("target", ["position_ref_turn = 3.5", "position_ref_rad = -19.0"])
+def test_a_target_beyond_the_soft_limits_names_the_line(scenario, scenario_text, target):
+    text = scenario_text.replace('method = "forc"', "position_min_turn = -3.0\nposition_max_turn = 3.0")
+    scenario.write_text(text.replace("speed_rpm = 300.0", target))
+
+    with pytest.raises(InputError, match="must be within the soft limits") as refused:
+        load_scenario(scenario)
+
+    assert refused.value.line == text.split("\n").index("speed_rpm = 300.0") + 1

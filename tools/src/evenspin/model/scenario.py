@@ -14,7 +14,8 @@ offset_a_a = 0.2
 
 [[event]]
 at_s = 0.0
-speed_rpm = 150.0       # or speed_rad_s; ramp_s: how long it takes to get there
+speed_rpm = 150.0       # or speed_rad_s; ramp_s: how long it takes to get there. Or control = "position" and
+                        # position_ref_turn or position_ref_rad (target of the motion profile); home = 1 finds the index
 load_brake_a = 1.0      # A of q-axis current, or load_brake_nm; load_torque_nm, load_torque_a push either way
 
 [[event]]
@@ -52,6 +53,7 @@ from evenspin.model.setup import InputCurve, Setup, Tune
 from evenspin.native import tables
 
 RPM = math.pi / 30.0  # rad/s
+TURN = 2.0 * math.pi  # rad
 MAX_DURATION_S = 3600.0
 MAX_ROWS = 4_000_000
 STEP_S = 1e-9  # a step between straight lines takes this long: far less than a PWM period
@@ -75,19 +77,24 @@ def _rpm(_: Machine) -> float:
     return RPM
 
 
+def _turn(_: Machine) -> float:
+    return TURN
+
+
 def _torque_per_a(machine: Machine) -> float:
     return machine.torque_per_a_nm
 
 
-SPEED, CONTROL_MODE = "speed_ref_rad_s", "control_mode"
+SPEED, CONTROL_MODE, POSITION = "speed_ref_rad_s", "control_mode", "position_ref_rad"
 OTHER_UNITS = {
     "speed_rpm": EventKey(SPEED, "rpm", _rpm),
     "speed_rad_s": EventKey(SPEED, "rad/s", _one),
+    "position_ref_turn": EventKey(POSITION, "turn", _turn),
     "load_torque_a": EventKey("load_torque_nm", "A of q-axis current", _torque_per_a),
     "load_brake_a": EventKey("load_brake_nm", "A of q-axis current", _torque_per_a),
 }
 LOADS = {"load_torque_nm", "load_brake_nm"}
-CONTROL = {"current": 0.0, "speed": 1.0}
+CONTROL = {"current": 0.0, "speed": 1.0, "position": 2.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +162,7 @@ def event_schema() -> type[Strict]:
     }
     members["ramp_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
     members["load_rise_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
-    members["control"] = optional(Literal[*CONTROL], '"current" or "speed"')
+    members["control"] = optional(Literal[*CONTROL], '"current", "speed" or "position"')
     members["drive"] = optional(drive_schema(), "drive parameters, as in { rc_gain = 0.5 }")
     return pydantic.create_model("Event", __base__=Strict, **members)
 
@@ -195,10 +202,12 @@ def load_scenario(path: Path) -> Scenario:
     effects = {name: dict(params) for name, params in machine.effects.items()}
     for name, params in effect_numbers(file.effects).items():
         effects[name] = effects.get(name, {}) | params
+    drive |= given_numbers(file.drive, tables().params)
+    _check_target(document, events, drive)
     setup = Setup(
         name=file.name,
         plant=machine.plant,
-        drive=drive | given_numbers(file.drive, tables().params),
+        drive=drive,
         effects=effects,
         inputs=_inputs(document, events, machine),
         tunes=_tunes(events),
@@ -281,6 +290,18 @@ def _check_input(document: Document, keys: list[str | int], key: EventKey, value
     if not field.minimum <= value * scale <= field.maximum:
         low, high = (limit / scale if scale else 0.0 for limit in (field.minimum, field.maximum))
         raise document.error(keys, f"a number in {low:g} .. {high:g} {key.unit}".rstrip(), "correct the value")
+
+
+def _check_target(document: Document, events: list[tuple[int, Any]], drive: Mapping[str, float]) -> None:
+    """A target of position mode beyond the soft limits of the drive."""
+    low, high = drive["position_min_turn"], drive["position_max_turn"]
+    for index, event in events:
+        for name, unit in (("position_ref_turn", 1.0), ("position_ref_rad", TURN)):
+            value = getattr(event, name)
+            if value is not None and not low * unit <= value <= high * unit:
+                must = f"within the soft limits {low * unit:g} .. {high * unit:g} {name.rpartition('_')[2]}"
+                hint = "correct it, or position_min_turn and position_max_turn"
+                raise document.error(["event", index, name], must, hint)
 
 
 def _curve(before: float, steps: list[Step]) -> InputCurve:
