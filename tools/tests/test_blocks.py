@@ -160,6 +160,49 @@ def test_learning_rests_after_a_large_error():
     assert second == 0.0
 
 
+def learned_then_faster(memory: str) -> tuple[np.ndarray, np.ndarray]:
+    """40 turns of 40 samples teach an error tied to the angle; then a turn takes 25 and there is no error."""
+    controller = blocks.RepetitiveController(0.6, 5, memory=memory, capacity=256)
+    theta = 0.0
+    for _ in range(40 * 40):
+        controller.step(math.cos(theta), 40.0, theta)
+        theta += 2 * math.pi / 40
+    out = []
+    angles = theta + 2 * math.pi / 25 * np.arange(18)  # less than a turn: nothing learned at the new speed comes back
+    for angle in angles:
+        out.append(controller.step(0.0, 25.0, angle))
+    return np.array(out), angles
+
+
+def rest_of_a_wave(values: np.ndarray, phase: np.ndarray) -> float:
+    """What is left of the values beside a cosine of this phase, relative to it."""
+    wave = np.column_stack((np.cos(phase), np.sin(phase)))
+    fitted = np.linalg.lstsq(wave, values, rcond=None)[0]
+    return np.abs(values - wave @ fitted).max() / np.hypot(*fitted)
+
+
+def test_a_cleared_memory_forgets_when_the_period_changes():
+    out, _ = learned_then_faster("clear")
+
+    assert np.abs(out).max() == 0.0
+
+
+def test_a_kept_memory_plays_the_old_samples_at_their_own_rate():
+    out, angles = learned_then_faster("keep")
+
+    assert np.abs(out).max() > 5.0
+    assert rest_of_a_wave(out, 2 * np.pi / 40 * np.arange(len(out))) < 0.05
+    assert rest_of_a_wave(out, angles) > 0.2
+
+
+def test_an_angle_memory_is_right_at_the_new_speed():
+    out, angles = learned_then_faster("angle")
+
+    assert np.abs(out).max() > 5.0
+    assert rest_of_a_wave(out, angles) < 0.1
+    assert rest_of_a_wave(out, 2 * np.pi / 40 * np.arange(len(out))) > 0.2
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [
