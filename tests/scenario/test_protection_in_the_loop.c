@@ -1,0 +1,166 @@
+/* Something breaks while the drive turns: right name, gates off within one period of the sample that shows it. */
+#include "tests/scenario/support/rig.h"
+
+void setUp(void) { rig_new(); }
+void tearDown(void) { rig_free(); }
+
+#define BREAKS_S 0.2
+#define BREAKS_PERIOD 2000
+
+/* Runs to the moment when it breaks, then sample by sample to the fault, which must come after `least` to `most` samples
+ * (the first sample that can show it is number 1). From then on no period has its gates on. */
+static void assert_trips(const char *name, int least, int most)
+{
+    rig_start();
+    rig_run(BREAKS_PERIOD);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE("none", rig_fault(), name);
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE((double)BREAKS_PERIOD, rig_read("gate_periods"), name); /* armed from the first period */
+    int k = 0;
+    do {
+        rig_run(1);
+        k++;
+    } while ((strcmp(rig_fault(), "none") == 0) && (k < most + 10));
+
+    TEST_ASSERT_EQUAL_STRING(name, rig_fault());
+    TEST_ASSERT_TRUE_MESSAGE((k >= least) && (k <= most), at("%s after %d samples", name, k));
+    /* the sample of the fault starts period k, which has its gates off already */
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE((double)(BREAKS_PERIOD + k - 1), rig_read("gate_periods"), name);
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(5.0, rig_read("state"), name);
+
+    rig_run(3000);
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE((double)(BREAKS_PERIOD + k - 1), rig_read("gate_periods"), name);
+    TEST_ASSERT_EQUAL_STRING(name, rig_fault());
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(0.0, hypot(rig_read("true_id_a"), rig_read("true_iq_a")), name);
+}
+
+static void turn(double speed)
+{
+    rig_input("speed_ref_rad_s", speed);
+    rig_input("load_brake_nm", 0.03);
+}
+
+void test_protection_lost_samples_stop_the_drive_at_their_limit(void)
+{
+    turn(31.4);
+    rig_step("sample_lost", 0.0, BREAKS_S, 1.0);
+    assert_trips("lost_sample", 3, 3);
+}
+
+void test_protection_current_that_is_no_number_stops_the_drive_at_its_limit(void)
+{
+    turn(31.4);
+    rig_step("current_nan", 0.0, BREAKS_S, 1.0);
+    assert_trips("non_finite", 3, 3);
+}
+
+void test_protection_encoder_error_stops_the_drive_at_once(void)
+{
+    turn(31.4);
+    rig_step("encoder_error", 0.0, BREAKS_S, 1.0);
+    assert_trips("encoder_error", 1, 1);
+}
+
+void test_protection_hardware_faults_stop_the_drive_at_once_by_their_name(void)
+{
+    const char *const name[] = {"hardware_over_current", "gate_driver", "over_temperature"};
+    for (size_t k = 0; k < COUNT_OF(name); k++) {
+        rig_new();
+        turn(31.4);
+        rig_step("inverter_fault", 0.0, BREAKS_S, (double)(k + 1U));
+        assert_trips(name[k], 1, 1);
+    }
+}
+
+/* A frozen angle is as far from the filter as the rotor would have turned meanwhile: at most w / (e omega_0) of the filter,
+ * 31.4 / (2.718 377) = 0.031 rad, 2.65 ms after it froze. */
+void test_protection_stuck_encoder_stops_the_drive_when_the_limit_is_below_what_the_filter_shows(void)
+{
+    turn(31.4);
+    rig_param("encoder_jump_rad", 0.02);
+    rig_param("encoder_jump_periods", 5.0);
+    rig_step("encoder_stuck", 0.0, BREAKS_S, 1.0);
+    assert_trips("encoder_lost", 6, 40);
+}
+
+/* the filtered measurement: 60 - 36 exp(-2 pi 20 t) passes 40 V after 4.68 ms */
+void test_protection_rising_dc_link_stops_the_drive(void)
+{
+    turn(31.4);
+    rig_step("dc_link_v", 24.0, BREAKS_S, 60.0);
+    assert_trips("over_voltage", 47, 49);
+}
+
+/* 2 + 22 exp(-2 pi 20 t) passes 10 V after 8.05 ms */
+void test_protection_falling_dc_link_stops_the_drive(void)
+{
+    turn(31.4);
+    rig_step("dc_link_v", 24.0, BREAKS_S, 2.0);
+    assert_trips("under_voltage", 81, 83);
+}
+
+/* The load drives with 0.8 N m, the drive holds with at most 0.384 N m: 5892 rad/s^2 from 31 to 100 rad/s takes 11.7 ms. */
+void test_protection_load_that_drives_the_motor_too_fast_stops_the_drive(void)
+{
+    rig_input("speed_ref_rad_s", 31.4);
+    rig_param("over_speed_rad_s", 100.0);
+    rig_step("load_torque_nm", 0.0, BREAKS_S, -0.8);
+    assert_trips("over_speed", 70, 160);
+}
+
+void test_protection_load_that_drives_it_too_fast_backwards_stops_the_drive(void)
+{
+    rig_input("speed_ref_rad_s", -31.4);
+    rig_param("over_speed_rad_s", 100.0);
+    rig_step("load_torque_nm", 0.0, BREAKS_S, 0.8);
+    assert_trips("over_speed", 70, 160);
+}
+
+/* id and iq of 9 A each are within their limits, but 12.7 A in a phase are not: some phase sees it within a sixth of an
+ * electrical turn and a few periods of the current loop. */
+void test_protection_phase_current_beyond_its_limit_stops_the_drive(void)
+{
+    rig_param("over_current_a", 10.0);
+    rig_param("iq_limit_a", 10.0);
+    rig_input("control_mode", 0.0);
+    rig_step("id_ref_a", 0.0, BREAKS_S, 9.0);
+    rig_step("iq_ref_a", 0.0, BREAKS_S, 9.0);
+    assert_trips("over_current", 3, 300);
+}
+
+void test_protection_offset_of_a_broken_current_sensor_stops_the_start_up(void)
+{
+    rig_param("offset_calibration_periods", 100.0);
+    rig_effect("current_offset", "offset_a_a", 0.6);
+    rig_start();
+    rig_run(200);
+
+    TEST_ASSERT_EQUAL_STRING("offset_calibration", rig_fault());
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_read("gate_periods"));
+}
+
+void test_protection_one_bad_sample_or_two_do_not_stop_the_drive(void)
+{
+    const double t[3] = {0.0, BREAKS_S, BREAKS_S + 2e-4};
+    const double v[3] = {0.0, 1.0, 0.0};
+    turn(31.4);
+    TEST_ASSERT_TRUE(es_sim_set_input(rig, "current_nan", t, v, 3, false));
+    rig_start();
+    rig_run(6000);
+
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 31.4, rig_read("true_speed_rad_s"));
+    TEST_ASSERT_EQUAL_DOUBLE(2.0, rig_read("rejected_count"));
+}
+
+void test_protection_drive_that_works_trips_on_nothing(void)
+{
+    turn(31.4);
+    rig_model("current_noise_a", 0.05);
+    rig_step("load_brake_nm", 0.0, 0.3, 0.1);
+    rig_step("speed_ref_rad_s", 31.4, 0.6, -60.0);
+    rig_start();
+    rig_run(12000);
+
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+    TEST_ASSERT_EQUAL_DOUBLE(12000.0, rig_read("gate_periods"));
+}
