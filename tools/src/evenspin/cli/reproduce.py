@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from evenspin.cli.options import JsonFile, Method
-from evenspin.cli.output import check_json_file, console, write_json
+from evenspin.cli.options import JsonFile
+from evenspin.cli.output import check_json_file, command_line, console, write_json
+
+if TYPE_CHECKING:
+    from evenspin.reproduce.check import Check
 
 
 class Paper(StrEnum):
     GUO2024 = "guo2024"
+    TANG2020 = "tang2020"
+
+
+class Method(StrEnum):
+    """What the papers compare."""
+
+    PI = "pi"
+    CRC = "crc"
+    FORC = "forc"
+    FAL_FORC = "fal-forc"
+    ARO = "aro"
+    ARO_BEYOND = "aro-beyond"
+    RO = "ro"
+    DOB = "dob"
 
 
 class Numerics(StrEnum):
@@ -32,15 +51,25 @@ def register(app: typer.Typer) -> None:
 
 
 def reproduce(
-    paper: Annotated[Paper, typer.Argument(help="Guo et al. 2024: fal-FORC in the speed loop.")],
+    paper: Annotated[
+        Paper,
+        typer.Argument(help="guo2024: fal-FORC in the speed loop. tang2020: torque observers DOB, RO, ARO."),
+    ],
     method: Annotated[list[Method] | None, typer.Option(help="Only these methods; may be repeated.")] = None,
     set_: Annotated[
         list[Set] | None,
-        typer.Option("--set", help="Only these scenarios: 150-295, 300-488 or 900-1200 rpm; may be repeated."),
+        typer.Option("--set", help="guo2024: only these scenarios, 150-295, 300-488 or 900-1200 rpm; may be repeated."),
     ] = None,
     numeric: Annotated[
         Numerics, typer.Option(help="Build of the firmware; fixed is compared with float, in percentage points.")
     ] = Numerics.FLOAT,
+    sweep: Annotated[
+        bool, typer.Option("--sweep", help="tang2020: also 50 to 2500 rpm; no speed may be worse than without.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="tang2020: folder for report.html, pictures and their numbers."),
+    ] = None,
     json_file: JsonFile = None,
 ) -> None:
     """Run the scenarios of a paper and compare: ours, its simulation, its experiment, the target band.
@@ -49,20 +78,30 @@ def reproduce(
 
     Example: `evenspin reproduce guo2024 --json out/guo2024.json`
     """
-    from evenspin.errors import CheckFailedError
+    check_json_file(json_file)
+    builds = ("float", "fixed") if numeric is Numerics.BOTH else (numeric.value,)
+    if paper is Paper.TANG2020:
+        _refuse(paper, {"--set": ", ".join(set_ or ())})
+        _tang2020(method, builds, sweep, out, json_file)
+    else:
+        _refuse(paper, {"--sweep": sweep, "--out": out})
+        _guo2024(method, set_, builds, json_file)
+
+
+def _guo2024(
+    method: Sequence[Method] | None, set_: Sequence[Set] | None, builds: Sequence[str], json_file: str | None
+) -> None:
     from evenspin.reproduce.guo2024 import METHODS, SETS
     from evenspin.reproduce.guo2024 import reproduce as run_all
     from evenspin.reproduce.guo2024.tables import tables_of
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    check_json_file(json_file)
-    methods = [each for each in METHODS if not method or each in method]
+    methods = _chosen(method, METHODS)
     sets = [each for each in SETS if not set_ or each in set_]
-    builds = ("float", "fixed") if numeric is Numerics.BOTH else (numeric.value,)
     results = []
     for build in builds:
-        with progress_bar(f"{paper.value}, {build}", 1.0) as bar:
+        with progress_bar(f"guo2024, {build}", 1.0) as bar:
             results.append(run_all(build, methods, sets, bar.update))
     screen = console(json_file)
     for result in results:
@@ -73,7 +112,70 @@ def reproduce(
         if len(results) > 1:
             content |= {"fixed": results[1].as_json(), "passed": all(result.passed for result in results)}
         write_json(content, json_file)
-    failed = [check for result in results for check in result.checks if check.required and not check.passed]
+    _judge([check for result in results for check in result.checks])
+
+
+def _tang2020(
+    method: Sequence[Method] | None, builds: Sequence[str], sweep: bool, out: Path | None, json_file: str | None
+) -> None:
+    from evenspin.log import OutputFolder
+    from evenspin.log.case import write_json as write_file
+    from evenspin.report.page import write_page
+    from evenspin.reproduce.tang2020 import METHODS
+    from evenspin.reproduce.tang2020 import reproduce as run_all
+    from evenspin.reproduce.tang2020.page import page_of
+    from evenspin.reproduce.tang2020.tables import tables_of
+    from evenspin.sim.progress import progress_bar
+    from evenspin.tableview import print_table
+
+    methods = _chosen(method, METHODS)
+    words = [word for each in method or () for word in ("--method", each.value)] + ["--sweep"] * sweep
+    command = command_line("reproduce", "tang2020", *words, "--out", "DIR")
+    output = OutputFolder(out, command) if out is not None else None
+    results = []
+    for build in builds:
+        with progress_bar(f"tang2020, {build}", 1.0) as bar:
+            keep = output is not None and not results
+            results.append(run_all(build, methods, sweep=sweep, keep_records=keep, progress=bar.update))
+    screen = console(json_file)
+    for result in results:
+        for view in tables_of(result):
+            print_table(view, screen)
+    if output is not None:
+        with output as folder:
+            write_file(folder / "results.json", results[0].as_json())
+            write_page(folder, page_of(results[0], " ".join(command)))
+        screen.print(f"{out}/report.html", style="bold")
+    if json_file is not None:
+        content = results[0].as_json()
+        if len(results) > 1:
+            content |= {"fixed": results[1].as_json(), "passed": all(result.passed for result in results)}
+        write_json(content, json_file)
+    _judge([check for result in results for check in result.checks])
+
+
+def _chosen(given: Sequence[Method] | None, known: Sequence[str]) -> list[str]:
+    """The methods of this paper that were asked for, in its order."""
+    from evenspin.errors import InputError, did_you_mean
+
+    for each in given or ():
+        if each not in known:
+            raise InputError("reproduce", "--method", each.value, "a method of this paper", did_you_mean(each, known))
+    return [each for each in known if not given or each in given]
+
+
+def _refuse(paper: Paper, options: dict[str, object]) -> None:
+    from evenspin.errors import InputError
+
+    for name, value in options.items():
+        if value:
+            raise InputError("reproduce", name, value, f"left out with {paper.value}", "it is for another paper")
+
+
+def _judge(checks: Sequence[Check]) -> None:
+    from evenspin.errors import CheckFailedError
+
+    failed = [check for check in checks if check.required and not check.passed]
     if failed:
         worst = failed[0]
         raise CheckFailedError(

@@ -7,8 +7,26 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-METHOD_COLOURS = {"pi": "#8c8c8c", "crc": "#e08e0b", "forc": "#1f6fb4", "fal-forc": "#0b8f6a"}
-METHOD_NAMES = {"pi": "PI", "crc": "CRC", "forc": "FORC", "fal-forc": "fal-FORC"}
+METHOD_COLOURS = {
+    "pi": "#8c8c8c",
+    "crc": "#e08e0b",
+    "forc": "#1f6fb4",
+    "fal-forc": "#0b8f6a",
+    "dob": "#b4441f",
+    "ro": "#7a4fb4",
+    "aro": "#1f6fb4",
+    "aro-beyond": "#0b8f6a",
+}
+METHOD_NAMES = {
+    "pi": "PI",
+    "crc": "CRC",
+    "forc": "FORC",
+    "fal-forc": "fal-FORC",
+    "dob": "DOB",
+    "ro": "RO",
+    "aro": "ARO",
+    "aro-beyond": "ARO, beyond",
+}
 METHOD_WIDTHS = {"crc": 2.2}  # shows behind FORC, whose curve is the same where the period is whole
 REFERENCE_COLOUR = "#222222"
 OTHER_COLOURS = ("#1f6fb4", "#e08e0b", "#0b8f6a", "#b4441f", "#7a4fb4")

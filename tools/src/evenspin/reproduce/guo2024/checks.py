@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from evenspin.reproduce.check import Check
 from evenspin.reproduce.guo2024.printed import REFERENCE
 
 # The reference has an ideal encoder and no delay of the speed measurement; ours has 4000 counts and an M/T measurement.
@@ -13,34 +13,6 @@ REFERENCE_BAND = 0.12
 FIXED_BAND_PP = 0.05  # percentage points
 
 Rows = Iterable[Mapping[str, Any]]
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One number and where it has to be. `required`: for acceptance; otherwise a comparison with the reference."""
-
-    what: str
-    key: str
-    value: float
-    low: float
-    high: float
-    required: bool
-    method: str = ""
-    speed_rpm: float | None = None
-
-    @property
-    def passed(self) -> bool:
-        return self.low <= self.value <= self.high
-
-    def as_json(self) -> dict[str, Any]:
-        return {
-            "what": self.what,
-            "value": self.value,
-            "low": self.low,
-            "high": self.high,
-            "required": self.required,
-            "passed": self.passed,
-        }
 
 
 # (method, speed_rpm, key, low, high)

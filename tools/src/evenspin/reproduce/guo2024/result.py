@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,12 +14,11 @@ from evenspin.reproduce.guo2024.checks import Check, check_fixed, check_rows
 from evenspin.reproduce.guo2024.frequency import frequency_results
 from evenspin.reproduce.guo2024.measure import Row, rows_of
 from evenspin.reproduce.guo2024.stability import TRIALS, Trial, as_json, ripple_rpm
+from evenspin.reproduce.work import Progress, plain, run_all
 from evenspin.sim import Record, simulate
 
 SETS = ("first", "second", "third")
 METHODS = ("pi", "crc", "forc", "fal-forc")
-
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +65,7 @@ class Result:
         }
         if self.numeric == "fixed":
             content["float_rows"] = self.float_rows
-        return _plain(content)
+        return plain(content)
 
 
 def reproduce(
@@ -87,7 +83,7 @@ def reproduce(
     if numeric != "float":
         work += [_run_later(set_name, method, "float") for set_name, method in pairs]
     work += [_trial_later(trial, numeric) for trial in trials]
-    done = _all(work, progress)
+    done = run_all(work, progress)
     runs, rest = done[: len(pairs)], done[len(pairs) :]
     float_runs, ripples = rest[: len(rest) - len(trials)], rest[len(rest) - len(trials) :]
     float_rows = [row for run in float_runs for row in run.rows]
@@ -119,25 +115,3 @@ def _run_later(set_name: str, method: str, numeric: str) -> Callable[[], Run]:
 
 def _trial_later(trial: Trial, numeric: str) -> Callable[[], float]:
     return lambda: ripple_rpm(trial, numeric)
-
-
-def _all(work: Sequence[Callable[[], Any]], progress: Progress | None) -> list[Any]:
-    """Do it on all cores: the library releases the interpreter while it computes."""
-    results = []
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        for number, future in enumerate([pool.submit(task) for task in work], start=1):
-            results.append(future.result())
-            if progress is not None:
-                progress(number / len(work))
-    return results
-
-
-def _plain(value: Any) -> Any:
-    """For JSON: what is not a number becomes null."""
-    if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value

@@ -1,0 +1,72 @@
+"""Speeds from 50 to 2500 rpm: is there one at which the observer makes the ripple larger?
+
+At some speeds every turn sees the same rounding errors of the encoder, which look like torque; there learning rests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from evenspin.reproduce.check import Check
+from evenspin.reproduce.tang2020.conditions import OFF, at_speed
+from evenspin.reproduce.tang2020.measure import evenness
+from evenspin.sim import complete, prepare
+
+# Every 50 rpm; where the samples of a turn are a whole number (1000, 1200, 1250, 1333, 1500, 1875, 2000, 2143, 2222,
+# 2400, 2500 rpm and many below) rounding repeats; and beside some of them, where it does not.
+_BESIDE = (75.0, 123.0, 451.0, 1003.0, 4000.0 / 3.0, 1523.0, 1875.0, 2007.0, 15000.0 / 7.0, 20000.0 / 9.0, 2439.0)
+SPEEDS_RPM = tuple(sorted({*(50.0 * k for k in range(1, 51)), *_BESIDE}))
+
+OFF_S, ON_S = (2.0, 4.5, 7.0), (52.5, 55.0)  # two windows without observer, one of their length with it
+SIGNALS = ("t_s", "true_speed_rad_s", "true_theta_m_rad")
+
+
+@dataclass(frozen=True, slots=True)
+class SweepPoint:
+    """Speed ripple without and with aro-beyond, rpm rms."""
+
+    speed_rpm: float
+    off_rpm: tuple[float, float]
+    on_rpm: float
+    rests: bool  # nothing was learned: a synchronous speed
+
+    @property
+    def allowed_rpm(self) -> float:
+        """The larger of two windows without observer, and as much more as they differ."""
+        return max(self.off_rpm) + abs(self.off_rpm[0] - self.off_rpm[1]) + RESOLUTION_RPM
+
+    @property
+    def reduction_pct(self) -> float:
+        return 100.0 * (1.0 - 2.0 * self.on_rpm / sum(self.off_rpm))
+
+    def as_json(self) -> dict[str, Any]:
+        return asdict(self) | {"off_rpm": list(self.off_rpm), "reduction_pct": self.reduction_pct}
+
+
+# Windows of whole turns are cut at samples: where both windows without observer see the very same ripple, the third
+# still differs by the ripple of one sample in a turn of 600.
+RESOLUTION_RPM = 0.002
+
+
+def sweep_point(rpm: float, numeric: str) -> SweepPoint:
+    setup = at_speed(rpm, OFF, OFF_S[-1])
+    off = complete(prepare(setup, SIGNALS, numeric), setup, SIGNALS)
+    first, second = (
+        evenness(off, start_s, end_s).rms_rpm for start_s, end_s in zip(OFF_S[:-1], OFF_S[1:], strict=True)
+    )
+    setup = at_speed(rpm, "aro-beyond", ON_S[-1])
+    simulation = prepare(setup, SIGNALS, numeric)
+    on = complete(simulation, setup, SIGNALS)
+    rests = not simulation.memory().any()
+    return SweepPoint(rpm, (first, second), evenness(on, *ON_S).rms_rpm, rests)
+
+
+def check_sweep(points: Sequence[SweepPoint]) -> list[Check]:
+    """One check per speed that is worse than without; one for all when there is none."""
+    if not points:
+        return []
+    worst = max(points, key=lambda point: point.on_rpm / point.allowed_rpm)
+    what = f"sweep, worst at {worst.speed_rpm:.1f} rpm: rms with over rms without observer"
+    return [Check(what, "", worst.on_rpm / worst.allowed_rpm, 0.0, 1.0, True, "aro-beyond", worst.speed_rpm)]
