@@ -121,11 +121,23 @@ static bool rounding_is_learned(const ctl_observer_params_t *p, uint32_t step)
     return (folded < band) && (off < (step / 16U));
 }
 
+/* Angle in one sample at that speed, at most half a turn. */
+static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
+{
+#ifdef EVENSPIN_FIXED
+    /* not rounded in between: orders of the rounding are told apart by parts of 10^-7 */
+    const uint64_t rad = ((uint64_t)num_abs(speed) * (uint64_t)p->rad_per_speed) >> 16; /* 2^-32 */
+    const uint64_t most = UINT64_C(13493037704);                                       /* pi 2^32 */
+    return (uint32_t)((((rad < most) ? rad : most) * UINT64_C(683565276)) >> 32);
+#else
+    return angle_from_rad_short(num_abs(speed * p->rad_per_speed));
+#endif
+}
+
 void ctl_observer_target(ctl_observer_t *self, num_t speed)
 {
     ctl_observer_state_t *const s = &self->state;
-    const num_t                 w = num_guard(speed, (num_t)0, &s->rejected);
-    const uint32_t              step = angle_from_rad_short(num_abs(num_mul(w, self->params.rad_per_speed)));
+    const uint32_t              step = step_at(&self->params, num_guard(speed, (num_t)0, &s->rejected));
     s->turn_samples = UINT16_MAX;
     s->synchronous = false;
     if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
@@ -247,8 +259,13 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
     const bool  good = num_is_finite(speed) && num_is_finite(torque);
     const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
     const num_t t = num_guard(torque, s->mean, &s->rejected);
-    const num_t way = size_of_step(s, theta);
+    num_t       way = size_of_step(s, theta);
 
+    if (way >= NUM_C(0.25f)) { /* a jump: half way between two ages it would look like two motions */
+        num_count(&s->rejected);
+        s->known = 0U;
+        way = (num_t)0;
+    }
     s->head = (uint16_t)((s->head + 1U) & PAST_MASK);
     s->past[s->head] = theta;
     if (s->known <= CTL_ARO_AGE_MAX) {

@@ -18,9 +18,12 @@
  * sampling folds to |c - nearest whole number| cycles per sample. Where that is slow enough to pass the filters and is
  * a whole order of the turn (to 1/16), every turn sees the same error and it looks like torque: with 2^17 counts and
  * 10 kHz at 2000 r/min, order 28. At such target speeds the memory is used but not written (ctl_observer_target).
+ * The order is known to counts times the relative error of the angle per sample: 2^32 / samples per turn is a whole
+ * number there (0.03 orders at 500 r/min), and in fixed point rad_per_speed should be a number that 2^-24 can tell.
  *
  * Source   Tang et al. 2020, equations 4, 7, 11, 16 and section IV. Stable for 0 < g < 2 (L_N a23 = g).
- * Total    non-finite torque or speed teaches nothing and is counted; output within +-limit.
+ * Total    non-finite torque or speed teaches nothing and is counted; a step of a quarter turn or more is counted, and
+ *          learning waits until all ages lie after it; output within +-limit.
  * Cost     independent of N: an angle memory write and read, 8 products.
  */
 #ifndef CONTROL_OBSERVER_OBSERVER_H
