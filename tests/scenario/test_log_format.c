@@ -33,6 +33,7 @@ enum { SPEED, ID, IQ, VD, VQ, TRUE_SPEED, TRUE_IQ, COLUMNS };
 static const char *const SIGNAL[COLUMNS] = {"speed_rad_s", "id_a", "iq_a", "vd_v", "vq_v", "true_speed_rad_s", "true_iq_a"};
 static double            mine[PERIODS][COLUMNS];
 static double            theirs[PERIODS][COLUMNS];
+static int               v_limited, i_limited; /* how often, in the second implementation */
 
 /* ---- the text ------------------------------------------------------------------------------------------------------- */
 
@@ -175,7 +176,6 @@ static void project(double angle0, double counts, double lsb)
 }
 
 static double worst[COLUMNS], rms[COLUMNS];
-static int    v_limited, i_limited;
 
 static void compare(void)
 {
