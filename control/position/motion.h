@@ -27,7 +27,7 @@ static inline num_t ctl_position_difference(ctl_position_t a, ctl_position_t b)
     int64_t d = (int64_t)((uint64_t)a - (uint64_t)b);
     d = (d > CTL_DIFFERENCE_MAX) ? CTL_DIFFERENCE_MAX : ((d < -CTL_DIFFERENCE_MAX) ? -CTL_DIFFERENCE_MAX : d);
 #ifdef EVENSPIN_FIXED
-    return (num_t)(((d >> 8) * INT64_C(105414357)) >> 24); /* 2 pi 2^24 / 2^32, in two shifts to stay below 2^63 */
+    return (num_t)(((d * INT64_C(105414357)) + INT64_C(0x80000000)) >> 32); /* 2 pi 2^24 / 2^32; 19 turns give 0.93 2^63 */
 #else
     return (num_t)d * 1.46291807926715968e-9f; /* 2 pi / 2^32 */
 #endif

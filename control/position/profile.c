@@ -42,11 +42,21 @@ void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
     }
 }
 
-/* Way until rest when this sample moves by `step` and each following one by a less. */
-static int64_t way_to_stop(int64_t step, int64_t a)
+/* Way of the steps a, 2 a, ... n a. */
+static int64_t way_of(int64_t n, int64_t a) { return a * ((n * (n + 1)) / 2); }
+
+/* Largest step <= top from which the way is enough to stop, each following step a less; too small when top is more than
+ * 2 a above it. From n a <= step < (n + 1) a it takes (n + 1) step - (a + ... + n a). */
+static int64_t fastest(int64_t way, int64_t top, int64_t a)
 {
-    const int64_t n = step / a;
-    return (step * (n + 1)) - ((a * (n * (n + 1))) / 2);
+    int64_t n = top / a;
+    if (((top * (n + 1)) - way_of(n, a)) <= way) {
+        return top;
+    }
+    for (uint16_t k = 0U; (k < 2U) && (way_of(n, a) > way); k++) {
+        n--;
+    }
+    return (way + way_of(n, a)) / (n + 1);
 }
 
 /* Next step of the trapezoid towards a target `way` ahead (way >= 0), from `step` (negative: moving away). */
@@ -64,14 +74,8 @@ static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t ste
     if (faster > p->speed) { /* at the limit, or a limit that has become lower */
         faster = (slower > p->speed) ? slower : p->speed;
     }
-    if (way_to_stop(faster, a) <= way) {
-        return faster;
-    }
-    if ((step <= p->speed) && (way_to_stop(step, a) <= way)) {
-        return step;
-    }
-    /* brake; the last steps share what is left, each a little shorter than allowed */
-    return (slower > 0) ? slower : ((way < a) ? way : a);
+    const int64_t right = fastest(way, faster, a);
+    return (right > slower) ? right : slower; /* no more than braking, even when the target comes too near for it */
 }
 
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)

@@ -2,7 +2,8 @@
  * @file  control/position/profile.h
  * @brief A motion to a target with limited speed, acceleration and jerk: position, speed and acceleration per sample.
  *
- * A trapezoid of speed, decided anew in every sample (so the target may move), and then the mean over `smooth` samples:
+ * A trapezoid of speed, decided anew in every sample (so the target may move): the fastest step from which it can still
+ * stop at the target. Then the mean over `smooth` samples:
  * the acceleration becomes a trapezoid, too, and the jerk is acceleration / (smooth T_s). All in whole numbers of
  * 2^-32 turns: the motion ends exactly on the target.
  *

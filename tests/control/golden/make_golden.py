@@ -612,6 +612,127 @@ def make_angle_memory() -> list[str]:
     return [table("GOLDEN_AM_PATH", what, "uint16_t cells, samples; uint32_t step; uint16_t jitter;", rows), *parts]
 
 
+# ---- position/ ------------------------------------------------------------------------------------------------------
+
+
+def make_friction() -> list[str]:
+    """The torque of Yeh and Liu, equations 1 and 2, with decimals of 40 digits."""
+    sets = [  # viscous, Coulomb, static, Stribeck speed, shape: the paper's, none, and the extremes of the shape
+        (0.0339, 0.387, 0.457, 0.551, 1.957),
+        (0.0, 0.5, 0.5, 1.0, 2.0),
+        (0.25, 0.0, 2.0, 0.5, 0.1),
+        (0.125, 1.0, 1.5, 4.0, 10.0),
+        (0.0, 3.0, 7.0, 0.0625, 1.0),
+        (0.5, 0.0, 0.0, 1.0, 1.0),
+    ]
+    rows = []
+    for b, tc, ts, vs, shape in sets:
+        for n in (1, 40, 655, 6554, 21845, 36110, 65536, 137259, 400000, 3000000):
+            v = Fraction(n, 65536)
+            given = [Decimal(repr(x)) for x in (b, tc, ts, vs, shape)]
+            speed = Decimal(v.numerator) / v.denominator
+            rise = (given[2] - given[1]) * (-power(speed / given[3], given[4])).exp()
+            rows.append((b, tc, ts, vs, shape, v, given[0] * speed + given[1] + rise))
+    fields = "double viscous, coulomb, stat, stribeck, shape, speed, torque;"
+    return [table("GOLDEN_FRICTION", "torque at a positive speed: decimals", fields, rows)]
+
+
+def make_harmonics() -> list[str]:
+    """Phases in exact fractions of a cycle, the sine as the height of a complex number."""
+    lines = [
+        (24.0, 0.14, 1.275),
+        (4.0, 0.022, 0.521),
+        (24.008, 0.14, 1.275),
+        (4.059, 0.022, 0.521),
+        (0.3125, 3.0, -2.0),
+    ]
+    source = integers(71)
+    turns = [0, 0, 0, 1, -1, -1, 3, -7, 1000, -1000, 99991, -99991, 2000000, -2000000, (1 << 31) - 1, -(1 << 31)]
+    rows = []
+    for cycles, amplitude, phase in lines:
+        q20 = math.floor(Fraction(cycles) * (1 << 20) + Fraction(1, 2))
+        angle = round(phase / (2.0 * math.pi) * TURN) % TURN
+        for k, turn in enumerate(turns):
+            part = 0 if k == 0 else next(source)
+            along = Fraction(q20, 1 << 20) * (turn + Fraction(part, TURN)) + Fraction(angle, TURN)
+            z = cmath.rect(amplitude, 2.0 * math.pi * float(along - math.floor(along)))
+            rows.append((q20, angle, amplitude, turn, part, z.imag))
+    fields = "uint32_t cycles_q20, phase; double amplitude; int64_t turn; uint32_t part; double torque;"
+    return [table("GOLDEN_HARMONICS", "one line at turn + part / 2^32", fields, rows)]
+
+
+def bilinear(k: Fraction) -> list[float]:
+    """b0, a1, a2 of W^2 / (s^2 + sqrt(2) W s + W^2) at s = 2/T (1 - q)/(1 + q), k = W T / 2.
+
+    Three unknowns from three points: at a real q the filter b0 (1 + q)^2 / (1 + a1 q + a2 q^2) has to be H(s(q)).
+    """
+    root = Fraction(Decimal(2).sqrt())
+    matrix, right = [], []
+    for q in (Fraction(1, 3), Fraction(-1, 2), Fraction(3, 4)):
+        s = (1 - q) / (1 + q) / k  # over W
+        h = 1 / (s * s + root * s + 1)
+        matrix.append([(1 + q) ** 2, -h * q, -h * q * q])
+        right.append(h)
+    return [float(x) for x in solve(matrix, right)]
+
+
+def make_src() -> list[str]:
+    ks = (1, 16, 655, 4096, 8192, 20000, 32768, 50000, 65536)
+    rows = [(Fraction(n, 65536), *bilinear(Fraction(n, 65536))) for n in ks]
+    parts = [table("GOLDEN_SRC_FILTER", "the bilinear transform by three of its values", "double k, b0, a1, a2;", rows)]
+    # one cell per sample: the delay is `delay` samples, and y / e = B D / (A - B D) with D = q^delay, as one fraction
+    b0, a1, a2 = bilinear(Fraction(1, 4))
+    delay, count = 11, 160
+    top = [0.0] * delay + [b0, 2.0 * b0, b0]
+    bottom = [1.0, a1, a2, *[0.0] * delay]
+    bottom = [x - y for x, y in zip(bottom, [*top, 0.0][: len(bottom)], strict=True)]
+    values = noise(81)
+    e = [next(values) for _ in range(count)]
+    y: list[float] = []
+    for n in range(count):
+        value = sum(c * e[n - i] for i, c in enumerate(top) if n >= i)
+        y.append(value - sum(c * y[n - i] for i, c in enumerate(bottom) if 0 < i <= n))
+    return [*parts, vector("GOLDEN_SRC_Y", "y for the noise with seed 81, k = 1/4, a delay of 11 samples", y)]
+
+
+def lyapunov(a: list[list[Fraction]], q: Fraction) -> list[list[Fraction]]:
+    """P of A^T P + P A = -q I: six unknowns of a symmetric matrix, six equations, exact."""
+    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    matrix, right = [], []
+    for i, j in pairs:
+        row = dict.fromkeys(pairs, Fraction(0))
+        for k in range(3):
+            row[min(k, j), max(k, j)] += a[k][i]
+            row[min(i, k), max(i, k)] += a[k][j]
+        matrix.append([row[pair] for pair in pairs])
+        right.append(-q if i == j else Fraction(0))
+    found = dict(zip(pairs, solve(matrix, right), strict=True))
+    return [[found[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
+
+
+def make_rdc() -> list[str]:
+    """Error equation of the P-PI cascade with the paper's machine; k_pp 10, k_vp 1.5, T_i 0.05, q 1."""
+    j, b, k_t, k_pp, k_vp, t_i = (Fraction(x) for x in ("0.0078", "0.0339", "0.868", "10", "1.5", "0.05"))
+    drive = k_t * k_vp / j
+    zero, one = Fraction(0), Fraction(1)
+    a = [[zero, one, zero], [zero, zero, one], [-drive * k_pp / t_i, -drive * (k_pp + 1 / t_i), -drive - b / j]]
+    p = lyapunov(a, one)
+    values = noise(91)
+    rows = []
+    for k in range(24):
+        x2, x3 = next(values) / 64.0, next(values) / 8.0
+        x1 = 0.0078125 * x2  # after one sample of 2^-7 s from rest
+        s = float(sum(f * Fraction(x) for f, x in zip(p[2], (x1, x2, x3), strict=True)) / j)
+        rho, sigma = (0.15, 0.02) if k % 2 else (0.3, 0.0625)
+        rows.append((x2, x3, rho, sigma, s, max(-rho, min(rho, -rho * s / sigma))))
+    fields = "double error, speed_error, rho, sigma, s, robust;"
+    return [
+        vector("GOLDEN_RDC_A", "error equation x' = A x, row by row", [float(x) for row in a for x in row]),
+        vector("GOLDEN_RDC_P", "P of A^T P + P A = -I, row by row", [float(x) for row in p for x in row]),
+        table("GOLDEN_RDC_ROBUST", "first sample from rest, T_s = 2^-7 s; J = 0.0078 kg m^2", fields, rows),
+    ]
+
+
 # ---- the rest -------------------------------------------------------------------------------------------------------
 
 HEADERS: dict[str, Callable[[], list[str]]] = {
@@ -628,6 +749,10 @@ HEADERS: dict[str, Callable[[], list[str]]] = {
     "repetitive": make_repetitive,
     "fir": make_fir,
     "angle_memory": make_angle_memory,
+    "friction": make_friction,
+    "harmonics": make_harmonics,
+    "src": make_src,
+    "rdc": make_rdc,
 }
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
