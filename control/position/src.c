@@ -39,15 +39,29 @@ void ctl_src_reset(ctl_src_t *self)
     ctl_grid_clear(&self->state.grid);
 }
 
+static num_t cut(num_t k) { return (k > (num_t)0) ? num_min(k, NUM_C(1.0f)) : (num_t)0; }
+
 ctl_src_filter_t ctl_src_filter(num_t k)
 {
-    const num_t            k1 = (k > (num_t)0) ? num_min(k, NUM_C(1.0f)) : (num_t)0;
+    const num_t            k1 = cut(k);
     const num_t            k2 = num_mul(k1, k1);
     const num_t            root = num_mul(SQRT2, k1);
     const num_t            inverse = num_div(NUM_C(1.0f), num_add(num_add(NUM_C(1.0f), root), k2));
     const num_t            two = num_mul(num_sub(k2, NUM_C(1.0f)), inverse);
     const ctl_src_filter_t f = {num_mul(k2, inverse), num_add(two, two), num_mul(num_add(num_sub(NUM_C(1.0f), root), k2), inverse)};
     return f;
+}
+
+/* (3) from the last sample to this one: both equations with the means of their right sides, solved for the new u. */
+static num_t low_pass(ctl_src_state_t *s, num_t k, num_t x, num_t limit)
+{
+    const num_t drag = num_mul(k, num_add(SQRT2, k));
+    const num_t push = num_mul(k, num_sub(num_add(s->x, x), num_add(s->y, s->y)));
+    const num_t u = num_div(num_mac(push, num_sub(NUM_C(1.0f), drag), s->u), num_add(NUM_C(1.0f), drag));
+    s->y = num_clamp(num_mac(s->y, k, num_add(s->u, u)), num_neg(limit), limit);
+    s->u = u;
+    s->x = x;
+    return s->y;
 }
 
 static void store(ctl_src_t *self, angle_t theta, num_t w)
@@ -73,15 +87,10 @@ num_t ctl_src_step(ctl_src_t *self, angle_t theta, num_t speed, num_t err)
     const num_t            e = num_guard(err, (num_t)0, &s->rejected);
     const num_t            w = num_guard(speed, (num_t)0, &s->rejected);
     const angle_t          then = (w < (num_t)0) ? (theta + self->params.lambda) : (theta - self->params.lambda);
-    const ctl_src_filter_t f = ctl_src_filter(num_mul(self->params.omega_half_ts, num_abs(w)));
+    const num_t            k = cut(num_mul(self->params.omega_half_ts, num_abs(w)));
 
     const num_t x = ctl_grid_read_linear(&s->grid, then);
-    const num_t fed = num_mul(f.b0, num_add(num_add(x, s->x2), num_add(s->x1, s->x1)));
-    const num_t y = num_clamp(num_sub(num_sub(fed, num_mul(f.a1, s->y1)), num_mul(f.a2, s->y2)), num_neg(limit), limit);
-    s->x2 = s->x1;
-    s->x1 = x;
-    s->y2 = s->y1;
-    s->y1 = y;
+    const num_t y = low_pass(s, k, x, limit);
     store(self, theta, num_clamp(num_add(y, e), num_neg(num_add(limit, limit)), num_add(limit, limit)));
     return y;
 }

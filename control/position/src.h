@@ -6,12 +6,16 @@
  *     Q(s) = W^2 / (s^2 + sqrt(2) W s + W^2),   W = Omega |speed|                                        (2)
  *
  * p is the Laplace operator over the angle: the delay is kept in an angle grid. Q is scheduled with the speed, so its
- * corner is fixed over the angle; discretised with the bilinear transform (without prewarping) in every sample. Its
- * delay is sqrt(2) / Omega rad; the lambda to set is the period of the disturbance less that.
+ * corner is fixed over the angle. Its states are y and u = dy / d(Omega angle), so it goes on where it was after a stop:
+ *
+ *     dy = u d(Omega angle)      du = (x - y - sqrt(2) u) d(Omega angle)                                  (3)
+ *
+ * by the trapezoidal rule, d(Omega angle) = W T_s: at constant speed the bilinear transform of (2) without prewarping.
+ * Its delay is sqrt(2) / Omega rad; the lambda to set is the period of the disturbance less that.
  *
  * Source   Yeh and Liu 2025, equation 5 and figure 3.
  * Total    a non-finite error counts as 0 and is counted; |y| <= limit. At standstill Q stands still.
- * Cost     a grid walk, a linear read, 1 division and 12 products.
+ * Cost     a grid walk, a linear read, 1 division and 9 products.
  */
 #ifndef CONTROL_POSITION_SRC_H
 #define CONTROL_POSITION_SRC_H
@@ -24,7 +28,7 @@ typedef struct {
     num_t   limit;         /**< Largest |y|, > 0. */
 } ctl_src_params_t;
 
-/** Coefficients of Q: y = b0 (x + 2 x1 + x2) - a1 y1 - a2 y2. */
+/** Q at a constant speed, as a filter: y = b0 (x + 2 x1 + x2) - a1 y1 - a2 y2. */
 typedef struct {
     num_t b0, a1, a2;
 } ctl_src_filter_t;
@@ -34,7 +38,7 @@ typedef struct {
     angle_t    at;
     num_t      written;
     bool       primed;
-    num_t      x1, x2, y1, y2;
+    num_t      x, y, u; /**< Of the last sample, (3). */
     uint32_t   rejected;
 } ctl_src_state_t;
 
