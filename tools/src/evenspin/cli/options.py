@@ -10,12 +10,15 @@ import typer
 
 
 class Method(StrEnum):
-    """Ripple suppression in the speed loop."""
+    """Ripple suppression beside the speed controller."""
 
     PI = "pi"
     CRC = "crc"
     FORC = "forc"
     FAL_FORC = "fal-forc"
+    DOB = "dob"
+    RO = "ro"
+    ARO = "aro"
 
 
 class Numeric(StrEnum):

@@ -24,6 +24,15 @@ def run(
     method: Annotated[Method | None, typer.Option(help="Instead of the method in the file.")] = None,
     numeric: NumericOption = Numeric.FLOAT,
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Instead of the seed in the file.")] = None,
+    memory: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="aro: what it knows from the start, a table .csv or .json.")
+    ] = None,
+    save_memory: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="aro: write what it has learned, a table .csv or .json.")
+    ] = None,
+    freeze_learning: Annotated[
+        bool, typer.Option("--freeze-learning", help="dob, ro, aro: learn nothing; what is known goes on acting.")
+    ] = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Run a scenario through the firmware: log, truth, summary, pictures.
@@ -34,32 +43,47 @@ def run(
     """
     from evenspin.errors import NativeError
     from evenspin.log import OutputFolder
+    from evenspin.memory import write_table
     from evenspin.native import tables
     from evenspin.run import run_signals, segment_table, summary_of, write_run
-    from evenspin.sim import simulate
+    from evenspin.run.learned import check_saving, learned_table, table_for
+    from evenspin.sim import complete, prepare
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
     loaded = _load(scenario)
     drive = {} if method is None else {"method": tables().params["method"].to_number(method.value)}
+    drive |= {"observer_hold": 1.0} if freeze_learning else {}
     setup = loaded.with_changes(drive, seed)
+    known = table_for(setup, memory) if memory is not None else None
+    if save_memory is not None:
+        check_saving(setup, save_memory)
     words = ["run", scenario, *(("--method", method.value) if method else ()), "--numeric", numeric.value]
+    words += [*(("--memory", str(memory)) if memory else ()), *(["--freeze-learning"] if freeze_learning else [])]
     command = command_line(*words, "--seed", str(setup.seed), "--out", "DIR")
     output = OutputFolder(out, command)
     try:
         with progress_bar(setup.name, setup.duration_s) as bar:
-            record = simulate(setup, run_signals(), numeric.value, bar.update)
+            simulation = prepare(setup, run_signals(), numeric.value, known)
+            record = complete(simulation, setup, run_signals(), bar.update)
     except NativeError as error:
         raise loaded.blame(error) from None
-    summary = summary_of(setup, record, numeric.value)
+    learned = learned_table(setup, simulation)
+    summary = summary_of(setup, record, numeric.value, learned)
     with output as folder:
-        write_run(folder, setup, record, summary, " ".join(command))
+        write_run(folder, setup, record, summary, " ".join(command), learned)
+    if save_memory is not None and learned is not None:
+        write_table(save_memory, learned)
     screen = console(STDOUT if as_json else None)
     print_table(segment_table(summary), screen)
     if summary["fault"]:
         fault = summary["fault"]
         screen.print(f"The drive tripped at {fault['t_s']:g} s: {fault['name']}. {fault['cause']}")
         screen.print(f"Check first: {fault['check']}")
+    if summary["observer_news"] is not None:
+        screen.print(f"Still new to the observer: {100.0 * summary['observer_news']:.1f} % of what it sees")
+    if save_memory is not None:
+        screen.print(str(save_memory), style="bold")
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(summary, STDOUT)

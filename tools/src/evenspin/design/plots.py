@@ -7,16 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from evenspin.design.rc import Design, frequencies, gain_bound
-from evenspin.errors import InputError
+from evenspin.report.plotfile import check_plot_file, save_figure
 from evenspin.report.style import OTHER_COLOURS, REFERENCE_COLOUR, drawing, subplots
-
-FORMATS = (".svg", ".png", ".pdf")
 
 
 def write_bode(path: Path, found: Design) -> None:
     """|M|, phase of z^m M, |Q (1 - k_rc z^m M)| and the bound on k_rc over frequency."""
-    if path.suffix not in FORMATS or not path.parent.is_dir():
-        raise InputError("--plot", "file", str(path), f"a file {', '.join(FORMATS)} in an existing folder", "rename it")
+    check_plot_file(path)
     with drawing():
         _draw(path, found)
 
@@ -43,7 +40,7 @@ def _draw(path: Path, found: Design) -> None:
     axes[1, 1].axhline(rc.gain, color=REFERENCE_COLOUR, linestyle="--", linewidth=0.9)
     axes[0, 1].legend(ncols=3)
     axes[0, 0].set(xscale="log", xlim=(1.0, f_hz[-1]))
-    figure.savefig(path, dpi=150, metadata={"Date": None} if path.suffix == ".svg" else None)
+    save_figure(path, figure)
 
 
 def _leads(found: Design) -> list[int]:

@@ -11,6 +11,8 @@ from typing import Any
 from evenspin.analysis.segments import measure_segment, segments
 from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
 from evenspin.log.case import write_json
+from evenspin.memory import AngleTable
+from evenspin.memory.picture import memory_picture
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.report.figures import Curve, pictures
@@ -44,8 +46,8 @@ def run_signals() -> tuple[str, ...]:
     return tuple(name for name in tables().signals if name != "isr_cycles")
 
 
-def summary_of(setup: Setup, record: Record, numeric: str) -> dict[str, Any]:
-    """The run in numbers, for a script."""
+def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable | None = None) -> dict[str, Any]:
+    """The run in numbers, for a script. `learned`: the memory of the angle observer."""
     params = tables().params
     pieces = [measure_segment(record, segment, setup.plant["pole_pairs"]) for segment in segments(setup)]
     return {
@@ -57,6 +59,8 @@ def summary_of(setup: Setup, record: Record, numeric: str) -> dict[str, Any]:
         "log_rate_hz": setup.log_rate_hz,
         "fault": _first_fault(record),
         "rejected_count": int(record["rejected_count"][-1]),
+        "observer_news": _news(setup, record, learned),
+        "memory": learned.summary() if learned is not None else None,
         "segments": [{key: _finite(value) for key, value in piece.items()} for piece in pieces if piece],
         "drive": {name: _as_written(name, value) for name, value in setup.drive.items()},
         "plant": dict(setup.plant),
@@ -64,17 +68,26 @@ def summary_of(setup: Setup, record: Record, numeric: str) -> dict[str, Any]:
     }
 
 
-def write_run(folder: Path, setup: Setup, record: Record, summary: Mapping[str, Any], command: str) -> None:
+def write_run(
+    folder: Path,
+    setup: Setup,
+    record: Record,
+    summary: Mapping[str, Any],
+    command: str,
+    learned: AngleTable | None = None,
+) -> None:
     """Everything into an existing, empty folder."""
     name = experiment_name(setup)
     write_case(folder, meta_of(setup, name, [name]), {name: record.pick(LOG_COLUMNS)})
     truth = ("t_s", *truth_signals())
     write_csv(folder / "truth.csv", truth, record.pick(truth).values)
     write_json(folder / "summary.json", summary)
-    write_page(folder, page_of(setup, record, summary, command))
+    write_page(folder, page_of(setup, record, summary, command, learned))
 
 
-def page_of(setup: Setup, record: Record, summary: Mapping[str, Any], command: str) -> Page:
+def page_of(
+    setup: Setup, record: Record, summary: Mapping[str, Any], command: str, learned: AngleTable | None = None
+) -> Page:
     fault = summary["fault"]
     effects = [f"{name} ({', '.join(f'{k} = {v:g}' for k, v in p.items())})" for name, p in setup.effects.items()]
     facts = (
@@ -85,12 +98,13 @@ def page_of(setup: Setup, record: Record, summary: Mapping[str, Any], command: s
         ("seed", str(setup.seed)),
         ("fault", f"{fault['name']} at {fault['t_s']:g} s: {fault['cause']}" if fault else "none"),
     )
+    drawn = [memory_picture(learned)] if learned is not None and not learned.empty else []
     return Page(
         title=setup.name,
         summary="The drive firmware on the simulated machine. The log beside this page is what a drive would log.",
         facts=facts,
         tables=[segment_table(summary)],
-        pictures=pictures(setup, [Curve(summary["method"], record)]),
+        pictures=[*pictures(setup, [Curve(summary["method"], record)]), *drawn],
         command=command,
     )
 
@@ -99,6 +113,13 @@ def segment_table(summary: Mapping[str, Any]) -> TableView:
     rows = [tuple(number(piece[key]) for key in COLUMNS) for piece in summary["segments"]]
     text = "From one change to the next: ripple of the steady state at its end, overshoot and dip since its start."
     return TableView(f"{summary['scenario']}, {summary['method']}", text, tuple(COLUMNS.values()), rows, left=0)
+
+
+def _news(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:
+    """How far learning has come, 1 nothing, near 0 all; None where nothing is being learned."""
+    if learned is None or learned.empty or setup.drive["observer_hold"]:
+        return None
+    return float(record["observer_news"][-1])
 
 
 def _first_fault(record: Record) -> dict[str, Any] | None:
