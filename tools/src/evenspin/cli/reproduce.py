@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 class Paper(StrEnum):
     GUO2024 = "guo2024"
     TANG2020 = "tang2020"
+    YEH2024 = "yeh2024"
 
 
 class Method(StrEnum):
@@ -32,6 +33,11 @@ class Method(StrEnum):
     ARO_BEYOND = "aro-beyond"
     RO = "ro"
     DOB = "dob"
+    PPI = "ppi"
+    SILC = "silc"
+    SRC = "src"
+    RDC = "rdc"
+    RDC_BEYOND = "rdc-beyond"
 
 
 class Numerics(StrEnum):
@@ -53,7 +59,10 @@ def register(app: typer.Typer) -> None:
 def reproduce(
     paper: Annotated[
         Paper,
-        typer.Argument(help="guo2024: fal-FORC in the speed loop. tang2020: torque observers DOB, RO, ARO."),
+        typer.Argument(
+            help="guo2024: fal-FORC in the speed loop. tang2020: torque observers DOB, RO, ARO. "
+            "yeh2024: position control P-PI, SILC, SRC, RDC."
+        ),
     ],
     method: Annotated[list[Method] | None, typer.Option(help="Only these methods; may be repeated.")] = None,
     set_: Annotated[
@@ -68,7 +77,7 @@ def reproduce(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="tang2020: folder for report.html, pictures and their numbers."),
+        typer.Option("--out", metavar="DIR", help="Folder for report.html, pictures and their numbers (not guo2024)."),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
@@ -83,6 +92,9 @@ def reproduce(
     if paper is Paper.TANG2020:
         _refuse(paper, {"--set": ", ".join(set_ or ())})
         _tang2020(method, builds, sweep, out, json_file)
+    elif paper is Paper.YEH2024:
+        _refuse(paper, {"--set": ", ".join(set_ or ()), "--sweep": sweep})
+        _yeh2024(method, builds, out, json_file)
     else:
         _refuse(paper, {"--sweep": sweep, "--out": out})
         _guo2024(method, set_, builds, json_file)
@@ -137,6 +149,42 @@ def _tang2020(
         with progress_bar(f"tang2020, {build}", 1.0) as bar:
             keep = output is not None and not results
             results.append(run_all(build, methods, sweep=sweep, keep_records=keep, progress=bar.update))
+    screen = console(json_file)
+    for result in results:
+        for view in tables_of(result):
+            print_table(view, screen)
+    if output is not None:
+        with output as folder:
+            write_file(folder / "results.json", results[0].as_json())
+            write_page(folder, page_of(results[0], " ".join(command)))
+        screen.print(f"{out}/report.html", style="bold")
+    if json_file is not None:
+        content = results[0].as_json()
+        if len(results) > 1:
+            content |= {"fixed": results[1].as_json(), "passed": all(result.passed for result in results)}
+        write_json(content, json_file)
+    _judge([check for result in results for check in result.checks])
+
+
+def _yeh2024(method: Sequence[Method] | None, builds: Sequence[str], out: Path | None, json_file: str | None) -> None:
+    from evenspin.log import OutputFolder
+    from evenspin.log.case import write_json as write_file
+    from evenspin.report.page import write_page
+    from evenspin.reproduce.yeh2024 import METHODS
+    from evenspin.reproduce.yeh2024 import reproduce as run_all
+    from evenspin.reproduce.yeh2024.page import page_of
+    from evenspin.reproduce.yeh2024.tables import tables_of
+    from evenspin.sim.progress import progress_bar
+    from evenspin.tableview import print_table
+
+    methods = _chosen(method, METHODS)
+    words = [word for each in method or () for word in ("--method", each.value)]
+    command = command_line("reproduce", "yeh2024", *words, "--out", "DIR")
+    output = OutputFolder(out, command) if out is not None else None
+    results = []
+    for build in builds:
+        with progress_bar(f"yeh2024, {build}", 1.0) as bar:
+            results.append(run_all(build, methods, bar.update))
     screen = console(json_file)
     for result in results:
         for view in tables_of(result):
