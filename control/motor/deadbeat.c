@@ -55,6 +55,9 @@ static num_t sane(num_t x, num_t bound)
     return num_clamp(x, num_neg(bound), bound);
 }
 
+/* Inputs at the end of their range, multiplied four times, leave it: then there is no prediction. */
+static num_t calculable(num_t x, num_t otherwise) { return num_is_finite(x) ? x : otherwise; }
+
 ctl_dq_t ctl_deadbeat_step(ctl_deadbeat_t *self, const ctl_dq_t *meas, const ctl_dq_t *ref, num_t speed, const ctl_dq_t *v_last)
 {
     const ctl_deadbeat_params_t *const p = &self->params;
@@ -74,11 +77,11 @@ ctl_dq_t ctl_deadbeat_step(ctl_deadbeat_t *self, const ctl_dq_t *meas, const ctl
 
     /* (1): a first guess with the drop of now, then with the drop in the middle of the way */
     const ctl_dq_t now = drop(p, i.d, i.q, w);
-    const num_t    half_d = num_mac(i.d, num_mul(p->ts_ld, NUM_C(0.5f)), num_sub(v.d, now.d));
-    const num_t    half_q = num_mac(i.q, num_mul(p->ts_lq, NUM_C(0.5f)), num_sub(v.q, now.q));
-    const ctl_dq_t mid = drop(p, half_d, half_q, w);
-    s->predicted.d = num_add(num_mac(i.d, p->ts_ld, num_sub(v.d, mid.d)), s->c.d);
-    s->predicted.q = num_add(num_mac(i.q, p->ts_lq, num_sub(v.q, mid.q)), s->c.q);
+    const num_t    rise_d = num_mac(s->c.d, p->ts_ld, num_sub(v.d, now.d));
+    const num_t    rise_q = num_mac(s->c.q, p->ts_lq, num_sub(v.q, now.q));
+    const ctl_dq_t mid = drop(p, num_mac(i.d, NUM_C(0.5f), rise_d), num_mac(i.q, NUM_C(0.5f), rise_q), w);
+    s->predicted.d = calculable(num_add(num_mac(i.d, p->ts_ld, num_sub(v.d, mid.d)), s->c.d), i.d);
+    s->predicted.q = calculable(num_add(num_mac(i.q, p->ts_lq, num_sub(v.q, mid.q)), s->c.q), i.q);
 
     /* (2), the drop in the middle between i1 and the reference */
     const ctl_dq_t later = drop(p, num_mul(num_add(s->predicted.d, s->ref.d), NUM_C(0.5f)),

@@ -8,14 +8,18 @@
  *     c <- c + g (i - i1 of the last sample)                            what the model does not explain   (4)
  *
  * The voltage computed at k acts from k+1 to k+2 (v_last is the one acting now), and the current is at its reference
- * at k+2. R i and e are taken at the middle of the period, first order. With g = 0 this is the textbook controller,
- * whose errors of R and psi leave a steady error; (4) removes it: g is a pole at 1 - g.
+ * at k+2. R i and e are taken at the middle of the period, first order: at k+2 it is off by less than 0.1 % of the step
+ * while w T_s < 0.06, by 0.3 % at 0.16. With g = 0 this is the textbook controller, whose errors of R, psi and, when
+ * turning, L leave a steady error; (4) removes it: g is a pole at 1 - g.
  *
- * Robust   stable for L of the model between 0.5 and 1.8 of the true one with g = 0.1 (tests/control/motor).
+ * Robust   stable for L of the model over the true one between 0.2 and 1.8 with g = 0.1; 0.2 and 1.88 with 0.05; 0.31 and
+ *          1.65 with 0.2; 0.58 and 1.4 with 0.5. The first answer to a step is that ratio times the step: 30 % too large
+ *          an L overshoots by 30 %. With R, L, psi each off by 30 % it settles to 1 % within 40 samples
+ *          (tests/control/motor/test_deadbeat.c, w T_s up to 0.16).
  * Source   Tang et al. 2020 section II (current references reached after a delay); the prediction is the usual one, e.g.
  *          Moreno et al. 2009.
  * Total    non-finite currents count as predicted, references as the last; c and v stay bounded.
- * Cost     18 products, no division.
+ * Cost     30 products, no division.
  */
 #ifndef CONTROL_MOTOR_DEADBEAT_H
 #define CONTROL_MOTOR_DEADBEAT_H

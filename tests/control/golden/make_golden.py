@@ -341,6 +341,59 @@ def make_pll() -> list[str]:
     return [table("GOLDEN_PLL", what, "uint32_t theta; double w;", rows)]
 
 
+Vector = list[Fraction]
+
+
+def machine(r: Fraction, ld: Fraction, lq: Fraction, psi: Fraction, w: Fraction) -> tuple[list[Vector], Vector]:
+    """Voltage beside L di/dt as M i + e."""
+    return [[r, -w * lq], [w * ld, r]], [Fraction(0), w * psi]
+
+
+def make_deadbeat() -> list[str]:
+    """Steady current without correction: what the model asks for is what the machine takes at that current.
+
+    Affine in (i_d, i_q), so two columns and the rest follow from three evaluations; then a 2 x 2 system.
+    """
+    r, ld, lq, psi = Fraction(1, 2), Fraction(9, 10000), Fraction(12, 10000), Fraction(594, 10000)
+    ts = Fraction(1, 10000)
+    ref = [Fraction(-1), Fraction(5)]
+
+    def law(i: Vector, v: Vector, scale: tuple[Fraction, ...], w: Fraction) -> Vector:
+        m, e = machine(r * scale[0], ld * scale[1], lq * scale[1], psi * scale[2], w)
+        t = [ts / (ld * scale[1]), ts / (lq * scale[1])]
+
+        def drop(x: Vector) -> Vector:
+            return [m[n][0] * x[0] + m[n][1] * x[1] + e[n] for n in (0, 1)]
+
+        def after(part: Fraction, at: Vector) -> Vector:
+            return [i[n] + part * t[n] * (v[n] - drop(at)[n]) for n in (0, 1)]
+
+        there = after(Fraction(1), after(Fraction(1, 2), i))
+        middle = [(there[n] + ref[n]) / 2 for n in (0, 1)]
+        return [drop(middle)[n] + (ref[n] - there[n]) / t[n] for n in (0, 1)]
+
+    rows = []
+    for rpm in (0, 1000, -451):
+        w = Fraction(5 * rpm) * Fraction(math.pi) / 30
+        m, e = machine(r, ld, lq, psi, w)
+        for scale in ("1 1 1", "13/10 1 1", "7/10 1 1", "1 13/10 1", "1 7/10 1", "1 1 13/10", "1 1 7/10"):
+            factors = tuple(Fraction(x) for x in scale.split())
+
+            def gap(
+                i: Vector, w: Fraction = w, m: list[Vector] = m, e: Vector = e, f: tuple[Fraction, ...] = factors
+            ) -> Vector:
+                v = [m[n][0] * i[0] + m[n][1] * i[1] + e[n] for n in (0, 1)]
+                wanted = law(i, v, f, w)
+                return [wanted[n] - v[n] for n in (0, 1)]
+
+            zero = gap([Fraction(0), Fraction(0)])
+            columns = [gap([Fraction(1), Fraction(0)]), gap([Fraction(0), Fraction(1)])]
+            matrix = [[columns[c][n] - zero[n] for c in (0, 1)] for n in (0, 1)]
+            rows.append((float(rpm), *[float(x) for x in factors], *solve(matrix, [-zero[0], -zero[1]])))
+    what = "steady current in A for references -1 and 5 A, with a model whose R, L, psi are off: exact fractions"
+    return [table("GOLDEN_DEADBEAT", what, "double rpm, r, l, psi, id_a, iq_a;", rows)]
+
+
 def make_mt_speed() -> list[str]:
     """Edges of a motion of constant speeds, solved backwards for their times; speeds in counts per sample."""
     sample = 10_000
@@ -745,6 +798,7 @@ HEADERS: dict[str, Callable[[], list[str]]] = {
     "pi": make_pi,
     "pll": make_pll,
     "mt_speed": make_mt_speed,
+    "deadbeat": make_deadbeat,
     "fal": make_fal,
     "repetitive": make_repetitive,
     "fir": make_fir,
