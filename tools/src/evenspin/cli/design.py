@@ -1,4 +1,4 @@
-"""`evenspin design rc`."""
+"""`evenspin design rc|aro`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from evenspin.cli.design_aro import design_aro
 from evenspin.cli.options import JsonFile
 from evenspin.cli.output import check_json_file, console, write_json
 
@@ -16,6 +17,7 @@ Number = float | None
 
 
 def register(parent: typer.Typer) -> None:
+    app.command("aro")(design_aro)
     parent.add_typer(app, name="design")
 
 
