@@ -61,6 +61,12 @@ bool drive_memory_clear(drive_t *d)
 
 static uint16_t pages_per_slot(void) { return (uint16_t)(hal_storage_pages() / SLOTS); }
 
+static bool table_fits(const drive_t *d)
+{
+    const uint32_t room = (uint32_t)pages_per_slot() * hal_storage_page_words();
+    return room >= (HEADER_WORDS + (2U * (uint32_t)d->setup.observer_capacity));
+}
+
 /* CRC-16/CCITT-FALSE over words, high octet first. */
 static uint16_t crc_word(uint16_t crc, uint16_t word)
 {
@@ -148,10 +154,13 @@ hal_status_t drive_memory_save(drive_t *d)
     if (!is_idle(d)) {
         return HAL_BUSY;
     }
+    if (!table_fits(d)) {
+        return HAL_UNSUPPORTED; /* nothing is erased for it */
+    }
     uint16_t       sequence = 0U;
     const uint16_t last = newest(d, &sequence);
     const uint16_t slot = (last == 0U) ? 1U : 0U;
-    hal_status_t   s = (pages_per_slot() > 0U) ? HAL_OK : HAL_UNSUPPORTED;
+    hal_status_t   s = HAL_OK;
     for (uint16_t p = 0U; (p < pages_per_slot()) && (s == HAL_OK); p++) {
         s = hal_storage_erase((uint16_t)((slot * pages_per_slot()) + p));
     }
@@ -181,6 +190,9 @@ hal_status_t drive_memory_restore(drive_t *d)
     if (!is_idle(d)) {
         return HAL_BUSY;
     }
+    if (!table_fits(d)) {
+        return HAL_UNSUPPORTED;
+    }
     uint16_t       sequence = 0U;
     const uint16_t slot = newest(d, &sequence);
     if (slot == SLOTS) {
@@ -193,7 +205,8 @@ hal_status_t drive_memory_restore(drive_t *d)
         uint16_t           low = 0U;
         const hal_status_t a = read_word(slot, (uint16_t)(HEADER_WORDS + (2U * i)), &high);
         const hal_status_t b = read_word(slot, (uint16_t)(HEADER_WORDS + (2U * i) + 1U), &low);
-        if ((a != HAL_OK) || (b != HAL_OK)) {
+        if ((a != HAL_OK) || (b != HAL_OK)) { /* it could be read a moment ago; better nothing than half of each */
+            ctl_observer_reset(&d->observer.observer, false);
             return (a != HAL_OK) ? a : b;
         }
         const int32_t value = (int32_t)(((uint32_t)high << 16) | low);
