@@ -78,15 +78,19 @@ def reproduce(
     numeric: str = "float",
     methods: Sequence[str] = METHODS,
     *,
+    conditions: Sequence[str] | None = None,
     sweep: bool = False,
     keep_records: bool = False,
     progress: Progress | None = None,
 ) -> Result:
-    """Run it; `sweep` adds aro-beyond at many speeds, `keep_records` what the pictures need."""
+    """Run it; `conditions` names those to run (all), `sweep` adds aro-beyond at many speeds, `keep_records` what the
+    pictures need.
+    """
+    chosen = [condition for condition in CONDITIONS if conditions is None or condition.name in conditions]
     load(numeric)
     wanted = {*methods, *(("aro-k21",) if "aro" in methods else ())}
     jobs: dict[tuple[object, ...], tuple[Condition, str]] = {}
-    for condition in CONDITIONS:
+    for condition in chosen:
         for method in (OFF, *condition.methods):
             if method in wanted or (method == OFF and wanted & set(condition.methods)):
                 jobs.setdefault(_key(condition, method), (condition, method))
@@ -97,7 +101,7 @@ def reproduce(
     runs = dict(zip(jobs, done[: len(jobs)], strict=True))
     rows = [
         row
-        for condition in CONDITIONS
+        for condition in chosen
         for method in condition.methods
         if method in wanted
         for row in _rows(runs[_key(condition, OFF)], runs[_key(condition, method)], condition)
