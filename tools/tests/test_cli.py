@@ -186,7 +186,7 @@ def test_the_demo_leaves_a_report(evenspin, tmp_path):
     page = (tmp_path / "demo" / "report.html").read_text()
     assert said.status == 0
     assert "paper sim." in said.out
-    assert page.count("<svg") == 6
+    assert page.count("<svg") == 20  # 6, 6 and 8 of the three papers
     assert len(json.loads((tmp_path / "demo" / "results.json").read_text())["guo2024"]["rows"]) == 16
 
 
