@@ -1,0 +1,76 @@
+/* Two interrupts, nested by hand: the chip has no preemption by priority.
+ *
+ *   INT1   ADC A 1, 10 kHz: the current interrupt; nothing interrupts it
+ *   INT14  requested by software, 1 kHz: the speed interrupt; opens itself to INT1 only
+ *
+ * Everything else, the NMI and illegal instructions included, forces the trip and waits for the watchdog. */
+#include "hal/f28379d/parts.h"
+
+#define VECTOR_FIRST 13U /* CPU timer 1 */
+#define VECTOR_LAST 223U /* PIE 12.16 */
+
+PORT_ISR void port_unexpected_isr(void);
+
+BOARD_RAM_CODE PORT_ISR void port_unexpected_isr(void)
+{
+    for (;;) {
+        hal_inverter_disarm();
+        NOP;
+    }
+}
+
+void port_interrupts_init(void)
+{
+    Interrupt_initModule();
+    Interrupt_initVectorTable();
+    for (uint16_t vector = VECTOR_FIRST; vector <= VECTOR_LAST; vector++) {
+        Interrupt_register((uint32_t)vector << 16, &port_unexpected_isr);
+    }
+}
+
+void port_start(void (*current_isr)(void), void (*speed_isr)(void))
+{
+    Interrupt_register(INT_ADCA1, current_isr);
+    Interrupt_register(INT_TIMER2, speed_isr);
+    Interrupt_enable(INT_ADCA1);
+    Interrupt_enable(INT_TIMER2);
+    port_pwm_start();
+    port_watchdog_start();
+    EINT;
+    ERTM;
+}
+
+BOARD_RAM_CODE void port_current_begin(void)
+{
+    port_encoder_latch(); /* first: the angle belongs to the sample of a microsecond ago */
+    port_trip_release_if_armed();
+    GPIO_writePin(BOARD_PIN_PROBE, 1U);
+    port_sampling_take();
+    port_pwm_sampled();
+}
+
+BOARD_RAM_CODE void port_current_end(void)
+{
+    port_watchdog_current_ran();
+    GPIO_writePin(BOARD_PIN_PROBE, 0U);
+    Interrupt_clearACKGroup(INTERRUPT_ACK_GROUP1);
+}
+
+/* Entering has saved IER, the return restores it. INT14 bypasses the PIE: nothing to acknowledge. */
+BOARD_RAM_CODE void port_speed_begin(void)
+{
+    IER &= INTERRUPT_CPU_INT1;
+    EINT;
+}
+
+BOARD_RAM_CODE void port_speed_end(void)
+{
+    DINT; /* an interrupt that enabled interrupts disables them before it returns (errata) */
+    port_watchdog_speed_ran();
+}
+
+void port_background(void)
+{
+    port_watchdog_service();
+    port_driver_poll();
+}

@@ -1,0 +1,60 @@
+/**
+ * @file  hal/f28379d/port.h
+ * @brief What the main of the board calls besides the contract of hal/include. No vendor types.
+ *
+ * Order: port_init, drive_init, port_start. Until port_start no interrupt runs and no watchdog bites; until
+ * hal_inverter_arm the one-shot trip holds all six gate inputs low.
+ */
+#ifndef HAL_F28379D_PORT_H
+#define HAL_F28379D_PORT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __TMS320C28XX__
+#define PORT_ISR __interrupt
+#define PORT_RAM_CODE __attribute__((ramfunc))
+#else /* the same source on the host */
+#define PORT_ISR
+#define PORT_RAM_CODE
+#endif
+
+#define PORT_PWM_HZ 10000U
+
+/** Limits that this board sets, for the parameters of the drive. */
+typedef struct {
+    float offset_limit_a, over_current_a, over_voltage_v, encoder_counts;
+} port_limits_t;
+
+/** Status words of the gate driver as read last, for a debugger and the bench. */
+typedef struct {
+    uint16_t warnings, vds, ic, vgs; /**< Registers 1 to 4, 11 bits each. */
+    bool     answers;                /**< It read back what was written. */
+} port_driver_status_t;
+
+typedef enum {
+    PORT_OK = 0,
+    PORT_NO_CLOCK,    /**< The PLL did not lock on the crystal. Nothing else has been set up. */
+    PORT_TRIP_UNARMED /**< The one-shot trip did not show in the flags: the pins were not connected. */
+} port_status_t;
+
+/** Set up the whole chip with the bridge held off. Takes about 6 ms. Not PORT_OK: do not go on. */
+port_status_t port_init(void);
+/** Connect and enable the two interrupts, start the PWM clock and the watchdog. */
+void port_start(void (*current_isr)(void), void (*speed_isr)(void));
+/** One pass of the main loop: watchdog, status of the gate driver. */
+void port_background(void);
+
+/** First and last thing in the current interrupt: latch encoder and converter; acknowledge. */
+void port_current_begin(void);
+void port_current_end(void);
+/** Around the body of the speed interrupt: only the current interrupt may interrupt it. */
+void port_speed_begin(void);
+void port_speed_end(void);
+
+void                        port_limits(port_limits_t *out);
+const port_driver_status_t *port_driver_status(void);
+/** Why the last reset happened: bits of the reset cause register, as found by port_init. */
+uint32_t port_reset_cause(void);
+
+#endif

@@ -1,0 +1,85 @@
+/* From reset to 200 MHz, and the order in which the parts start. */
+#include "hal/f28379d/parts.h"
+
+#ifdef _FLASH
+#include <string.h>
+
+/* Addresses from the linker file; the size is the address of its symbol. */
+extern uint16_t RamfuncsLoadStart, RamfuncsLoadSize, RamfuncsRunStart;
+extern uint16_t SwitchLoadStart, SwitchLoadSize, SwitchRunStart;
+#endif
+
+#define MODULE_COUNT(list) (sizeof(list) / sizeof((list)[0]))
+
+static uint32_t reset_cause;
+
+static void enable_modules(void)
+{
+    static const SysCtl_PeripheralPCLOCKCR MODULE[] = {
+        SYSCTL_PERIPH_CLK_TIMER1, SYSCTL_PERIPH_CLK_TIMER2, SYSCTL_PERIPH_CLK_EPWM1, SYSCTL_PERIPH_CLK_EPWM2, SYSCTL_PERIPH_CLK_EPWM3,
+        SYSCTL_PERIPH_CLK_EQEP1,  SYSCTL_PERIPH_CLK_SCIA,   SYSCTL_PERIPH_CLK_SPIA,  SYSCTL_PERIPH_CLK_ADCA,  SYSCTL_PERIPH_CLK_ADCB,
+        SYSCTL_PERIPH_CLK_ADCC,   SYSCTL_PERIPH_CLK_CMPSS1, SYSCTL_PERIPH_CLK_CMPSS3, SYSCTL_PERIPH_CLK_CMPSS6};
+    for (uint16_t i = 0U; i < (uint16_t)MODULE_COUNT(MODULE); i++) {
+        SysCtl_enablePeripheral(MODULE[i]); /* without its clock a module ignores writes and reads as zero */
+    }
+    SysCtl_delay(BOARD_US(1U));
+}
+
+/* Flash code itself: it makes the copies. */
+bool port_system_init(void)
+{
+    SysCtl_disableWatchdog();
+    reset_cause = SysCtl_getResetCause();
+    SysCtl_clearResetCause(reset_cause);
+#ifdef _FLASH
+    (void)memcpy(&RamfuncsRunStart, &RamfuncsLoadStart, (size_t)&RamfuncsLoadSize);
+    (void)memcpy(&SwitchRunStart, &SwitchLoadStart, (size_t)&SwitchLoadSize);
+    Flash_initModule(FLASH0CTRL_BASE, FLASH0ECC_BASE, BOARD_FLASH_WAITS); /* runs from RAM */
+#endif
+    if (!SysCtl_setClock(BOARD_CLOCK_CONFIG)) {
+        return false;
+    }
+    SysCtl_setLowSpeedClock(SYSCTL_LSPCLK_PRESCALE_4);
+    SysCtl_setEPWMClockDivider(SYSCTL_EPWMCLK_DIV_2); /* 100 MHz, the most an ePWM takes */
+    enable_modules();
+    return true;
+}
+
+uint32_t port_reset_cause(void) { return reset_cause; }
+
+port_status_t port_init(void)
+{
+    if (!port_system_init()) {
+        return PORT_NO_CLOCK;
+    }
+    port_interrupts_init();
+    port_pins_init(); /* EN_GATE low; gates are inputs */
+    port_clock_init();
+
+    SysCtl_disablePeripheral(SYSCTL_PERIPH_CLK_TBCLKSYNC);
+    port_pwm_init();
+    port_trip_init();
+    if (!port_trip_is_set()) {
+        return PORT_TRIP_UNARMED;
+    }
+    port_pins_connect_gates();
+
+    port_sampling_init();
+    port_encoder_init();
+    port_link_init();
+    const bool driver_well = port_driver_init(); /* the amplifiers live from here on */
+    const bool trip_works = port_trip_self_test();
+    hal_inverter_clear_fault();
+    if (!driver_well || !trip_works) {
+        port_trip_note(HAL_INVERTER_DRIVER_FAULT);
+    }
+    return PORT_OK;
+}
+
+void port_limits(port_limits_t *out)
+{
+    out->offset_limit_a = BOARD_OFFSET_LIMIT_A;
+    out->over_current_a = BOARD_OVER_CURRENT_A;
+    out->over_voltage_v = BOARD_OVER_VOLTAGE_V;
+    out->encoder_counts = (float)BOARD_ENCODER_COUNTS;
+}
