@@ -49,7 +49,15 @@ class Includes(unittest.TestCase):
     def test_port_knows_its_vendor_but_not_the_firmware(self) -> None:
         self.assert_allowed("hal/f28379d/pwm.c", '"driverlib.h"')
         self.assert_allowed("hal/f28379d/pwm.c", '"hal/hal_inverter.h"')
+        self.assert_allowed("hal/f28379d/pwm.c", '"device.h"')
+        self.assert_allowed("hal/f28379d/pwm.c", '"hal/f28379d/board.h"')
+        self.assert_refused("hal/f28379d/pwm.c", '"epwm.h"')
         self.assert_refused("hal/f28379d/pwm.c", '"firmware/app/app.h"')
+
+    def test_only_the_main_of_a_board_knows_its_port(self) -> None:
+        self.assert_allowed("firmware/main_f28379d.c", '"hal/f28379d/port.h"')
+        self.assert_refused("firmware/main_f28379d.c", '"driverlib.h"')
+        self.assert_refused("firmware/app/app.c", '"hal/f28379d/port.h"')
 
     def test_firmware_does_not_know_the_simulator(self) -> None:
         for include in ('"control/motor/pi.h"', '"hal/hal_sample.h"', '"firmware/app/app.h"'):
@@ -84,7 +92,7 @@ class Includes(unittest.TestCase):
 
 class Target(unittest.TestCase):
     def assert_poison(self, code: str) -> None:
-        for path in ("control/motor/pi.c", "firmware/app/list.def", "hal/include/hal/hal_sample.h"):
+        for path in ("control/motor/pi.c", "firmware/app/list.def", "hal/include/hal/hal_types.h", "hal/f28379d/pwm.c"):
             self.assertEqual([line for line, _ in rules(path, f"int before;\n{code}\n")], [2], f"{path}: {code}")
 
     def test_clean_code_passes(self) -> None:

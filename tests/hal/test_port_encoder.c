@@ -1,0 +1,137 @@
+/* eQEP: angle with wrap and both directions, edges and their times, index, phase error. */
+#include "tests/hal/support/started.h"
+
+#define COUNT_RAD 0.00157079633f /* 2 pi / 4000 */
+#define TICK_CYC 2               /* resolution of the edge timer */
+
+void setUp(void)
+{
+    started();
+    period();
+}
+void tearDown(void) {}
+
+/* The encoder shows @p position from now on, and passed its last edge @p ago cycles before the next zero. */
+static void turn_to(uint32_t position, int16_t direction, uint32_t ago)
+{
+    chip.qep_position = position;
+    chip.qep_direction = direction;
+    chip.qep_edge_cycles = chip.cycles + 20000U - ago;
+    period();
+}
+
+void test_decoder_counts_every_edge_of_a_turn_and_starts_over(void)
+{
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setDecoderConfig", EQEP1_BASE, 0U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setPositionCounterConfig", EQEP1_BASE, EQEP_POSITION_RESET_MAX_POS, 3999U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setLatchMode", EQEP1_BASE, EQEP_LATCH_CNT_READ_BY_CPU | EQEP_LATCH_RISING_INDEX));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setCaptureConfig", EQEP1_BASE, EQEP_CAPTURE_CLK_DIV_2, EQEP_UNIT_POS_EVNT_DIV_1));
+}
+
+void test_angle_is_counts_of_a_turn(void)
+{
+    turn_to(1000U, 1, 100U);
+
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.57079633f, sample.theta_m_rad);
+}
+
+void test_angle_wraps_upwards_while_edges_count_on(void)
+{
+    turn_to(1999U, 1, 100U);
+    turn_to(3998U, 1, 100U);
+    turn_to(2U, 1, 100U);
+
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0f * COUNT_RAD, sample.theta_m_rad);
+    TEST_ASSERT_EQUAL_INT32(4002, edge.edge_count);
+}
+
+void test_angle_wraps_downwards_while_edges_count_on(void)
+{
+    turn_to(3997U, -1, 100U);
+
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 6.28318531f - (3.0f * COUNT_RAD), sample.theta_m_rad);
+    TEST_ASSERT_EQUAL_INT32(-2, edge.edge_count); /* at -3 now; the edge between -3 and -2 was the last */
+}
+
+void test_edge_has_one_position_whichever_way_it_is_passed(void)
+{
+    turn_to(10U, 1, 100U);
+    TEST_ASSERT_EQUAL_INT32(10, edge.edge_count);
+
+    turn_to(9U, -1, 100U); /* back over the same edge */
+
+    TEST_ASSERT_EQUAL_INT32(10, edge.edge_count);
+}
+
+void test_edge_time_is_when_it_was_passed(void)
+{
+    turn_to(5U, 1, 12346U);
+
+    const uint32_t passed = (uint32_t)(chip.qep_edge_cycles - chip.timer_start);
+    TEST_ASSERT_UINT32_WITHIN(TICK_CYC + 8 /* reading the clock */, passed, edge.edge_cyc);
+}
+
+void test_edge_time_stays_while_there_is_no_new_edge(void)
+{
+    turn_to(5U, 1, 7000U);
+    const hal_encoder_edge_t before = edge;
+
+    for (int i = 0; i < 20; i++) { /* the capture timer wraps meanwhile */
+        period();
+    }
+
+    TEST_ASSERT_EQUAL_UINT32(before.edge_cyc, edge.edge_cyc);
+    TEST_ASSERT_EQUAL_INT32(before.edge_count, edge.edge_count);
+}
+
+void test_speed_from_edges_is_exact_to_a_tick(void)
+{
+    /* 3 counts per period of which the last is passed at different times: 60 counts between two edges 400 000 cycles apart */
+    turn_to(3U, 1, 500U);
+    const hal_encoder_edge_t first = edge;
+    for (uint32_t i = 2U; i <= 20U; i++) {
+        turn_to(3U * i, 1, 100U * i);
+    }
+    turn_to(63U, 1, 500U);
+
+    TEST_ASSERT_EQUAL_INT32(60, edge.edge_count - first.edge_count);
+    /* every clock read of the fake takes 4 cycles: 20 periods of it */
+    const uint32_t apart = (uint32_t)(edge.edge_cyc - first.edge_cyc);
+    TEST_ASSERT_UINT32_WITHIN(1000U, 400000U, apart);
+}
+
+void test_index_gives_the_angle_at_which_it_was_passed(void)
+{
+    TEST_ASSERT_FALSE(edge.index_seen);
+    chip.qep_index = 3000U;
+    chip.qep_flags = EQEP_INT_INDEX_EVNT_LATCH;
+
+    turn_to(1500U, 1, 100U);
+
+    TEST_ASSERT_TRUE(edge.index_seen);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 4.71238898f, edge.index_rad);
+    TEST_ASSERT_EQUAL_HEX16(0, chip.qep_flags);
+}
+
+void test_index_stays_seen(void)
+{
+    chip.qep_index = 3000U;
+    chip.qep_flags = EQEP_INT_INDEX_EVNT_LATCH;
+    period();
+    period();
+
+    TEST_ASSERT_TRUE(edge.index_seen);
+}
+
+void test_phase_error_is_a_sensor_fault_once(void)
+{
+    chip.qep_flags = EQEP_INT_PHASE_ERROR;
+    period();
+    TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, sample_status);
+    TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, edge_status);
+
+    period();
+
+    TEST_ASSERT_EQUAL(HAL_OK, sample_status);
+    TEST_ASSERT_EQUAL(HAL_OK, edge_status);
+}

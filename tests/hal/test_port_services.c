@@ -1,0 +1,174 @@
+/* Interrupt nesting, cycle counter, watchdog, link, storage. */
+#include "tests/hal/support/started.h"
+
+void setUp(void) { started(); }
+void tearDown(void) {}
+
+void test_current_interrupt_acknowledges_group_1_after_clearing_its_source(void)
+{
+    fake_forget_calls();
+
+    period();
+
+    const int cleared = CALLED("ADC_clearInterruptStatus", ADCA_BASE, ADC_INT_NUMBER1);
+    const int acknowledged = CALLED("Interrupt_clearACKGroup", INTERRUPT_ACK_GROUP1);
+    TEST_ASSERT_TRUE((cleared >= 0) && (acknowledged > cleared));
+    TEST_ASSERT_FALSE(chip.pie_ack_group1);
+    TEST_ASSERT_EQUAL(1, current_runs);
+}
+
+void test_speed_interrupt_runs_after_the_current_interrupt_that_asked_for_it(void)
+{
+    hal_clock_request_speed_isr();
+    TEST_ASSERT_EQUAL_HEX16(INTERRUPT_CPU_INT14, IFR);
+
+    period();
+
+    TEST_ASSERT_EQUAL(1, current_runs);
+    TEST_ASSERT_EQUAL(1, speed_runs);
+    TEST_ASSERT_EQUAL_HEX16(0, IFR);
+}
+
+static int current_runs_inside_speed;
+
+static void a_period_passes(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(INTERRUPT_CPU_INT1, IER); /* nothing but the current interrupt is let in */
+    const int before = current_runs;
+    period();
+    current_runs_inside_speed = current_runs - before;
+}
+
+void test_current_interrupt_preempts_the_speed_interrupt(void)
+{
+    current_runs_inside_speed = 0;
+    hal_clock_request_speed_isr();
+    chip.on_eint = &a_period_passes;
+
+    fake_interrupts();
+
+    TEST_ASSERT_EQUAL(1, current_runs_inside_speed);
+    TEST_ASSERT_EQUAL(1, speed_runs);
+    TEST_ASSERT_EQUAL(2, chip.deepest);
+    TEST_ASSERT_EQUAL_HEX16(0x2001, IER); /* as before */
+}
+
+void test_speed_interrupt_closes_interrupts_before_it_returns(void)
+{
+    fake_forget_calls();
+    hal_clock_request_speed_isr();
+
+    fake_interrupts();
+
+    const int open = CALLED_AT_ALL("EINT");
+    const int closed = CALLED_AT_ALL("DINT");
+    TEST_ASSERT_TRUE((open >= 0) && (closed > open));
+}
+
+void test_speed_interrupt_does_not_interrupt_itself(void)
+{
+    hal_clock_request_speed_isr();
+    chip.on_eint = &hal_clock_request_speed_isr; /* asked for again while it runs */
+
+    fake_interrupts();
+
+    TEST_ASSERT_EQUAL(2, speed_runs);
+    TEST_ASSERT_EQUAL(1, chip.deepest);
+}
+
+void test_clock_counts_up_cpu_cycles_and_wraps(void)
+{
+    const uint32_t before = hal_clock_cyc();
+    chip.cycles += 0xFFFFFFF0U;
+
+    const uint32_t after = hal_clock_cyc();
+
+    TEST_ASSERT_UINT32_WITHIN(16U, 0xFFFFFFF0U, after - before);
+}
+
+void test_watchdog_is_served_while_the_current_interrupt_lives(void)
+{
+    const uint32_t before = chip.watchdog_served;
+    period();
+    port_background();
+    period();
+    port_background();
+
+    TEST_ASSERT_EQUAL_UINT32(before + 2U, chip.watchdog_served);
+}
+
+void test_watchdog_starves_without_current_interrupts(void)
+{
+    period();
+    port_background();
+    const uint32_t before = chip.watchdog_served;
+
+    port_background();
+    port_background();
+
+    TEST_ASSERT_EQUAL_UINT32(before, chip.watchdog_served);
+}
+
+void test_watchdog_starves_when_a_wanted_speed_interrupt_never_comes(void)
+{
+    IER = INTERRUPT_CPU_INT1;
+    hal_clock_request_speed_isr();
+    const uint32_t before = chip.watchdog_served;
+    for (int i = 0; i < 10; i++) {
+        period();
+        port_background();
+    }
+
+    TEST_ASSERT_EQUAL_UINT32(before, chip.watchdog_served);
+}
+
+void test_link_is_115200_baud_8n1_on_the_probe_port(void)
+{
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("SCI_setConfig", SCIA_BASE, 50000000U, 115200U, 0x0007U));
+}
+
+void test_link_reads_what_has_arrived_and_no_more_than_asked(void)
+{
+    uint16_t octets[8];
+    for (uint16_t i = 0; i < 5U; i++) {
+        chip.rx[i] = (uint16_t)(0xA500U + i); /* rubbish above the octet */
+    }
+    chip.rx_count = 5U;
+
+    TEST_ASSERT_EQUAL_UINT16(3U, hal_link_read(octets, 3U));
+    TEST_ASSERT_EQUAL_UINT16(2U, octets[2]);
+    TEST_ASSERT_EQUAL_UINT16(2U, hal_link_read(octets, 8U));
+    TEST_ASSERT_EQUAL_UINT16(0U, hal_link_read(octets, 8U));
+}
+
+void test_link_writes_until_the_fifo_is_full(void)
+{
+    const uint16_t octets[4] = {0x1FFU, 2U, 3U, 4U};
+    chip.tx_room = 3U;
+
+    TEST_ASSERT_EQUAL_UINT16(3U, hal_link_write(octets, 4U));
+
+    TEST_ASSERT_EQUAL_HEX16(0xFF, chip.tx[0]);
+}
+
+void test_link_recovers_from_a_break(void)
+{
+    uint16_t octet;
+    chip.rx_status = SCI_RXSTATUS_BREAK | SCI_RXSTATUS_ERROR;
+    chip.rx_overflow = true;
+
+    (void)hal_link_read(&octet, 1U);
+
+    TEST_ASSERT_EQUAL_HEX16(0, chip.rx_status);
+    TEST_ASSERT_FALSE(chip.rx_overflow);
+}
+
+void test_storage_says_that_it_has_none(void)
+{
+    uint16_t word = 0U;
+    TEST_ASSERT_EQUAL_UINT16(0U, hal_storage_pages());
+    TEST_ASSERT_EQUAL_UINT16(0U, hal_storage_page_words());
+    TEST_ASSERT_EQUAL(HAL_UNSUPPORTED, hal_storage_read(0U, 0U, &word, 1U));
+    TEST_ASSERT_EQUAL(HAL_UNSUPPORTED, hal_storage_write(0U, 0U, &word, 1U));
+    TEST_ASSERT_EQUAL(HAL_UNSUPPORTED, hal_storage_erase(0U));
+}

@@ -1,0 +1,201 @@
+/* port_init and port_start: what is called, with which arguments, and in which order. */
+#include "tests/hal/support/started.h"
+
+static const uint32_t EPWM[3] = BOARD_EPWM_BASES;
+static const uint32_t GATES[6] = BOARD_PWM_PIN_CONFIGS;
+
+void setUp(void) { started(); }
+void tearDown(void) {}
+
+#define BEFORE(first, second) \
+    do { \
+        TEST_ASSERT_TRUE_MESSAGE((first) >= 0, "first is not called: " #first); \
+        TEST_ASSERT_TRUE_MESSAGE((second) > (first), "not before: " #second); \
+    } while (0)
+
+void test_start_arms_the_trip_before_the_pins_leave_their_safe_state(void)
+{
+    for (int k = 0; k < 3; k++) {
+        for (int pin = 0; pin < 6; pin++) {
+            const int connected = CALLED("GPIO_setPinConfig", GATES[pin]);
+            BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_TZA, EPWM_TZ_ACTION_LOW), connected);
+            BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_TZB, EPWM_TZ_ACTION_LOW), connected);
+            BEFORE(CALLED("EPWM_enableTripZoneSignals", EPWM[k], EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_DCAEVT1), connected);
+            BEFORE(CALLED("EPWM_forceTripZoneEvent", EPWM[k], EPWM_TZ_FORCE_EVENT_OST), connected);
+        }
+    }
+    TEST_ASSERT_EQUAL(0, chip.unsafe_connections);
+}
+
+void test_start_enables_the_gate_driver_only_with_tripped_and_connected_gates(void)
+{
+    const int enabled = CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 1U);
+    for (int pin = 0; pin < 6; pin++) {
+        BEFORE(CALLED("GPIO_setPinConfig", GATES[pin]), enabled);
+    }
+}
+
+void test_start_leaves_every_gate_low(void)
+{
+    period();
+
+    TEST_ASSERT_TRUE(all_gates_low());
+    TEST_ASSERT_FALSE(fake_gate_follows(0) || fake_gate_follows(1) || fake_gate_follows(2));
+}
+
+void test_start_writes_the_latch_of_an_output_before_its_direction(void)
+{
+    BEFORE(CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 0U), CALLED("GPIO_setDirectionMode", BOARD_PIN_EN_GATE, GPIO_DIR_MODE_OUT));
+    BEFORE(CALLED("GPIO_writePin", BOARD_PIN_CHIP_SELECT, 1U), CALLED("GPIO_setDirectionMode", BOARD_PIN_CHIP_SELECT, GPIO_DIR_MODE_OUT));
+}
+
+void test_start_takes_200_mhz_from_the_crystal(void)
+{
+    /* 10 MHz x 40 / 2: multiplier in bits 0..6, divider / 2 in bits 7..12, crystal bit 16, PLL bit 31 */
+    BEFORE(CALLED("SysCtl_setClock", 0x800100A8U), CALLED("SysCtl_setEPWMClockDivider", SYSCTL_EPWMCLK_DIV_2));
+    TEST_ASSERT_EQUAL_UINT32(200000000U, hal_clock_hz());
+}
+
+void test_start_without_a_clock_connects_nothing(void)
+{
+    fake_power_on();
+    chip.pll_locks = false;
+
+    TEST_ASSERT_EQUAL(PORT_NO_CLOCK, port_init());
+    TEST_ASSERT_EQUAL(-1, CALLED_AT_ALL("GPIO_setPinConfig"));
+}
+
+void test_start_counts_10_khz_up_and_down_at_100_mhz(void)
+{
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setTimeBasePeriod", EPWM[k], 5000U));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setTimeBaseCounterMode", EPWM[k], EPWM_COUNTER_MODE_UP_DOWN));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setClockPrescaler", EPWM[k], EPWM_CLOCK_DIVIDER_1, EPWM_HSCLOCK_DIVIDER_1));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setEmulationMode", EPWM[k], EPWM_EMULATION_FREE_RUN));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setCounterCompareShadowLoadMode", EPWM[k], EPWM_COUNTER_COMPARE_A, EPWM_COMP_LOAD_ON_CNTR_ZERO));
+    }
+}
+
+void test_start_starts_all_counters_together_and_last(void)
+{
+    const int stopped = CALLED("SysCtl_disablePeripheral", SYSCTL_PERIPH_CLK_TBCLKSYNC);
+    const int run = CALLED("SysCtl_enablePeripheral", SYSCTL_PERIPH_CLK_TBCLKSYNC);
+    for (int k = 0; k < 3; k++) {
+        BEFORE(stopped, CALLED("EPWM_setTimeBasePeriod", EPWM[k], 5000U));
+        BEFORE(CALLED("EPWM_setFallingEdgeDelayCount", EPWM[k], 50U), run);
+    }
+}
+
+void test_start_sets_500_ns_of_complementary_dead_band(void)
+{
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setRisingEdgeDelayCount", EPWM[k], 50U));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setFallingEdgeDelayCount", EPWM[k], 50U));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setRisingEdgeDeadBandDelayInput", EPWM[k], EPWM_DB_INPUT_EPWMA));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setFallingEdgeDeadBandDelayInput", EPWM[k], EPWM_DB_INPUT_EPWMA));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setDeadBandDelayPolarity", EPWM[k], EPWM_DB_RED, EPWM_DB_POLARITY_ACTIVE_HIGH));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setDeadBandDelayPolarity", EPWM[k], EPWM_DB_FED, EPWM_DB_POLARITY_ACTIVE_LOW));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setDeadBandDelayMode", EPWM[k], EPWM_DB_RED, 1U));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setDeadBandDelayMode", EPWM[k], EPWM_DB_FED, 1U));
+    }
+}
+
+void test_start_samples_at_zero_of_every_period(void)
+{
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setADCTriggerSource", EPWM1_BASE, EPWM_SOC_A, EPWM_SOC_TBCTR_ZERO));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setADCTriggerEventPrescale", EPWM1_BASE, EPWM_SOC_A, 1U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_enableADCTrigger", EPWM1_BASE, EPWM_SOC_A));
+}
+
+void test_start_converts_three_currents_at_once_and_the_dc_link_after_them(void)
+{
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setupSOC", ADCA_BASE, ADC_SOC_NUMBER0, ADC_TRIGGER_EPWM1_SOCA, ADC_CH_ADCIN2, 30U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setupSOC", ADCB_BASE, ADC_SOC_NUMBER0, ADC_TRIGGER_EPWM1_SOCA, ADC_CH_ADCIN2, 30U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setupSOC", ADCC_BASE, ADC_SOC_NUMBER0, ADC_TRIGGER_EPWM1_SOCA, ADC_CH_ADCIN2, 30U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setupSOC", ADCA_BASE, ADC_SOC_NUMBER1, ADC_TRIGGER_EPWM1_SOCA, ADC_CH_ADCIN3, 30U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setInterruptSource", ADCA_BASE, ADC_INT_NUMBER1, ADC_SOC_NUMBER1));
+}
+
+void test_start_sets_the_converters_up_alike_and_waits_a_millisecond(void)
+{
+    static const uint32_t BASE[3] = BOARD_ADC_BASES;
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setPrescaler", BASE[k], ADC_CLK_DIV_4_0));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("ADC_setMode", BASE[k], ADC_RESOLUTION_12BIT, ADC_MODE_SINGLE_ENDED));
+        const int on = CALLED("ADC_enableConverter", BASE[k]);
+        BEFORE(on, CALLED_AFTER(on, "SysCtl_delay", 40000U));
+    }
+}
+
+void test_start_routes_nfault_and_three_comparators_to_the_trip_zone(void)
+{
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("XBAR_setInputPin", XBAR_INPUT1, 19U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("XBAR_setEPWMMuxConfig", XBAR_TRIP4, 0x1401U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("XBAR_setEPWMMuxConfig", XBAR_TRIP4, 0x0801U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("XBAR_setEPWMMuxConfig", XBAR_TRIP4, 0x0001U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("XBAR_enableEPWMMux", XBAR_TRIP4, 0x411U));
+}
+
+void test_start_sets_the_comparators_to_18_a_of_their_own_reference(void)
+{
+    static const uint32_t BASE[3] = BOARD_CMPSS_BASES;
+    for (int k = 0; k < 3; k++) { /* (1.65 V +- 18 A x 70 mV/A) / 3.3 V x 4096 */
+        TEST_ASSERT_TRUE(CALLED("CMPSS_setDACValueHigh", BASE[k], 3612U) >= 0);
+        TEST_ASSERT_TRUE(CALLED("CMPSS_setDACValueLow", BASE[k], 484U) >= 0);
+        TEST_ASSERT_EQUAL_UINT16(3612U, chip.cmpss[k].high);
+    }
+}
+
+void test_start_proves_that_each_comparator_trips_each_module(void)
+{
+    static const uint32_t BASE[3] = BOARD_CMPSS_BASES;
+    for (int k = 0; k < 3; k++) {
+        const int forced = CALLED("CMPSS_setDACValueHigh", BASE[k], 0U);
+        BEFORE(CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 1U), forced); /* the amplifiers must live */
+        BEFORE(forced, CALLED_AFTER(forced, "CMPSS_setDACValueHigh", BASE[k], 3612U));
+    }
+    TEST_ASSERT_EQUAL(HAL_INVERTER_FINE, hal_inverter_fault());
+}
+
+void test_start_with_a_dead_trip_path_never_arms(void)
+{
+    fake_power_on();
+    chip.comparators_dead = true;
+
+    TEST_ASSERT_EQUAL(PORT_OK, port_init());
+
+    TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_FAULT, hal_inverter_fault());
+    hal_inverter_clear_fault();
+    TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, hal_inverter_arm());
+}
+
+void test_start_gives_every_other_interrupt_to_a_handler_that_trips(void)
+{
+    arm();
+    TEST_ASSERT_TRUE(all_gates_follow());
+
+    chip.escape_set = true;
+    if (setjmp(chip.escape) == 0) {
+        chip.vector[18](); /* NMI */
+    }
+
+    TEST_ASSERT_TRUE(all_gates_low());
+    for (int v = 13; v < FAKE_VECTORS; v++) {
+        TEST_ASSERT_NOT_NULL(chip.vector[v]);
+    }
+}
+
+void test_start_enables_two_interrupts_and_nothing_else(void)
+{
+    TEST_ASSERT_EQUAL(2, fake_count("Interrupt_enable", 0, NULL));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("Interrupt_enable", INT_ADCA1));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("Interrupt_enable", INT_TIMER2));
+    TEST_ASSERT_EQUAL_HEX16(0x2001, IER);
+}
+
+void test_start_puts_the_watchdog_on_last_with_52_ms(void)
+{
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("SysCtl_setWatchdogPrescaler", SYSCTL_WD_PRESCALE_4));
+    BEFORE(CALLED("SysCtl_enablePeripheral", SYSCTL_PERIPH_CLK_TBCLKSYNC), CALLED_AT_ALL("SysCtl_enableWatchdog"));
+    TEST_ASSERT_TRUE(chip.watchdog_on);
+}

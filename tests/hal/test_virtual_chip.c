@@ -1,0 +1,233 @@
+/* The program of the board, from power-on to a turning motor, through the registers of the fake chip. */
+#include <math.h>
+
+#include "tests/hal/support/virtual_chip.h"
+
+#define CALIBRATION 4200 /* periods: 4096, and some */
+#define ALIGNMENT 10100
+
+void setUp(void) { world_begin(1.0); }
+void tearDown(void) {}
+
+static void start_up(void)
+{
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+    world_run(CALIBRATION + ALIGNMENT);
+    TEST_ASSERT_EQUAL_MESSAGE(FAULT_none, main_drive()->fault, "start-up");
+    TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
+}
+
+static void turn_at(float rad_s)
+{
+    const drive_command_t command = {.mode = DRIVE_MODE_SPEED, .speed_ref_rad_s = rad_s};
+    TEST_ASSERT_TRUE(drive_command(main_drive(), &command));
+    drive_start(main_drive());
+    world_run(10000);
+    TEST_ASSERT_EQUAL(FAULT_none, main_drive()->fault);
+    TEST_ASSERT_EQUAL(DRIVE_RUN, main_drive()->state);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * fabs((double)rad_s), (double)rad_s, plant.x.speed_rad_s);
+}
+
+static double largest_current(void)
+{
+    double i[3];
+    sim_plant_phase_currents(&plant, i);
+    return fmax(fabs(i[0]), fmax(fabs(i[1]), fabs(i[2])));
+}
+
+void test_virtual_chip_calibrates_offsets_with_the_bridge_off(void)
+{
+    amplifier_offset_v[0] = 0.030; /* 0.43 A, as seen on the bench */
+    amplifier_offset_v[1] = -0.010;
+    amplifier_offset_v[2] = 0.020;
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+
+    world_run(4050); /* of 4096 */
+    TEST_ASSERT_EQUAL(DRIVE_OFFSET_CALIBRATION, main_drive()->state);
+    TEST_ASSERT_EQUAL_UINT32(0U, periods_with_gates_on);
+    world_run(150);
+
+    TEST_ASSERT_FLOAT_WITHIN(0.0105f /* count */, 0.4286f, main_drive()->offset_a_a);
+    TEST_ASSERT_FLOAT_WITHIN(0.0105f, -0.1429f, main_drive()->offset_b_a);
+    TEST_ASSERT_FLOAT_WITHIN(0.0105f, 0.2857f, main_drive()->offset_c_a);
+    TEST_ASSERT_EQUAL(DRIVE_ALIGN, main_drive()->state);
+}
+
+void test_virtual_chip_refuses_an_amplifier_without_a_plausible_zero(void)
+{
+    amplifier_offset_v[1] = 0.2; /* 2.9 A */
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+
+    world_run(CALIBRATION);
+
+    TEST_ASSERT_EQUAL(FAULT_offset_calibration, main_drive()->fault);
+    TEST_ASSERT_EQUAL_UINT32(0U, periods_with_gates_on);
+}
+
+void test_virtual_chip_aligns_and_waits_with_the_bridge_off(void)
+{
+    start_up();
+
+    const uint32_t gates = periods_with_gates_on;
+    TEST_ASSERT_UINT32_WITHIN(10U, 10000U, gates); /* the alignment */
+    world_run(100);
+    TEST_ASSERT_EQUAL_UINT32(gates, periods_with_gates_on);
+    /* rotor on phase a, electrically: a multiple of a quarter turn with 4 pole pairs */
+    const double off = remainder(plant.x.theta_m_rad, 6.283185307 / 4.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, off);
+}
+
+void test_virtual_chip_turns_at_the_commanded_speed_both_ways(void)
+{
+    start_up();
+
+    turn_at(104.72f); /* 1000 r/min */
+    turn_at(-52.36f);
+
+    TEST_ASSERT_TRUE(main_drive()->speed.edge.index_seen);
+    TEST_ASSERT_FALSE(chip.adc_overflow);
+}
+
+void test_virtual_chip_turns_with_swapped_encoder_tracks_when_told(void)
+{
+    encoder_reversed = true;
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+    drive_params_t params = main_drive()->params;
+    uint16_t       culprit;
+    params.encoder_reversed = 1U;
+    TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
+    world_run(CALIBRATION + ALIGNMENT);
+
+    turn_at(104.72f);
+}
+
+void test_virtual_chip_measures_speed_by_edges_without_quantisation(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    double mean = 0.0;
+    for (int k = 0; k < 100; k++) {
+        world_run(10);
+        const double error = (double)drive_speed_rad_s(main_drive()) - plant.x.speed_rad_s;
+        mean += error * error / 100.0;
+    }
+
+    /* counting edges alone would be off by 1.57 rad/s, one count in a millisecond */
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 0.0, sqrt(mean));
+}
+
+void test_virtual_chip_trips_on_over_current_in_the_same_period_and_restarts(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    short_circuit_a = 25.0;
+    const uint32_t gates = periods_with_gates_on;
+    world_run(1);
+    TEST_ASSERT_EQUAL_UINT32(gates, periods_with_gates_on);
+    TEST_ASSERT_EQUAL(FAULT_hardware_over_current, main_drive()->fault);
+
+    short_circuit_a = 0.0;
+    world_run(100);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, largest_current());
+    TEST_ASSERT_EQUAL(DRIVE_FAULT, main_drive()->state);
+
+    drive_clear_fault(main_drive());
+    world_run(2);
+    TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
+    TEST_ASSERT_EQUAL_UINT32(gates, periods_with_gates_on);
+    turn_at(104.72f);
+}
+
+void test_virtual_chip_does_not_restart_while_the_cause_stands(void)
+{
+    start_up();
+    turn_at(104.72f);
+    short_circuit_a = 25.0;
+    world_run(1);
+    const uint32_t gates = periods_with_gates_on;
+
+    drive_clear_fault(main_drive());
+    world_run(2);
+    drive_start(main_drive());
+    world_run(100);
+
+    TEST_ASSERT_EQUAL(DRIVE_FAULT, main_drive()->state);
+    TEST_ASSERT_EQUAL_UINT32(gates, periods_with_gates_on);
+}
+
+void test_virtual_chip_trips_on_nfault_and_names_the_gate_driver(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    chip.drv_cause[3] = 0x040; /* VREG_UV */
+    chip.drv[3] = 0x040;
+    world_run(1);
+    TEST_ASSERT_EQUAL(FAULT_gate_driver, main_drive()->fault);
+
+    chip.drv_cause[3] = 0U;
+    drive_clear_fault(main_drive());
+    world_run(2);
+    turn_at(104.72f);
+}
+
+void test_virtual_chip_trips_on_encoder_phase_error(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    chip.qep_flags = EQEP_INT_PHASE_ERROR;
+    world_run(1);
+
+    TEST_ASSERT_EQUAL(FAULT_encoder_error, main_drive()->fault);
+    TEST_ASSERT_FALSE(fake_gate_follows(0) || fake_gate_follows(1) || fake_gate_follows(2));
+}
+
+void test_virtual_chip_stops_on_command_with_every_gate_off(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    drive_stop(main_drive());
+    world_run(2);
+
+    TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_TRUE(fake_gate_is_low(k));
+    }
+}
+
+void test_virtual_chip_feeds_its_watchdog_all_the_time(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    TEST_ASSERT_TRUE(chip.watchdog_on);
+    TEST_ASSERT_LESS_THAN_UINT32(520U / 10U, longest_hunger); /* it bites after 520 periods */
+}
+
+static int periods_left;
+
+static void world_of_main(void)
+{
+    if (periods_left-- > 0) {
+        world_period();
+    } else {
+        longjmp(chip.escape, 1);
+    }
+}
+
+void test_virtual_chip_main_itself_comes_to_ready(void)
+{
+    periods_left = CALIBRATION + ALIGNMENT;
+    chip.on_clock = &world_of_main;
+
+    if (setjmp(chip.escape) == 0) {
+        (void)board_main();
+        TEST_FAIL_MESSAGE("main returned");
+    }
+
+    TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
+}
