@@ -15,16 +15,20 @@ typedef int64_t ctl_position_t;
 /** Differences are cut to this when they become radians: +-19 turns. */
 #define CTL_DIFFERENCE_MAX (INT64_C(19) * CTL_ONE_TURN)
 
+/** a + b and a - b; beyond 2^31 turns they wrap. */
+static inline ctl_position_t ctl_position_add(ctl_position_t a, ctl_position_t b) { return (ctl_position_t)((uint64_t)a + (uint64_t)b); }
+static inline ctl_position_t ctl_position_sub(ctl_position_t a, ctl_position_t b) { return (ctl_position_t)((uint64_t)a - (uint64_t)b); }
+
 /** The position nearest to @p last whose angle is @p angle: follows an encoder over the turns. */
 static inline ctl_position_t ctl_position_follow(ctl_position_t last, angle_t angle)
 {
-    return last + (ctl_position_t)(int32_t)(angle - (angle_t)(uint64_t)last);
+    return ctl_position_add(last, (int32_t)(angle - (angle_t)(uint64_t)last));
 }
 
 /** a - b in rad, within +-119 rad. */
 static inline num_t ctl_position_difference(ctl_position_t a, ctl_position_t b)
 {
-    int64_t d = (int64_t)((uint64_t)a - (uint64_t)b);
+    int64_t d = ctl_position_sub(a, b);
     d = (d > CTL_DIFFERENCE_MAX) ? CTL_DIFFERENCE_MAX : ((d < -CTL_DIFFERENCE_MAX) ? -CTL_DIFFERENCE_MAX : d);
 #ifdef EVENSPIN_FIXED
     return (num_t)(((d * INT64_C(105414357)) + INT64_C(0x80000000)) >> 32); /* 2 pi 2^24 / 2^32; 19 turns give 0.93 2^63 */

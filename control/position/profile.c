@@ -2,7 +2,7 @@
 
 #define STEP_MAX INT64_C(0x7FFFFFFF)
 
-ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params)
+static ctl_diag_t check(const ctl_profile_t *self, const ctl_profile_params_t *params)
 {
     if ((self == NULL) || (params == NULL)) {
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
@@ -20,6 +20,12 @@ ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *par
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->accel_scale, NUM_EPS, NUM_MAX, CTL_PROFILE_SCALE);
     }
+    return d;
+}
+
+ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params)
+{
+    const ctl_diag_t d = check(self, params);
     if (d.status == CTL_OK) {
         self->params = *params;
         ctl_profile_reset(self, 0);
@@ -27,19 +33,47 @@ ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *par
     return d;
 }
 
-void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
+/* Moving at one speed for longer than the mean is long: the trapezoid is ahead by (n - 1) / 2 steps, and half a unit of an
+ * odd number of them is in `rest`. */
+static void settle(ctl_profile_t *self, int64_t step)
 {
     ctl_profile_state_t *const s = &self->state;
-    s->raw = position;
-    s->position = position;
-    s->step = 0;
-    s->sum = 0;
-    s->rest = 0;
+    const int64_t              n = (int64_t)self->params.smooth;
+    const int64_t              twice = step * (n - 1);
+    s->raw = ctl_position_add(s->position, twice / 2);
+    s->rest = -(twice % 2) * (n / 2);
+    s->step = step;
+    s->last = step;
+    s->sum = step * n;
     s->head = 0U;
-    s->last = 0;
     for (uint16_t i = 0U; i < CTL_PROFILE_SMOOTH_MAX; i++) {
-        s->past[i] = 0;
+        s->past[i] = step;
     }
+}
+
+ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params)
+{
+    const ctl_diag_t d = check(self, params);
+    if (d.status == CTL_OK) {
+        const bool other_mean = self->params.smooth != params->smooth;
+        self->params = *params;
+        if (other_mean) {
+            settle(self, self->state.last);
+        }
+    }
+    return d;
+}
+
+void ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift)
+{
+    self->state.raw = ctl_position_sub(self->state.raw, shift);
+    self->state.position = ctl_position_sub(self->state.position, shift);
+}
+
+void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
+{
+    self->state.position = position;
+    settle(self, 0);
 }
 
 /* Way of the steps a, 2 a, ... n a. */
@@ -83,7 +117,7 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     const ctl_profile_params_t *const p = &self->params;
     ctl_profile_state_t *const        s = &self->state;
 
-    int64_t    way = (int64_t)((uint64_t)target - (uint64_t)s->raw);
+    int64_t    way = ctl_position_sub(target, s->raw);
     const bool back = way < 0;
     if (back) {
         way = (way == INT64_MIN) ? INT64_MAX : -way;
@@ -91,7 +125,7 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     } else {
         s->step = next_step(p, way, s->step);
     }
-    s->raw = (ctl_position_t)((uint64_t)s->raw + (uint64_t)s->step);
+    s->raw = ctl_position_add(s->raw, s->step);
 
     s->head = (uint16_t)(((s->head + 1U) < p->smooth) ? (s->head + 1U) : 0U);
     s->sum += s->step - s->past[s->head];
@@ -99,14 +133,14 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     const int64_t whole = s->sum + s->rest;
     const int64_t step = whole / (int64_t)p->smooth;
     s->rest = whole - (step * (int64_t)p->smooth);
-    s->position = (ctl_position_t)((uint64_t)s->position + (uint64_t)step);
+    s->position = ctl_position_add(s->position, step);
 
     ctl_setpoint_t out;
     out.position = s->position;
-    /* 32-bit numbers before they become num_t: |step| < 2^31 */
 #ifdef EVENSPIN_FIXED
-    out.speed = num_mul(num_sat64(step * 256), p->speed_scale);                     /* 2^-16 turns in Q24 */
-    out.acceleration = (p->acceleration > 0) ? num_mul(num_sat64((step - s->last) * 4096), p->accel_scale) : 0; /* 2^-20 turns */
+    /* steps and their changes are below 2^31 and a little: the products fit */
+    out.speed = num_sat64(((step * p->speed_scale) + 0x8000) >> 16);
+    out.acceleration = (p->acceleration > 0) ? num_sat64((((step - s->last) * p->accel_scale) + 0x800) >> 12) : 0;
 #else
     out.speed = (num_t)step * (1.0f / 65536.0f) * p->speed_scale;
     out.acceleration = (p->acceleration > 0) ? ((num_t)(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;

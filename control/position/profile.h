@@ -56,6 +56,10 @@ enum { CTL_PROFILE_SPEED = 1, CTL_PROFILE_ACCELERATION, CTL_PROFILE_SMOOTH, CTL_
 ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params);
 /** Stand at @p position. */
 void           ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
+/** Other limits during a motion: it goes on from its position and speed, and still ends exactly on its target. */
+ctl_diag_t     ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
+/** The same motion, seen from a zero that lies @p shift further. */
+void           ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift);
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target);
 
 #endif

@@ -47,6 +47,15 @@ void test_ctl_position_follow_takes_the_shorter_way(void)
     TEST_ASSERT_EQUAL_INT64(-3 * CTL_ONE_TURN - 5, ctl_position_follow(-3 * CTL_ONE_TURN + 5, (angle_t)-5));
 }
 
+void test_ctl_position_wraps_at_the_end_of_its_turns(void)
+{
+    TEST_ASSERT_EQUAL_INT64(INT64_MIN + 9, ctl_position_follow(INT64_MAX, 9U));
+    TEST_ASSERT_EQUAL_INT64(INT64_MAX - 9, ctl_position_follow(INT64_MIN, (angle_t)-10));
+    TEST_ASSERT_EQUAL_INT64(INT64_MIN, ctl_position_add(INT64_MAX, 1));
+    TEST_ASSERT_EQUAL_INT64(INT64_MAX, ctl_position_sub(INT64_MIN, 1));
+    TEST_ASSERT_EQUAL_INT64(7, ctl_position_sub(ctl_position_add(INT64_MAX, 7), INT64_MAX));
+}
+
 void test_ctl_position_difference_of_equal_positions_is_zero(void)
 {
     const ctl_position_t where[] = {0, INT64_MAX, INT64_MIN, 123456789, -987654321};

@@ -46,16 +46,14 @@ static int64_t watch(ctl_position_t target, ctl_setpoint_t *out)
         const int64_t round = (p->smooth > 1U) ? 2 : 0;
         TEST_ASSERT_TRUE_MESSAGE(llabs(change) <= p->acceleration + round, at("change %lld at step %lld", (long long)change, (long long)last));
         const double acceleration = ACCEL_OF(change);
-        if (fabs((double)change) < 127.0 * 4096.0) { /* fixed point: 128 of 2^-20 turns */
+        if (fabs(acceleration) < 127.0) {
             ASSERT_NUM_WITHIN(per_numeric(2e-7 * fabs(acceleration), FIXED_STEP), acceleration, s.acceleration);
         }
     } else {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(s.acceleration));
     }
     const double speed = SPEED_OF(step);
-    if (fabs((double)step) < 127.0 * 65536.0) {
-        ASSERT_NUM_WITHIN(per_numeric(2e-7 * fabs(speed), FIXED_STEP), speed, s.speed);
-    }
+    ASSERT_NUM_WITHIN(per_numeric(2e-7 * fabs(speed), FIXED_STEP), speed, s.speed); /* up to half a turn: 32 */
     *out = s;
     return step;
 }
@@ -391,6 +389,72 @@ void test_ctl_profile_lower_speed_limit_is_reached_by_braking_and_higher_by_acce
     }
     TEST_ASSERT_EQUAL_INT64(SPEED, profile.state.last);
     (void)run_to(CTL_ONE_TURN, 10000);
+}
+
+void test_ctl_profile_tune_on_the_way_keeps_the_motion_and_ends_on_the_target(void)
+{
+    noise_t noise = {151U};
+    start(SPEED, ACCEL, 20U);
+    for (int n = 0; n < 300; n++) {
+        ctl_setpoint_t       s;
+        const ctl_position_t target = (ctl_position_t)(noise_next(&noise) * 8.0 * (double)CTL_ONE_TURN);
+        const int            samples = (int)noise_pick(&noise, 300U);
+        for (int k = 0; k < samples; k++) {
+            (void)watch(target, &s);
+        }
+        ctl_profile_params_t p = profile.params;
+        p.smooth = (uint16_t)(1U + noise_pick(&noise, 64U));
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_profile_tune(&profile, &p).status); /* watch() sees to it that nothing jumps */
+        if (n % 10 == 0) {
+            (void)run_to(target, 20000);
+        }
+    }
+}
+
+void test_ctl_profile_tune_with_the_same_mean_changes_nothing_but_the_limits(void)
+{
+    start(SPEED, ACCEL, 20U);
+    ctl_setpoint_t s;
+    for (int k = 0; k < 77; k++) {
+        (void)watch(CTL_ONE_TURN, &s);
+    }
+    const ctl_profile_state_t before = profile.state;
+    const ctl_profile_params_t p = params(SPEED / 2, ACCEL / 2, 20U);
+
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_profile_tune(&profile, &p).status);
+
+    TEST_ASSERT_EQUAL_MEMORY(&before, &profile.state, sizeof before);
+    TEST_ASSERT_EQUAL_INT64(SPEED / 2, profile.params.speed);
+    TEST_ASSERT_EQUAL_INT64(ACCEL / 2, profile.params.acceleration);
+}
+
+void test_ctl_profile_tune_refuses_what_init_refuses_and_changes_nothing(void)
+{
+    const ctl_profile_t        before = profile;
+    const ctl_profile_params_t p = params(SPEED, ACCEL, 65U);
+
+    TEST_ASSERT_EQUAL(CTL_PROFILE_SMOOTH, ctl_profile_tune(&profile, &p).field);
+    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_profile_tune(&profile, NULL).status);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &profile, sizeof profile);
+}
+
+void test_ctl_profile_shift_is_the_same_motion_from_another_zero(void)
+{
+    const ctl_position_t shifts[] = {12345678901LL, -CTL_ONE_TURN / 3};
+    for (size_t n = 0; n < COUNT_OF(shifts); n++) {
+        start(SPEED, ACCEL, 7U);
+        for (int k = 0; k < 99; k++) {
+            (void)ctl_profile_step(&profile, CTL_ONE_TURN);
+        }
+        ctl_profile_t moved = profile;
+        ctl_profile_shift(&moved, shifts[n]);
+        for (int k = 0; k < 600; k++) {
+            const ctl_setpoint_t a = ctl_profile_step(&profile, CTL_ONE_TURN);
+            const ctl_setpoint_t b = ctl_profile_step(&moved, CTL_ONE_TURN - shifts[n]);
+            TEST_ASSERT_EQUAL_INT64(a.position - shifts[n], b.position);
+            TEST_ASSERT_EQUAL(a.done, b.done);
+        }
+    }
 }
 
 /* ---- refused ------------------------------------------------------------------------------------------------------------------ */
