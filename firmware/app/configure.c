@@ -132,6 +132,10 @@ uint16_t drive_build(drive_t *d)
     drive_setup_t *const s = &d->setup;
     const uint16_t       bad = drive_make_setup(&d->params, s);
     if (bad != (uint16_t)PARAM_COUNT) {
+        /* no block has memory: none may run, although the interrupts go on in FAULT */
+        s->rc_used = false;
+        s->meter_used = false;
+        s->observer_used = false;
         return bad;
     }
     d->scale = s->scale;

@@ -156,7 +156,6 @@ typedef struct {
     ctl_position_t before; /**< Of the last sample. */
     bool           primed, active, homed;
     bool           homing;
-    bool           index_before;
     ctl_position_t home_limit;
     ctl_profile_t  profile;
     ctl_setpoint_t setpoint;

@@ -50,7 +50,8 @@ uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup)
 void     drive_build_position(drive_t *d);
 void     drive_rest_position(drive_t *d);
 void     drive_take_over_position(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_position_step(drive_t *d, ctl_position_t target);
+void     drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
+void     drive_position_step(drive_t *d, const drive_command_t *command);
 
 /** speed_isr.c: one sample of the speed loop. */
 void drive_speed_step(drive_t *d);

@@ -99,13 +99,16 @@ uint16_t drive_make_position(const drive_params_t *p, drive_setup_t *s)
     if (!(p->position_min_turn < p->position_max_turn)) {
         return PARAM_position_min_turn;
     }
+    q->learns = (q->method == DRIVE_POSITION_RDC) && (p->rdc_learn_gain > 0.0f);
+    if (s->observer_used && (q->learns || (q->method == DRIVE_POSITION_SILC) || (q->method == DRIVE_POSITION_SRC))) {
+        return PARAM_position_method; /* the torque observer has the memory */
+    }
     q->velocity_pi = s->speed_pi; /* limits and anti-windup are those of the speed loop */
     q->velocity_pi.kp = num_from_float(p->position_kv_a_per_rad_s * per_speed);
     q->velocity_pi.ki_ts = num_from_float(p->position_kv_a_per_rad_s * per_speed * ts_s / p->position_ti_s);
     q->kp = num_from_float(p->position_kp_per_s * s->scale.inv_speed);
     q->speed_per_rad = num_from_float(s->scale.inv_speed / ts_s);
     q->feed_speed = (p->position_velocity_ff != 0U) || (q->method == DRIVE_POSITION_RDC);
-    q->learns = (q->method == DRIVE_POSITION_RDC) && (p->rdc_learn_gain > 0.0f);
     q->cells = p->position_cells;
     q->ilc.gain = num_from_float(p->ilc_gain);
     q->ilc.lead = p->ilc_lead;
@@ -162,9 +165,7 @@ void drive_take_over_position(drive_t *d, const drive_setup_t *before, const dri
                              (before->observer_used == s->observer_used);
     o->pi.params = q->velocity_pi;
     o->rdc.params = q->rdc;
-    if (!o->homing) {
-        o->profile.params = q->profile;
-    }
+    (void)ctl_profile_tune(&o->profile, o->homing ? &q->homing : &q->profile);
     if (same_memory) {
         o->ilc.params = q->ilc;
         o->learn.params = q->learn;
@@ -189,6 +190,7 @@ void drive_rest_position(drive_t *d)
 static void begin(drive_t *d)
 {
     drive_position_t *const o = &d->position;
+    (void)ctl_profile_tune(&o->profile, o->homing ? &d->setup.position.homing : &d->setup.position.profile);
     ctl_profile_reset(&o->profile, o->now);
     ctl_pi_reset(&o->pi, (num_t)0);
     ctl_rdc_reset(&o->rdc);
@@ -202,19 +204,18 @@ static void begin(drive_t *d)
     o->active = true;
 }
 
-static void measure(drive_t *d)
+void drive_position_measure(drive_t *d)
 {
     drive_position_t *const o = &d->position;
     const angle_t           theta = d->tracking.theta_m;
     if (!o->primed) {
         o->raw = (ctl_position_t)(uint64_t)theta;
-        o->now = o->raw - o->zero;
-        o->before = o->now;
+        o->now = ctl_position_sub(o->raw, o->zero);
         o->primed = true;
     }
     o->raw = ctl_position_follow(o->raw, theta);
     o->before = o->now;
-    o->now = o->raw - o->zero;
+    o->now = ctl_position_sub(o->raw, o->zero);
     o->speed = num_mul(ctl_position_difference(o->now, o->before), d->setup.position.speed_per_rad);
 }
 
@@ -227,10 +228,8 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
         d->home_wanted = false;
         o->homing = true;
         o->homed = false;
-        o->index_before = d->speed.edge.index_seen;
         o->home_limit = o->now + (forward ? (CTL_ONE_TURN + (CTL_ONE_TURN / 4)) : -(CTL_ONE_TURN + (CTL_ONE_TURN / 4)));
-        (void)ctl_profile_init(&o->profile, &d->setup.position.homing);
-        ctl_profile_reset(&o->profile, o->now);
+        (void)ctl_profile_tune(&o->profile, &d->setup.position.homing);
     }
     if (!o->homing) {
         return target;
@@ -238,15 +237,14 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
     if (d->speed.edge.index_seen) {
         const angle_t at = angle_from_rad(num_from_float(d->speed.edge.index_rad));
         const ctl_position_t index = ctl_position_follow(o->raw, d->setup.encoder_reversed ? (0U - at) : at);
-        const ctl_position_t shift = index - o->zero;
+        const ctl_position_t shift = ctl_position_sub(index, o->zero);
         o->zero = index;
-        o->now -= shift;
-        o->before -= shift;
+        o->now = ctl_position_sub(o->now, shift);
+        o->before = ctl_position_sub(o->before, shift);
         o->homed = true;
         o->homing = false;
-        const ctl_position_t from = o->profile.state.position - shift; /* go on from here, without a step in the command */
-        (void)ctl_profile_init(&o->profile, &d->setup.position.profile);
-        ctl_profile_reset(&o->profile, from);
+        ctl_profile_shift(&o->profile, shift); /* go on from here, without a step in the command */
+        (void)ctl_profile_tune(&o->profile, &d->setup.position.profile);
         return target;
     }
     if (forward ? (o->now >= o->home_limit) : (o->now <= o->home_limit)) {
@@ -280,16 +278,24 @@ static num_t hold_back(drive_position_t *o, num_t torque, uint16_t samples)
     return o->delayed[(o->delay_head - samples) & 7U];
 }
 
-void drive_position_step(drive_t *d, ctl_position_t target)
+/* Cut to what turns_q32 takes, twice the widest soft limits. */
+static ctl_position_t target_of(const drive_command_t *c)
+{
+    const int32_t most = 2000000;
+    const int32_t turns = (c->target_turns > most) ? most : ((c->target_turns < -most) ? -most : c->target_turns);
+    return ((ctl_position_t)turns * CTL_ONE_TURN) + turns_q32(c->target_rad * (1.0f / TWO_PI));
+}
+
+void drive_position_step(drive_t *d, const drive_command_t *command)
 {
     drive_position_t *const             o = &d->position;
     const drive_position_setup_t *const q = &d->setup.position;
 
-    measure(d);
     if (!o->active) {
         begin(d);
     }
-    ctl_position_t to = (target > q->max) ? q->max : ((target < q->min) ? q->min : target);
+    const ctl_position_t target = target_of(command);
+    ctl_position_t       to = (target > q->max) ? q->max : ((target < q->min) ? q->min : target);
     to = search(d, to);
     o->setpoint = ctl_profile_step(&o->profile, to);
     o->error = ctl_position_difference(o->setpoint.position, o->now);
@@ -317,6 +323,7 @@ void drive_position_step(drive_t *d, ctl_position_t target)
     }
     const num_t limited = num_clamp(torque, q->velocity_pi.out_min, q->velocity_pi.out_max);
     ctl_pi_commit(&o->pi, num_add(feedback, num_sub(limited, torque)));
+    ctl_pi_reset(&d->speed.pi, limited); /* speed mode goes on with this torque */
     d->speed.iq_ref = hold_back(o, limited, q->torque_delay);
 }
 

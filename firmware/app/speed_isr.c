@@ -29,10 +29,9 @@ void drive_speed_step(drive_t *d)
     drive_speed_t *const         s = &d->speed;
 
     s->meas = measure_speed(d);
+    drive_position_measure(d);
     if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_POSITION)) {
-        const ctl_position_t turns = (ctl_position_t)cmd->target_turns * CTL_ONE_TURN;
-        const angle_t        part = angle_from_rad(num_from_float(cmd->target_rad)); /* a negative part counts up from the turn below */
-        drive_position_step(d, turns + (ctl_position_t)(uint64_t)part - ((cmd->target_rad < 0.0f) ? CTL_ONE_TURN : 0));
+        drive_position_step(d, cmd);
         s->correction = (num_t)0;
         return;
     }
