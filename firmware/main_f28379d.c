@@ -9,8 +9,8 @@
 #error "the port and the drive disagree about the PWM frequency"
 #endif
 
-/* 13 k words of learned waveforms and 1 k words of state: a region of its own, see linker/. */
-#define DRIVE_REGION_WORDS 0x4000U
+/* 13 k words of learned waveforms and about 3 k words of state: RAM blocks GS8..GS12, see linker/. */
+#define DRIVE_REGION_WORDS 0x5000U
 #ifdef __TMS320C28XX__
 #pragma DATA_SECTION(drive, "drive_memory")
 #endif
@@ -48,7 +48,7 @@ port_status_t main_start(void)
     if (status != PORT_OK) {
         return status;
     }
-    drive_params_t params;
+    static drive_params_t params; /* 260 words: the stack has 1016 */
     port_limits_t  limits;
     params_default(&params);
     port_limits(&limits);

@@ -1,0 +1,60 @@
+/* linker/f28379d_flash.cmd: the drive in flash, its interrupts in RAM. TMS320F28379D, CPU1, EABI; word addresses.
+ *
+ * Who lives where, and why:
+ *
+ *   M1            stack. The stack pointer has 16 bits, so the stack must lie below 0x10000.
+ *   LS0 .. GS3    code of the interrupts and of all control blocks, 32 k words in one piece, because .TI.ramfunc is copied
+ *                 with one memcpy. RAM has no wait states; a branch in flash costs up to 3 cycles and makes timing
+ *                 depend on alignment.
+ *   GS4, GS5      data of port and library. Not in the blocks of the code: fetch and data access to one block in the
+ *                 same cycle cost a stall.
+ *   GS6           jump tables: read by interrupts.
+ *   GS8 .. GS12   the drive: 6144 + 512 learned numbers of 2 words, and its state. Alone in its blocks, so that
+ *                 its size shows in the map file, and neither code nor stack ever waits for it.
+ *   GS7, GS13..15 free: data logger.
+ *   M0            free above what the boot ROM uses.
+ *
+ * CPU2 is left in its boot loop; CPU1 owns all GS blocks from reset on. The CLA is not used; LS belongs to the CPU.
+ * Never linked by the authors: no TI linker at hand. The first thing to read is the map file, see docs/bring-up.md. */
+
+MEMORY
+{
+    BEGIN       : origin = 0x080000, length = 0x000002   /* the boot ROM jumps here */
+    FLASH_A_D   : origin = 0x080002, length = 0x007FFE
+    FLASH_E_N   : origin = 0x088000, length = 0x037FF0   /* the last 16 words of flash stay empty (errata: prefetch) */
+    RESET       : origin = 0x3FFFC0, length = 0x000002
+
+    BOOT_RSVD   : origin = 0x000002, length = 0x000121   /* boot ROM: stack and data */
+    RAMM0       : origin = 0x000123, length = 0x0002DD
+    RAMM1       : origin = 0x000400, length = 0x0003F8   /* its last 8 words stay free of code (errata) */
+    RAM_CODE    : origin = 0x008000, length = 0x008000   /* LS0..LS5, D0, D1, GS0..GS3 */
+    RAM_DATA    : origin = 0x010000, length = 0x002000   /* GS4, GS5 */
+    RAM_TABLES  : origin = 0x012000, length = 0x001000   /* GS6 */
+    RAM_FREE    : origin = 0x013000, length = 0x001000   /* GS7 */
+    RAM_DRIVE   : origin = 0x014000, length = 0x005000   /* GS8..GS12 */
+    RAM_LOGGER  : origin = 0x019000, length = 0x002FF8   /* GS13..GS15 without its last 8 words (errata) */
+}
+
+SECTIONS
+{
+    codestart    : > BEGIN
+
+    /* ALIGN(8): flash is programmed and checked in units of 128 bits. */
+    .text        : >> FLASH_A_D | FLASH_E_N, ALIGN(8)    /* main loop, start-up, library: not in a hurry */
+    .cinit       : > FLASH_A_D | FLASH_E_N, ALIGN(8)
+    .init_array  : > FLASH_A_D | FLASH_E_N, ALIGN(8)
+    .const       : >> FLASH_A_D | FLASH_E_N, ALIGN(8)    /* parameter and fault tables with their texts: main loop only */
+
+    .TI.ramfunc  : LOAD = FLASH_E_N, RUN = RAM_CODE, ALIGN(8),
+                   LOAD_START(RamfuncsLoadStart), LOAD_SIZE(RamfuncsLoadSize), RUN_START(RamfuncsRunStart)
+    .switch      : LOAD = FLASH_E_N, RUN = RAM_TABLES, ALIGN(8),
+                   LOAD_START(SwitchLoadStart), LOAD_SIZE(SwitchLoadSize), RUN_START(SwitchRunStart)
+
+    .stack       : > RAMM1
+    .bss         : > RAM_DATA
+    .data        : > RAM_DATA
+    .bss:output  : > RAM_DATA
+    drive_memory : > RAM_DRIVE
+
+    .reset       : > RESET, TYPE = DSECT                 /* in the boot ROM; not loaded */
+}
