@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 import typer
 
-from evenspin.cli import benchmark, compare, demo, design, lists, memory, pages, reproduce, run
+from evenspin.cli import benchmark, compare, demo, design, identify, lists, memory, pages, reproduce, run
+from evenspin.cli.identify import name_the_work
 from evenspin.cli.output import split_json_option
 from evenspin.errors import EvenspinError, one_line
 
@@ -21,7 +22,7 @@ app = typer.Typer(
     "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
 )
 
-for module in (run, reproduce, design, compare, memory, lists, demo, benchmark, pages):
+for module in (run, reproduce, design, identify, compare, memory, lists, demo, benchmark, pages):
     module.register(app)
 
 
@@ -29,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the command. A user error is one line on stderr, never a traceback."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        app(split_json_option(words), prog_name="evenspin")
+        app(split_json_option(name_the_work(words)), prog_name="evenspin")
     except EvenspinError as error:
         fail(str(error), error.exit_code)
     except BrokenPipeError:

@@ -1,0 +1,115 @@
+"""What an experiment logged, as identification needs it: angle over many turns, speed, torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.errors import MISSING, InputError
+from evenspin.log.case import META, read_case, read_meta
+from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
+from evenspin.log.csvfile import read_csv
+from evenspin.sim.record import Record
+
+Array = NDArray[np.float64]
+
+TURN_RAD = 2.0 * np.pi
+TORQUE_FROM = ("measured", "command")
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One log. `torque_nm` is what the motor gives; `theta_rad` goes on over the turns."""
+
+    name: str
+    ts_s: float
+    theta_rad: Array
+    speed_ref_rad_s: Array
+    torque_nm: Array
+
+    def part(self, rows: slice) -> Run:
+        return Run(self.name, self.ts_s, self.theta_rad[rows], self.speed_ref_rad_s[rows], self.torque_nm[rows])
+
+    @property
+    def turns(self) -> float:
+        return float(abs(self.theta_rad[-1] - self.theta_rad[0]) / TURN_RAD)
+
+
+def read_runs(paths: Sequence[Path], torque: str = "measured", torque_per_a_nm: float | None = None) -> list[Run]:
+    """Logs: case folders, or single CSV files with the meta.json of their folder beside them."""
+    check_torque(torque)
+    runs = []
+    for path in paths:
+        if path.is_dir():
+            case = read_case(path)
+            meta, records = case.meta, dict(case.experiments)
+        else:
+            records = {path.name.removesuffix(".gz").removesuffix(".csv"): read_csv(path, LOG_COLUMNS, LOG_UNITS)}
+            meta = read_meta(path.parent / META) if torque_per_a_nm is None else {}
+        k_t = torque_per_a_nm if torque_per_a_nm is not None else _torque_per_a(path, meta)
+        runs += [run_of(record, name, k_t, torque, path) for name, record in records.items()]
+    return runs
+
+
+def check_torque(torque: str) -> None:
+    if torque not in TORQUE_FROM:
+        raise InputError("identify", "--torque", torque, "measured or command", "measured is the usual one")
+
+
+def run_of(record: Record, name: str, torque_per_a_nm: float, torque: str = "measured", path: Path | str = "") -> Run:
+    """`command`: the torque of a row is the command of the row before, which acts now."""
+    if len(record) < 3:
+        raise InputError(path or name, name, f"{len(record)} rows", "at least 3 rows", "record longer")
+    for column in ("t_s", "theta_m_rad", "iq_a", "iq_ref_a"):
+        if not np.isfinite(record[column]).all():
+            raise InputError(path or name, column, "nan", "finite in every row", "correct the log")
+    if torque == "command":
+        current = np.concatenate((record["iq_ref_a"][:1], record["iq_ref_a"][:-1]))
+    else:
+        current = record["iq_a"]
+    steps_s = np.diff(record["t_s"])
+    ts_s = float(np.median(steps_s))
+    if not ts_s > 0.0 or np.abs(steps_s - ts_s).max() > 0.01 * ts_s:
+        raise InputError(path or name, "t_s", name, "evenly spaced and rising", "fill the gaps, or cut the log there")
+    theta = np.unwrap(record["theta_m_rad"])
+    return Run(name, ts_s, theta, np.array(record["speed_ref_rad_s"]), torque_per_a_nm * current)
+
+
+def constant_stretches(run: Run, settle_s: float = 0.3) -> list[Run]:
+    """Where the speed reference rests, without the time in which the speed follows it."""
+    reference = run.speed_ref_rad_s
+    cuts = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * (1.0 + np.abs(reference[1:]))) + 1
+    edges = [0, *cuts.tolist(), len(reference)]
+    settle = round(settle_s / run.ts_s)
+    found = []
+    for start, end in zip(edges[:-1], edges[1:], strict=True):
+        if reference[start] != 0.0 and end - start > settle + 2:
+            found.append(run.part(slice(start + settle, end)))
+    return found
+
+
+def whole_turns(run: Run) -> slice | None:
+    """The longest end of it that is a whole number of turns; None when it is less than one."""
+    way = np.abs(run.theta_rad - run.theta_rad[-1])
+    turns = np.floor(way[0] / TURN_RAD + 1e-6)
+    if turns < 1:
+        return None
+    return slice(int(np.argmin(np.abs(way - turns * TURN_RAD))), len(way))
+
+
+def _torque_per_a(path: Path, meta: Mapping[str, Any]) -> float:
+    motor = meta.get("motor", {})
+    try:
+        value = 1.5 * float(motor["pole_pairs"]) * float(motor["psi_wb"])
+    except (KeyError, TypeError, ValueError):
+        value = 0.0
+    if not value > 0.0:
+        given = motor.get("psi_wb", MISSING) if isinstance(motor, Mapping) else MISSING
+        must = "a flux linkage above 0, for the torque of an ampere"
+        raise InputError(path, "motor.psi_wb", given, must, "give --torque-per-a-nm")
+    return value
