@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from evenspin.reproduce.check import Check
 from evenspin.reproduce.yeh2024.measure import Row, find, reduction_pct
@@ -33,6 +34,20 @@ ACCEPTANCE: dict[tuple[str, str], tuple[Band, Band, Band]] = {
 }
 ALL_WRONG: dict[str, Band] = {"rdc": (0.1e-3, 0.4e-3), "rdc-beyond": (0.02e-3, 0.15e-3)}  # turn10_rms
 
+# What identification has to find of the simulated machine: relative bands, then those of (cycles, amplitude, phase)
+IDENTIFIED = {
+    "inertia_kgm2": (0.780e-2, 0.02),
+    "viscous_nms": (0.339e-1, 0.02),
+    "coulomb_nm": (0.387, 0.02),
+    "static_nm": (0.457, 0.02),
+    "stribeck_rad_s": (0.551, 0.08),
+    "shape": (1.957, 0.10),
+}
+LINES = (
+    ("main line", (5.724e-6 * 2**22, 0.140, 1.275), (0.001, 0.02 * 0.140, 0.03)),
+    ("second line", (9.678e-7 * 2**22, 0.022, 0.521), (0.001, 0.02 * 0.022, 0.05)),
+)
+
 # Raw error of RDC against the learning methods: (what, key, least reduction, %)
 AGAINST = (("turns 1-3", "raw_max_turns_1_3", 90.0), ("turn 10", "raw_max_turn10", 99.0))
 
@@ -40,6 +55,20 @@ AGAINST = (("turns 1-3", "raw_max_turns_1_3", 90.0), ("turn 10", "raw_max_turn10
 def check_rows(rows: Sequence[Row]) -> list[Check]:
     """Everything that can be checked with the rows there are."""
     return [*_bands(rows), *_lags(rows), *_all_wrong(rows), *_against_learning(rows), *_against_reference(rows)]
+
+
+def check_identified(found: Mapping[str, Any]) -> list[Check]:
+    """What identification found against what the simulated machine has."""
+    checks = [
+        Check(f"identified {name}", "", found[name], (1.0 - band) * true, (1.0 + band) * true, True)
+        for name, (true, band) in IDENTIFIED.items()
+    ]
+    for index, (name, true, bands) in enumerate(LINES):
+        line = found["lines"][index] if index < len(found["lines"]) else {}
+        for key, value, band in zip(("cycles", "amplitude_nm", "phase_rad"), true, bands, strict=True):
+            what = f"identified {name}: {key}"
+            checks.append(Check(what, "", line.get(key, math.nan), value - band, value + band, True))
+    return checks
 
 
 def _bands(rows: Sequence[Row]) -> Iterator[Check]:

@@ -7,15 +7,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from evenspin.errors import NativeError
+from evenspin.identify.experiments import Experiment, by_kind, perform, plan, torque_per_a
+from evenspin.identify.result import KINDS, identify
+from evenspin.identify.source import Run as LoggedRun
+from evenspin.identify.source import run_of
 from evenspin.model import Setup, builtin_scenario
 from evenspin.native import load, tables
 from evenspin.reproduce.check import Check
 from evenspin.reproduce.work import Progress, plain, run_all
-from evenspin.reproduce.yeh2024.checks import check_rows
+from evenspin.reproduce.yeh2024.checks import check_identified, check_rows
 from evenspin.reproduce.yeh2024.measure import SIGNALS, Row, row_of
 from evenspin.reproduce.yeh2024.printed import SPEEDS_RPM
 from evenspin.sim import Record, simulate
 
+MODEL = "yeh2024"
 METHODS = ("ppi", "silc", "src", "rdc", "rdc-beyond")
 WITH_WRONG_MODELS = ("rdc", "rdc-beyond")
 WRONG_RPM = 20.0
@@ -78,7 +83,7 @@ def drive_of(method: str) -> dict[str, float]:
 
 
 def reproduce(numeric: str = "float", methods: Sequence[str] = METHODS, progress: Progress | None = None) -> Result:
-    """Run it."""
+    """Run it; with all methods, identify the machine from simulated experiments, too."""
     load(numeric)
     work: list[Callable[[], Any]] = [
         _later(method, f"rpm{rpm:g}", rpm, "true", numeric) for method in methods for rpm in SPEEDS_RPM
@@ -88,8 +93,18 @@ def reproduce(numeric: str = "float", methods: Sequence[str] = METHODS, progress
         for method in WITH_WRONG_MODELS
         if method in methods
     ]
-    runs = run_all(work, progress)
-    return Result(numeric, runs, {}, check_rows([run.row for run in runs]))
+    experiments = plan(MODEL, KINDS) if set(methods) == set(METHODS) else []
+    done = run_all([*(_experiment_later(each, numeric) for each in experiments), *work], progress)
+    logs, runs = done[: len(experiments)], done[len(experiments) :]
+    checks = check_rows([run.row for run in runs])
+    if not experiments:
+        return Result(numeric, runs, {}, checks)
+    found = identify(by_kind(logs)).as_json()
+    return Result(numeric, runs, found, [*checks, *check_identified(found)])
+
+
+def _experiment_later(experiment: Experiment, numeric: str) -> Callable[[], LoggedRun]:
+    return lambda: run_of(perform(experiment, numeric), experiment.name, torque_per_a(experiment))
 
 
 def _later(method: str, scenario: str, speed_rpm: float, models: str, numeric: str) -> Callable[[], Run]:
