@@ -135,7 +135,6 @@ typedef struct {
 } drive_observer_t;
 
 typedef struct {
-    volatile bool      busy;     /**< The speed interrupt is at work: parameters must not change under it. */
     ctl_pi_t           pi;
     ctl_mt_t           mt;
     ctl_rc_t           rc;
