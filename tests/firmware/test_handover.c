@@ -199,6 +199,28 @@ void test_drive_tune_keeps_the_integral_parts(void)
     TEST_ASSERT_DOUBLE_WITHIN(4e-5, 0.9 + 20.0 * 0.108, q_volts());
 }
 
+void test_drive_tune_reaches_the_speed_controller_and_the_tracking_filter(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_inline = 1U;
+    p.speed_ki_a_per_unit_s = 0.0f;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_SPEED, 1.0, 0.0, 0.0);
+    bench_periods(20U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0 * 0.0368, shown(SIGNAL_iq_ref_a));
+    p.speed_kp_a_per_unit = 0.1f;
+    p.pll_kp_per_s = 2000.0f;
+    p.pll_ki_per_s2 = 500000.0f;
+    TEST_ASSERT_TRUE(tune(&p));
+    bench_periods(10U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.4, shown(SIGNAL_iq_ref_a));
+
+    /* an angle of 0.01 rad is answered by k_i T_s 0.01 at once */
+    bench_angle(0.01);
+    bench_period();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.5, value_of(drive.tracking.pll.state.w) * (double)drive.scale.speed_rad_s);
+}
+
 /* The blocks of the speed interrupt may not change under it: the current interrupt waits while it was requested. */
 void test_drive_tune_waits_while_the_speed_interrupt_is_under_way(void)
 {
@@ -258,6 +280,22 @@ void test_drive_tune_of_a_gain_keeps_what_the_repetitive_controller_learned(void
     bench_periods(10U);
 
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * before, before, shown(SIGNAL_rc_out_unit));
+}
+
+/* the rotor stands: a period teaches the gain times the error; without gain the memory only turns round */
+void test_drive_tune_of_a_gain_changes_what_is_learned_from_now_on(void)
+{
+    drive_params_t p = learning();
+    p.rc_gain = 0.0f;
+    p.rc_q_side = 0.0f;
+    p.rc_q_centre = 1.0f;
+    TEST_ASSERT_TRUE(tune(&p));
+    bench_periods(1500U); /* the last samples with the old gain have come round */
+    const double before = shown(SIGNAL_rc_out_unit);
+    bench_periods(1000U); /* a period of 100 samples */
+
+    TEST_ASSERT_TRUE(before > 1.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * before, before, shown(SIGNAL_rc_out_unit));
 }
 
 void test_drive_tune_of_order_lead_or_memory_clears_it(void)

@@ -231,6 +231,51 @@ void test_state_machine_calibration_called_off_before_its_first_sample_leaves_th
     TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.offset_a_a);
 }
 
+void test_state_machine_second_calibration_knows_nothing_of_the_first(void)
+{
+    init(10U, 10U, 0U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench.sample.ia_a = 0.4f;
+    bench.sample.ib_a = -0.2f;
+    bench.sample.ic_a = -0.2f;
+    bench_periods(10U);
+    pass_to(DRIVE_ALIGN);
+    bench.sample_status = HAL_SENSOR_FAULT; /* counts may be lost: all anew */
+    bench_period();
+    bench.sample_status = HAL_OK;
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench.sample.ia_a = 0.1f;
+    bench.sample.ib_a = 0.0f;
+    bench.sample.ic_a = -0.1f;
+    bench_periods(10U);
+    pass_to(DRIVE_ALIGN);
+
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, drive.offset_a_a);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, drive.offset_b_a);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, -0.1f, drive.offset_c_a);
+}
+
+void test_state_machine_second_start_up_that_fails_does_not_count_for_the_first(void)
+{
+    init(0U, 10U, 0U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(10U);
+    pass_to(DRIVE_READY);
+    bench.sample_status = HAL_SENSOR_FAULT;
+    bench_period();
+    bench.sample_status = HAL_OK;
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+    pass_to(DRIVE_ALIGN);
+    bench.sample.vdc_v = 100.0f;
+    bench_period();
+    bench.sample.vdc_v = (float)BENCH_VDC;
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+}
+
 /* ---- alignment ------------------------------------------------------------------------------------------------------ */
 
 static void align_at(double theta_m, bool reversed)
@@ -275,6 +320,29 @@ void test_state_machine_without_alignment_the_zero_is_the_parameter(void)
     bench_angle(0.5);
 
     TEST_ASSERT_DOUBLE_WITHIN(4e-6, 2.0 + 1.25, theta_e());
+}
+
+void test_state_machine_start_up_without_alignment_takes_the_parameter_again(void)
+{
+    align_at(2.3, false);
+    drive_params_t p = drive.params;
+    uint16_t       culprit = 0U;
+    p.align_periods = 0U;
+    p.encoder_offset_rad = 1.25f;
+    TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
+    bench_periods(1U);
+    bench.sample_status = HAL_SENSOR_FAULT; /* start up anew */
+    bench_period();
+    bench.sample_status = HAL_OK;
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_INIT);
+    pass_to(DRIVE_READY);
+    bench_angle(0.5);
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 2.0 + 1.25, theta_e());
+
+    p.encoder_offset_rad = 0.25f; /* and follows it from now on */
+    TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 2.0 + 0.25, theta_e());
 }
 
 /* ---- start and stop ------------------------------------------------------------------------------------------------- */
@@ -367,9 +435,10 @@ void test_state_machine_start_begins_with_controllers_at_rest(void)
     for (int k = 0; k < 2; k++) {
         drive_start(&drive);
         pass_to(DRIVE_RUN);
-        bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
+        bench_command(DRIVE_MODE_CURRENT, 0.0, -0.5, 1.0);
         bench_periods(1U);
         TEST_ASSERT_FLOAT_WITHIN(2e-5f, 0.6f, telemetry_read(&drive, SIGNAL_vq_v));
+        TEST_ASSERT_FLOAT_WITHIN(2e-5f, -0.3f, telemetry_read(&drive, SIGNAL_vd_v));
         bench_periods(50U);
         drive_stop(&drive);
         pass_to(DRIVE_READY);
@@ -465,7 +534,16 @@ void test_state_machine_counters_start_anew_after_a_clear(void)
     drive_clear_fault(&drive);
     drive_background(&drive);
     bench_periods(2U);
+    ASSERT_NO_FAULT("two more");
+    bench.sample_status = HAL_OK;
+    bench_period();
 
+    bench.sample.ia_a = NAN;
+    bench_periods(3U);
+    ASSERT_FAULT(FAULT_non_finite, "three");
+    drive_clear_fault(&drive);
+    drive_background(&drive);
+    bench_periods(2U);
     ASSERT_NO_FAULT("two more");
 }
 

@@ -37,6 +37,18 @@ void test_start_up_from_any_angle_turns_in_the_right_direction(void)
     }
 }
 
+/* an incremental encoder begins at 0 wherever the rotor stands */
+void test_start_up_aligns_an_incremental_encoder(void)
+{
+    for (int k = 0; k < 4; k++) {
+        start_from(0.4 * k + 0.1, 15.708);
+        rig_model("encoder_absolute", 0.0);
+        rig_start();
+        rig_run(15000);
+        assert_turns(15.708, at("from %g rad", 0.4 * k + 0.1));
+    }
+}
+
 static double aligned_angle_e(double theta_m)
 {
     start_from(theta_m, 0.0);

@@ -358,14 +358,14 @@ void test_plant_takes_more_steps_for_a_faster_machine(void)
 
 void test_plant_angle_of_the_frame_does_not_drift_over_many_turns(void)
 {
-    model.inertia_kgm2 = 1e3;
+    model.inertia_kgm2 = 1e3; /* the short circuit slows it by a millionth */
     model.initial_speed_rad_s = 500.0;
-    model.psi_wb = 0.0;
+    model.substeps = 1.0; /* the frame turns by 0.2 rad a step, and is computed anew after 256 */
     machine_start();
     machine_voltage(0.0, 0.0, 20000); /* 1000 rad */
 
     const double e = 4.0 * plant.x.theta_m_rad;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 1000.0, plant.x.theta_m_rad); /* two million sums, each rounded by up to 1e-13 */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-2, 1000.0, plant.x.theta_m_rad);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, cos(e), plant.cosine_e);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, sin(e), plant.sine_e);
 }
@@ -393,6 +393,61 @@ void test_plant_gates_off_two_phases_conduct_against_the_dc_link_until_their_cur
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, 0.0, i[0], at("a, period %d", k));
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, expected, i[1], at("b, period %d", k));
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, -expected, i[2], at("c, period %d", k));
+    }
+}
+
+/* The same while the rotor turns: 2 L di/dt = -Vdc - 2 R i - (e_b - e_c), and phase a lies at its own back-EMF. With
+ * e = -we psi sin(theta_e) + j we psi cos(theta_e) the difference e_b - e_c is sqrt(3) we psi cos(theta_e). */
+void test_plant_gates_off_two_phases_conduct_against_the_back_emf_while_the_third_floats(void)
+{
+    const double start[] = {0.0, 0.4, 1.0, 2.0, 2.9};
+    for (size_t n = 0; n < COUNT_OF(start); n++) {
+        model.ld_h = model.lq_h = 10e-3;
+        model.inertia_kgm2 = 1e3;
+        model.initial_speed_rad_s = 200.0;
+        model.initial_angle_rad = start[n];
+        model.substeps = 20.0;
+        machine_start();
+        const double amps = 4.0 / (0.5 * SQRT3); /* on beta: i_b = 4 A, i_c = -4 A */
+        plant.x.id_a = amps * sin(4.0 * start[n]);
+        plant.x.iq_a = amps * cos(4.0 * start[n]);
+        double i_b = 4.0;
+        double t = 0.0;
+        for (int k = 1; k <= 20; k++) { /* a tenth of its life */
+            machine_coast(1);
+            for (int m = 0; m < 1000; m++) { /* midpoints: (1e-7 800)^2 of the back-EMF */
+                const double e = SQRT3 * 800.0 * 6.4e-3 * cos(4.0 * start[n] + 800.0 * (t + 0.5e-7));
+                i_b += 1e-7 * (-24.0 - 0.72 * i_b - e) / 20e-3;
+                t += 1e-7;
+            }
+            double i[3];
+            sim_plant_phase_currents(&plant, i);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 0.0, i[0], at("a, from %g, period %d", start[n], k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, i_b, i[1], at("b, from %g, period %d", start[n], k));
+        }
+    }
+}
+
+/* Three phases: a carries in, b and c carry out; until b or c is gone the machine sees 2/3 Vdc against phase a, i.e.
+ * L di_a/dt = -2/3 Vdc - R i_a while b and c share it as they began: L d(i_b - i_c)/dt = -R (i_b - i_c). */
+void test_plant_gates_off_three_phases_conduct_until_the_smallest_current_is_gone(void)
+{
+    model.rotor_locked = 1.0;
+    model.ld_h = model.lq_h = 10e-3;
+    model.substeps = 10.0;
+    machine_start();
+    plant.x.id_a = 5.0; /* i_a = 5, i_b = -2.5 + 1, i_c = -2.5 - 1 */
+    plant.x.iq_a = 2.0 / SQRT3;
+    const double tau = 10e-3 / 0.36;
+    for (int k = 1; k <= 10; k++) {
+        machine_coast(1);
+        double       i[3];
+        const double t = 1e-4 * k;
+        const double decay = exp(-t / tau);
+        const double i_a = (5.0 + 16.0 / 0.36) * decay - 16.0 / 0.36;
+        sim_plant_phase_currents(&plant, i);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, i_a, i[0], at("a, period %d", k));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 2.0 * decay, i[1] - i[2], at("b - c, period %d", k));
     }
 }
 

@@ -138,6 +138,44 @@ void test_sensors_without_an_edge_its_time_stands(void)
     TEST_ASSERT_EQUAL_INT64(1, plant.edge_count);
 }
 
+/* ---- index of an incremental encoder ---------------------------------------------------------------------------- */
+
+static void incremental(double speed, double angle)
+{
+    model.encoder_absolute = 0.0;
+    turn_at(speed, angle);
+}
+
+void test_sensors_incremental_encoder_counts_from_zero_at_the_start(void)
+{
+    incremental(0.0, 2.3);
+    sim_plant_read(&plant, &reading);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, reading.theta_m_rad);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 100.0 * COUNT, angle_at(2.3 + 100.5 * COUNT));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 3999.0 * COUNT, angle_at(2.3 - 0.5 * COUNT));
+    TEST_ASSERT_FALSE(plant.index_seen);
+}
+
+/* the pulse is at the true angle 0; the encoder, which began at 0 where the rotor stood, reads 2 pi less that angle */
+void test_sensors_index_is_seen_where_the_true_angle_is_zero_in_both_directions(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double way = (sign > 0) ? TWO_PI - 2.3 : 2.3;
+        incremental(100.0 * sign, 2.3);
+        machine_voltage(0.0, 0.0, (int)(way / 0.01) - 1);
+        TEST_ASSERT_FALSE(plant.index_seen);
+        machine_voltage(0.0, 0.0, 3);
+        TEST_ASSERT_TRUE(plant.index_seen);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9, TWO_PI - 2.3, plant.index_rad);
+    }
+}
+
+void test_sensors_absolute_encoder_needs_no_index(void)
+{
+    turn_at(0.0, 2.3);
+    TEST_ASSERT_TRUE(plant.index_seen);
+}
+
 /* ---- current sensors ------------------------------------------------------------------------------------------------ */
 
 /* Locked at angle 0 with id = alpha, iq = beta. */
