@@ -53,9 +53,11 @@ void drive_speed_step(drive_t *d)
 
 void drive_speed_isr(drive_t *d)
 {
+    d->speed_busy = 1U;
     if (!d->setup.speed_inline) {
         drive_speed_step(d);
     }
+    d->speed_busy = 0U;
 }
 
 float drive_speed_rad_s(const drive_t *d)
