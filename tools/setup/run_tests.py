@@ -1,6 +1,6 @@
 """Run the checks of the project, or those named on the command line, and add up what they found.
 
-    run_tests.py [host] [asan] [fixed] [arm] [coverage] [lint] [python]
+    run_tests.py [host] [asan] [fixed] [arm] [coverage] [lint] [python] [avr] [m4] [cppcheck]
 
 The last line is `N passed, N failed`: the tests of ctest and pytest together. A step that has no tests of its own, or
 does not get as far as running them, adds nothing when it is good and one failure when it is not.
@@ -78,12 +78,12 @@ class Step:
         self.need("cmake", "--build", "--preset", self.name, "--parallel", JOBS)
 
     def ctest(self) -> Count:
-        return self._counted("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
+        return self.counted("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
 
     def pytest(self) -> Count:
-        return self._counted(sys.executable, "-m", "pytest", "-q", f"--junitxml={self.junit}")
+        return self.counted(sys.executable, "-m", "pytest", "-q", f"--junitxml={self.junit}")
 
-    def _counted(self, *command: str | Path) -> Count:
+    def counted(self, *command: str | Path) -> Count:
         """Run tests and count what the JUnit file says; a bad exit status that no test explains is a failure, too."""
         status, output = self.call(*command)
         count = read_junit(self.junit) if self.junit.exists() else Count()
@@ -133,6 +133,50 @@ def arm(step: Step) -> Count:
     return Count()
 
 
+def missing(*tools: str) -> bool:
+    """Whether a tool is not there: said in one line, and in CI a failure."""
+    absent = [tool for tool in tools if shutil.which(tool) is None]
+    if absent and os.environ.get("CI") == "true":
+        raise StepFailed(f"{', '.join(absent)} not installed; `make setup` says how")
+    if absent:
+        print(f"[test] left out: {', '.join(absent)} not installed; `make setup` says how")
+    return bool(absent)
+
+
+def on_target(step: Step, toolchain: str, *tools: str) -> Count:
+    """control/ and firmware/ by another compiler, and the block tests on its machine."""
+    if missing(*tools):
+        return Count()
+    build = ROOT / "build" / f"target-{step.name}"
+    cmock = Path("/usr/share/cmock")
+    if not cmock.is_dir():
+        cmock = next((ROOT / "build").glob("fetched/cmock_upstream-src"), cmock)
+    step.need(
+        "cmake", "-S", "tests/target", "-B", build, "-G", "Ninja", "--toolchain", ROOT / "cmake" / toolchain,
+        f"-DCMOCK_DIR={cmock}",
+    )  # fmt: skip
+    step.need("cmake", "--build", build, "--parallel", JOBS)
+    return step.counted("ctest", "--test-dir", build, "--parallel", JOBS, "--output-on-failure",
+                        "--output-junit", step.junit)  # fmt: skip
+
+
+def avr(step: Step) -> Count:
+    """int of 16 bits: AVR under simavr."""
+    return on_target(step, "avr.cmake", "avr-gcc", "simavr")
+
+
+def m4(step: Step) -> Count:
+    """Cortex-M4F under QEMU."""
+    return on_target(step, "arm-none-eabi.cmake", "arm-none-eabi-gcc", "qemu-system-arm")
+
+
+def cppcheck(step: Step) -> Count:
+    """Static analysis with the sizes of the C28x."""
+    if not missing("cppcheck"):
+        step.need(sys.executable, ROOT / "tests/target/cppcheck/check.py", ROOT)
+    return Count()
+
+
 def coverage(step: Step) -> Count:
     """Coverage of control/ by its own tests. The host step counts the same tests, so they are not counted again."""
     step.build()
@@ -161,6 +205,9 @@ STEPS: dict[str, Callable[[Step], Count]] = {
     "host": c_tests,
     "python": python,
     "arm": arm,
+    "avr": avr,
+    "m4": m4,
+    "cppcheck": cppcheck,
     "coverage": coverage,
     "asan": c_tests,
     "fixed": c_tests,

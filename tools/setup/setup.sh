@@ -69,6 +69,12 @@ list_missing() {
     has_cmock || testing+=(cmock)
     has arm-none-eabi-gcc || testing+=(gcc-arm-none-eabi)
     { has arm-none-eabi-gcc && has_c_library arm-none-eabi-gcc; } || testing+=(libnewlib-arm-none-eabi)
+    has avr-gcc || testing+=(gcc-avr avr-libc)
+    { has simavr && [ -f /usr/include/simavr/sim_avr.h ] && [ -f /usr/include/libelf.h ]; } ||
+        testing+=(simavr libsimavr-dev libelf-dev)
+    has qemu-system-arm || testing+=(qemu-system-arm)
+    has cppcheck || testing+=(cppcheck)
+    has clang-16 || has clang-19 || testing+=("$([ "$(codename)" = bookworm ] && echo clang-16 || echo clang-19)")
 }
 
 apt_install() {
