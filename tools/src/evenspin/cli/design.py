@@ -97,3 +97,50 @@ def design_rc(
         screen.print(str(plot), style="bold")
     if json_file is not None:
         write_json(as_json(work.found) | {"gains_db": work.gains_db, "period_samples": work.period_samples}, json_file)
+
+
+@app.command("rdc")
+def design_rdc(
+    model: Annotated[str, typer.Option(help="A model file .toml, or a built-in model.")] = "yeh2024",
+    kpp: Annotated[Number, _option("Gain of the position controller k_pp, 1/s.")] = None,
+    kvp: Annotated[Number, _option("Gain of the velocity controller k_vp, A s/rad.")] = None,
+    ti: Annotated[Number, _option("Integral time of the velocity controller T_i, s.")] = None,
+    torque_per_a_nm: Annotated[Number, _option("Torque constant K_t = 1.5 p psi, N m/A.")] = None,
+    inertia_kgm2: Annotated[Number, _option("Inertia J, kg m^2.")] = None,
+    viscous_nms: Annotated[Number, _option("Viscous friction B, N m s/rad.")] = None,
+    rho: Annotated[Number, _option("Bound of the robust term, N m.")] = None,
+    sigma: Annotated[Number, _option("Half width of its linear part.")] = None,
+    q: Annotated[float, typer.Option(help="Q = q I of the Lyapunov equation.")] = 1.0,
+    delay_samples: Annotated[int | None, _option("Delay of the torque command, samples.", min=0, max=7)] = None,
+    json_file: JsonFile = None,
+) -> None:
+    """The Lyapunov matrix of robust driving control, stability, and the robust term against chatter.
+
+    Prints the drive parameters to paste. A rho / sigma that chatters with this delay is warned of, one that chatters
+    without any delay is refused.
+
+    Example: `evenspin design rdc --rho 0.15 --sigma 0.02`
+    """
+    from evenspin.design.rdc_command import drive_text, prepare, tables_of
+    from evenspin.tableview import print_table
+
+    check_json_file(json_file)
+    choices = {
+        "kpp_per_s": kpp,
+        "kvp_a_per_rad_s": kvp,
+        "ti_s": ti,
+        "torque_per_a_nm": torque_per_a_nm,
+        "inertia_kgm2": inertia_kgm2,
+        "viscous_nms": viscous_nms,
+        "delay_samples": delay_samples,
+        "rho_nm": rho,
+        "sigma": sigma,
+        "q": q,
+    }
+    found = prepare(model, choices)
+    screen = console(json_file)
+    for view in tables_of(found):
+        print_table(view, screen)
+    screen.print(drive_text(found))
+    if json_file is not None:
+        write_json(found.as_json(), json_file)
