@@ -120,11 +120,11 @@ bool port_trip_self_test(void)
 
 BOARD_RAM_CODE void hal_inverter_disarm(void)
 {
+    release = false; /* first: a period that begins in here must not undo what follows */
+    armed = false;
     for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
         EPWM_forceTripZoneEvent(EPWM[k], EPWM_TZ_FORCE_EVENT_OST);
     }
-    armed = false;
-    release = false;
 }
 
 /* First thing in a period: the gates follow the duties from its start on. A standing fault sets the one-shot again. */
@@ -183,8 +183,8 @@ void hal_inverter_clear_fault(void)
     hal_inverter_fault_t reason = HAL_INVERTER_FINE;
     hal_inverter_disarm();
     port_driver_clear();
-    latched = HAL_INVERTER_FINE;
     clear_hardware_flags();
+    latched = HAL_INVERTER_FINE; /* after the flags: the current interrupt would find the old ones again */
     if (!port_driver_is_well(&reason)) {
         port_trip_note(reason);
     }

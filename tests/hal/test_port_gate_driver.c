@@ -82,6 +82,16 @@ void test_hanging_spi_ends_and_is_a_fault(void)
     TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_FAULT, hal_inverter_fault());
 }
 
+void test_nfault_without_a_reason_in_the_status_is_a_driver_fault(void)
+{
+    hal_inverter_fault_t reason = HAL_INVERTER_FINE;
+    chip.nfault_stuck = true;
+
+    TEST_ASSERT_FALSE(port_driver_is_well(&reason));
+
+    TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_FAULT, reason);
+}
+
 void test_quiet_status_means_no_fault(void) { TEST_ASSERT_EQUAL(HAL_INVERTER_FINE, meaning(0U, 0U, 0U, 0U)); }
 
 void test_temperature_warning_and_shutdown_mean_over_temperature(void)

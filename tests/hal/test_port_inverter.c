@@ -204,3 +204,47 @@ void test_disarming_by_software_is_not_a_hardware_fault(void)
     TEST_ASSERT_EQUAL(HAL_INVERTER_FINE, hal_inverter_fault());
     TEST_ASSERT_EQUAL(HAL_OK, hal_inverter_arm());
 }
+
+static void a_period_begins(void) { period(); }
+
+static void a_period_looks_for_faults(void)
+{
+    period();
+    (void)hal_inverter_fault();
+}
+
+void test_disarm_wins_against_a_period_that_begins_meanwhile(void)
+{
+    for (int i = 0; i < 3; i++) { /* between any two modules */
+        TEST_ASSERT_EQUAL(HAL_OK, hal_inverter_arm());
+        chip.interrupted_call = "EPWM_forceTripZoneEvent";
+        chip.calls_before = i;
+        chip.interrupt = &a_period_begins;
+
+        hal_inverter_disarm();
+
+        TEST_ASSERT_NULL(chip.interrupted_call);
+        TEST_ASSERT_TRUE(all_gates_low());
+        period();
+        TEST_ASSERT_TRUE(all_gates_low());
+    }
+}
+
+void test_cleared_fault_is_not_found_again_by_an_interrupt_meanwhile(void)
+{
+    static const char *const CALL[] = {"CMPSS_clearFilterLatchHigh", "EPWM_clearOneShotTripZoneFlag", "EPWM_clearTripZoneFlag"};
+    for (int i = 0; i < 3; i++) {
+        arm();
+        phase_currents(19.0, 0.0, 0.0);
+        fake_trips();
+        phase_currents(0.0, 0.0, 0.0);
+        period();
+        chip.interrupted_call = CALL[i];
+        chip.interrupt = &a_period_looks_for_faults;
+
+        hal_inverter_clear_fault();
+
+        TEST_ASSERT_EQUAL_MESSAGE(HAL_INVERTER_FINE, hal_inverter_fault(), CALL[i]);
+        TEST_ASSERT_TRUE(all_gates_low());
+    }
+}

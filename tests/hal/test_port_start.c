@@ -169,6 +169,19 @@ void test_start_with_a_dead_trip_path_never_arms(void)
     TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, hal_inverter_arm());
 }
 
+void test_start_with_a_dead_trip_zone_connects_no_gate(void)
+{
+    fake_power_on();
+    chip.trip_zone_dead = true;
+
+    TEST_ASSERT_EQUAL(PORT_TRIP_UNARMED, port_init());
+
+    for (int pin = 0; pin < 6; pin++) {
+        TEST_ASSERT_EQUAL(-1, CALLED("GPIO_setPinConfig", GATES[pin]));
+    }
+    TEST_ASSERT_EQUAL(-1, CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 1U));
+}
+
 void test_start_gives_every_other_interrupt_to_a_handler_that_trips(void)
 {
     arm();

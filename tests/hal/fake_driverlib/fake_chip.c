@@ -29,6 +29,10 @@ void fake_record(const char *name, int count, const uint32_t *arguments)
     for (int i = 0; i < count; i++) {
         c->argument[i] = arguments[i];
     }
+    if ((chip.interrupted_call != NULL) && (strcmp(chip.interrupted_call, name) == 0) && (chip.calls_before-- == 0)) {
+        chip.interrupted_call = NULL;
+        chip.interrupt();
+    }
 }
 
 void fake_forget_calls(void) { calls = 0; }
@@ -232,7 +236,7 @@ void fake_interrupts(void)
 
 static bool nfault_is_low(void)
 {
-    return (chip.drv[1] | chip.drv[2] | chip.drv[3] | chip.drv[4]) != 0U;
+    return chip.nfault_stuck || ((chip.drv[1] | chip.drv[2] | chip.drv[3] | chip.drv[4]) != 0U);
 }
 
 uint32_t GPIO_readPin(uint32_t pin)
@@ -372,6 +376,9 @@ void EPWM_clearOneShotTripZoneFlag(uint32_t base, uint16_t tzOSTFlags)
 void EPWM_forceTripZoneEvent(uint32_t base, uint16_t tzForceEvent)
 {
     RECORD(base, tzForceEvent);
+    if (chip.trip_zone_dead) {
+        return;
+    }
     epwm_of(base)->tz_flags = (uint16_t)(epwm_of(base)->tz_flags | (tzForceEvent & EPWM_TZ_FORCE_EVENT_OST));
 }
 void EPWM_enableADCTrigger(uint32_t base, EPWM_ADCStartOfConversionType adcSOCType)

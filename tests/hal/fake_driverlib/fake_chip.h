@@ -44,6 +44,9 @@ typedef struct {
     void (*on_eint)(void); /* called once, inside the next EINT */
     jmp_buf  escape;       /* where NOP jumps to... */
     bool     escape_set;   /* ...if it does: the way out of an endless loop */
+    const char *interrupted_call; /* in this call, once, ... */
+    int         calls_before;     /* ...after so many of them, ... */
+    void (*interrupt)(void);      /* ...this happens before it has its effect */
     uint64_t timer_start;
     void (*on_clock)(void); /* called when the main loop reads the cycle counter: the world goes on */
 
@@ -61,6 +64,8 @@ typedef struct {
     uint16_t     input_xbar1;
     bool         clocks_run, soc_enabled;
     bool         comparators_dead; /* a broken trip path */
+    bool         trip_zone_dead;   /* forcing a trip has no effect */
+    bool         nfault_stuck;     /* low without a reason in the status */
     uint16_t     soc_prescale;
 
     /* converter: input voltages and results */
