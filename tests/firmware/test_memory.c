@@ -294,6 +294,57 @@ void test_memory_save_with_a_flipped_bit_does_not_exist(void)
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_restore(&drive));
 }
 
+/* CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF; "123456789" gives 0x29B1), octet by octet */
+static uint16_t crc16(uint16_t crc, uint16_t octet)
+{
+    uint32_t c = crc ^ ((uint32_t)octet << 8);
+    for (int bit = 0; bit < 8; bit++) {
+        c = ((c << 1) ^ (((c & 0x8000U) != 0U) ? 0x1021U : 0U)) & 0xFFFFU;
+    }
+    return (uint16_t)c;
+}
+
+void test_memory_save_carries_the_published_check_sum_over_number_size_and_values(void)
+{
+    uint16_t check = 0xFFFFU;
+    for (uint16_t c = '1'; c <= '9'; c++) {
+        check = crc16(check, c);
+    }
+    TEST_ASSERT_EQUAL_HEX16(0x29B1U, check);
+    TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(1.0), CELLS));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
+
+    const uint16_t *const word = flash[0];
+    TEST_ASSERT_EQUAL_UINT16(CELLS, word[2]);
+    check = 0xFFFFU;
+    for (uint16_t i = 1U; i < 4U + 2U * CELLS; i++) {
+        const uint16_t w = flash[i / WORDS][i % WORDS];
+        if (i != 3U) { /* that is where it stands */
+            check = crc16(crc16(check, (uint16_t)(w >> 8)), (uint16_t)(w & 0xFFU));
+        }
+    }
+    TEST_ASSERT_EQUAL_HEX16(check, word[3]);
+    /* a value is ampere times 2^16, high word first */
+    TEST_ASSERT_INT_WITHIN(1, 65536, (int)(((uint32_t)word[4] << 16) | word[5]));
+}
+
+void test_memory_clear_forgets_the_repetitive_controller_too(void)
+{
+    drive_params_t p = bench_params();
+    p.method = DRIVE_METHOD_FORC;
+    p.speed_inline = 1U;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_SPEED, 15.707963, 0.0, 0.0);
+    bench_periods(1005U);
+    TEST_ASSERT_TRUE(value_of(drive.speed.correction) > 0.0);
+    drive.state = DRIVE_READY;
+    TEST_ASSERT_TRUE(drive_memory_clear(&drive));
+    drive.state = DRIVE_RUN;
+    bench_periods(10U);
+
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(drive.speed.correction));
+}
+
 void test_memory_board_without_storage_is_unsupported(void)
 {
     TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(1.0), CELLS));

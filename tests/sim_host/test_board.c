@@ -365,6 +365,7 @@ void test_board_start_forgets_everything(void)
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(0U, 0U, &back, 1U));
     TEST_ASSERT_EQUAL_HEX16(0xFFFFU, back);
     TEST_ASSERT_FALSE(board.armed);
+    TEST_ASSERT_FALSE(board.gates_on);
     TEST_ASSERT_EQUAL_UINT64(0U, board.gate_periods);
     TEST_ASSERT_EQUAL_DOUBLE(0.5, board.duty_next[0]);
     (void)read_ok();

@@ -208,6 +208,8 @@ void test_capi_record_refuses_too_many_none_and_nothing(void)
         many[k] = "iq_a";
     }
     TEST_ASSERT_FALSE(es_sim_record(sim, many, 1000));
+    TEST_ASSERT_FALSE(es_sim_record(sim, many, 65));
+    TEST_ASSERT_TRUE(es_sim_record(sim, many, 64));
     TEST_ASSERT_FALSE(es_sim_record(sim, many, 0));
     TEST_ASSERT_FALSE(es_sim_record(sim, many, -1));
     TEST_ASSERT_FALSE(es_sim_record(sim, NULL, 1));
@@ -340,6 +342,56 @@ void test_capi_input_that_ramps_is_linear_between_its_points_and_constant_outsid
         const double now = fmin(30.0, fmax(10.0, 10.0 + 2000.0 * (1e-4 * k - 0.005)));
         TEST_ASSERT_DOUBLE_WITHIN(2e-6, now, shown("speed_ref_rad_s")); /* a float */
     }
+}
+
+void test_capi_input_switches_at_one_half(void)
+{
+    const double t[2] = {0.0, 0.01};
+    const double v[2] = {0.49, 0.51};
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "encoder_error", t, v, 2, false));
+    start();
+    run(100);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, shown("fault"));
+    run(1);
+    TEST_ASSERT_TRUE(shown("fault") > 0.0);
+}
+
+void test_capi_current_references_arrive_when_only_one_of_them_changes(void)
+{
+    const double t[2] = {0.0, 0.01};
+    const double zero[1] = {0.0};
+    const double d[2] = {1.0, 2.0};
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "control_mode", t, zero, 1, false));
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "id_ref_a", t, d, 2, false));
+    start();
+    run(100);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, shown("id_ref_a"));
+    run(1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, shown("id_ref_a"));
+}
+
+void test_capi_main_loop_passes_once_a_millisecond(void)
+{
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "offset_calibration_periods", 15.0));
+    start();
+    run(20); /* 15 periods are over, and the next pass is that of period 20 */
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, shown("state"));
+    run(1);
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, shown("state"));
+}
+
+void test_capi_clock_for_the_benchmark_runs_forward_in_seconds(void)
+{
+    const double t0 = es_monotonic_s();
+    double       t1 = t0;
+    int          readings = 0;
+    while ((t1 - t0 < 1e-3) && (readings < 10000000)) {
+        const double next = es_monotonic_s();
+        TEST_ASSERT_TRUE(next >= t1);
+        t1 = next;
+        readings++;
+    }
+    TEST_ASSERT_TRUE((readings > 10) && (readings < 1000000)); /* a reading takes more than 1 ns and less than 0.1 ms */
 }
 
 void test_capi_load_and_dc_link_inputs_reach_the_machine(void)
@@ -481,4 +533,78 @@ void test_capi_tune_refuses_and_says_why(void)
     assert_error_names("waits");
     run(20); /* the speed interrupt may be under way in the next period */
     TEST_ASSERT_TRUE(es_sim_tune(sim, "id_limit_a", 5.0));
+}
+
+/* ---- what the angle observer has learned ---------------------------------------------------------------------------- */
+
+static double table[200];
+static double back[200];
+
+static const double *wave(double size)
+{
+    for (int i = 0; i < 200; i++) {
+        table[i] = size * cos(0.0314159265 * i);
+    }
+    return table;
+}
+
+static void aro(void)
+{
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "method", 6.0));
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "auto_run", 0.0));
+}
+
+void test_capi_memory_given_before_the_start_is_there_after_it(void)
+{
+    aro();
+    TEST_ASSERT_TRUE(es_sim_memory_write(sim, wave(1.5), 200));
+    start();
+    TEST_ASSERT_EQUAL_INT(200, es_sim_memory_read(sim, back, 200));
+    for (int i = 0; i < 200; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, table[i], back[i]); /* a float, or a step of 6e-8 of 10 A */
+    }
+}
+
+void test_capi_memory_can_be_replaced_and_cleared_while_the_drive_waits(void)
+{
+    aro();
+    start();
+    TEST_ASSERT_TRUE(es_sim_memory_write(sim, wave(1.5), 200));
+    TEST_ASSERT_EQUAL_INT(200, es_sim_memory_read(sim, back, 200));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.5, back[0]);
+    TEST_ASSERT_TRUE(es_sim_memory_clear(sim));
+    TEST_ASSERT_EQUAL_INT(200, es_sim_memory_read(sim, back, 200));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, back[0]);
+}
+
+void test_capi_memory_read_writes_no_more_than_there_is_room_for(void)
+{
+    aro();
+    TEST_ASSERT_TRUE(es_sim_memory_write(sim, wave(1.5), 200));
+    start();
+    back[10] = 77.0;
+    TEST_ASSERT_EQUAL_INT(200, es_sim_memory_read(sim, back, 10)); /* how many there are */
+    TEST_ASSERT_EQUAL_DOUBLE(77.0, back[10]);
+    TEST_ASSERT_EQUAL_INT(200, es_sim_memory_read(sim, NULL, 200));
+    TEST_ASSERT_EQUAL_INT(200, es_sim_memory_read(sim, back, -5));
+}
+
+void test_capi_memory_refuses_senseless_sizes_and_a_running_drive(void)
+{
+    aro();
+    TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), 0));
+    TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), -1));
+    TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), 100000000));
+    assert_error_names("cells");
+    TEST_ASSERT_FALSE(es_sim_memory_write(sim, NULL, 200));
+    TEST_ASSERT_FALSE(es_sim_memory_write(NULL, table, 200));
+    TEST_ASSERT_FALSE(es_sim_memory_clear(NULL));
+    TEST_ASSERT_EQUAL_INT(0, es_sim_memory_read(NULL, back, 200));
+    TEST_ASSERT_EQUAL_INT(0, es_sim_memory_read(sim, back, 200)); /* not started */
+
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "auto_run", 1.0));
+    start();
+    run(100);
+    TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), 200));
+    TEST_ASSERT_FALSE(es_sim_memory_clear(sim));
 }

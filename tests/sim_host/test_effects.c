@@ -444,6 +444,17 @@ void test_effects_dead_time_takes_its_average_voltage_from_every_phase(void)
     }
 }
 
+void test_effects_dead_time_leaves_a_phase_without_current_alone(void)
+{
+    const double i[3] = {2.0, 0.0, -2.0};
+    double       v[3] = {12.0, 12.0, 12.0};
+    const double dead_time_s = 2e-6;
+    sim_effects[machine_effect("dead_time")]->phase_voltage(&dead_time_s, &model, i, v);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 - 0.48, v[0]);
+    TEST_ASSERT_EQUAL_DOUBLE(12.0, v[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 + 0.48, v[2]);
+}
+
 void test_effects_dead_time_holds_a_voltage_smaller_than_its_own_at_no_current(void)
 {
     machine_set("dead_time", "dead_time_s", 2e-6);
