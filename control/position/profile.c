@@ -46,6 +46,7 @@ static void settle(ctl_profile_t *self, int64_t step)
     s->last = step;
     s->sum = step * n;
     s->head = 0U;
+    s->still = (step == 0) ? self->params.smooth : 0U;
     for (uint16_t i = 0U; i < CTL_PROFILE_SMOOTH_MAX; i++) {
         s->past[i] = step;
     }
@@ -146,6 +147,7 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     out.acceleration = (p->acceleration > 0) ? ((num_t)(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;
 #endif
     s->last = step;
-    out.done = (s->position == target) && (step == 0) && (s->sum == 0);
+    s->still = (s->step != 0) ? 0U : (uint16_t)((s->still < p->smooth) ? (s->still + 1U) : s->still);
+    out.done = (s->position == target) && (s->still == p->smooth);
     return out;
 }

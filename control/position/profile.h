@@ -34,6 +34,7 @@ typedef struct {
     int64_t        sum;      /**< Of these. */
     int64_t        rest;     /**< Part of the mean that did not fit a whole number. */
     uint16_t       head;
+    uint16_t       still;    /**< Samples for which the trapezoid has been at rest, up to `smooth`. */
     ctl_position_t position; /**< Handed out. */
     int64_t        last;     /**< Step handed out last. */
 } ctl_profile_state_t;

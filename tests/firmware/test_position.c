@@ -615,6 +615,90 @@ void test_position_silc_learns_the_speed_that_is_missing(void)
         mean += (double)num_to_float(drive.position.ilc.state.grid.cell[i]) * (double)drive.scale.speed_rad_s / 500.0;
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.5, mean);
+
+    /* and it is still there after a time in speed mode */
+    const num_t kept = drive.position.ilc.state.grid.cell[300];
+    bench_command(DRIVE_MODE_SPEED, 0.0, 0.0, 0.0);
+    spin(0.0, 5);
+    go_to(shaft.theta);
+    spin(0.0, 5);
+    ASSERT_SAME_BITS(kept, drive.position.ilc.state.grid.cell[300]);
+}
+
+/* src is plugged in before its own correction: what it learns is speed command plus k_pp times error less speed */
+void test_position_src_learns_from_the_error_of_the_velocity_loop(void)
+{
+    drive_params_t p = params();
+    p.position_method = DRIVE_POSITION_SRC;
+    p.profile_speed_rad_s = 20.0f;
+    run_with(&p, 1000.0);
+    samples(1);
+    for (int k = 0; k < 70; k++) { /* 1.3 rad: nothing has come back yet */
+        spin(19.0, 1);
+        const double e = KPP * following() - 19.0;
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01, e, (double)num_to_float(drive.position.src.state.written) * (double)drive.scale.speed_rad_s, at("sample %d", k));
+    }
+}
+
+static drive_params_t rdc_alone(void)
+{
+    drive_params_t p = params();
+    p.position_method = DRIVE_POSITION_RDC;
+    p.position_kp_per_s = 0.0f;
+    p.position_kv_a_per_rad_s = 0.0f;
+    p.rdc_inertia_kgm2 = 1e-3f;
+    p.rdc_viscous_nms = 0.0f;
+    p.profile_speed_rad_s = 20.0f;
+    p.rdc_rho_nm = 0.0384f; /* 1 A */
+    p.rdc_sigma = 0.01f;
+    return p;
+}
+
+void test_position_rdc_robust_term_drives_towards_the_command(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (int row = 0; row < 3; row++) {
+            setUp();
+            drive_params_t p = rdc_alone();
+            p.rdc_p31 = (row == 0) ? 0.1f : 0.0f;
+            p.rdc_p32 = (row == 1) ? 1e-3f : 0.0f;
+            p.rdc_p33 = (row == 2) ? 1e-3f : 0.0f;
+            run_with(&p, 1000.0 * sign);
+            samples(100); /* held: all three errors point the same way */
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-4, 1.0 * sign, iq_ref(), at("row %d", row));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0 * sign, signal(SIGNAL_robust_a));
+        }
+    }
+}
+
+void test_position_rdc_learns_the_robust_torque_slowly(void)
+{
+    drive_params_t p = rdc_alone();
+    p.rdc_p33 = 1e-3f;
+    p.rdc_learn_gain = 0.25f;
+    run_with(&p, 1000.0);
+    samples(1);
+    spin(18.0, 349); /* a turn; 2 rad/s too slow: the bound, 1 A */
+    for (uint16_t i = 10U; i < 700U; i += 23U) {
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3, 0.25, (double)num_to_float(drive.position.learn.state.grid.cell[i]) * (double)drive.scale.current_a,
+                                          at("cell %u", i));
+    }
+}
+
+/* 1.9 A from the model, 2 A allowed: the integral part may not go on when the sum is at the limit */
+void test_position_integral_part_holds_when_model_and_feedback_together_are_limited(void)
+{
+    drive_params_t p = rdc_alone();
+    p.position_kp_per_s = (float)KPP;
+    p.position_kv_a_per_rad_s = 0.1f;
+    p.rdc_rho_nm = 0.0f;
+    p.iq_limit_a = 2.0f;
+    p.rdc_line1_nm = 1.9f * 0.0384f;
+    p.rdc_line1_rad = 1.5707963f; /* a line of no cycles: a constant */
+    run_with(&p, 0.1);
+    samples(2000);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2.0, iq_ref());
+    TEST_ASSERT_TRUE((double)num_to_float(drive.position.pi.state.x) * (double)drive.scale.current_a < 0.02);
 }
 
 void test_position_rdc_adds_the_friction_of_the_command(void)

@@ -292,6 +292,19 @@ void test_ctl_profile_follows_a_target_that_is_moved_or_reversed_on_the_way(void
     }
 }
 
+/* the mean of the first steps is no whole step yet: it stands on the target, but what was begun is on its way */
+void test_ctl_profile_is_not_done_while_the_mean_still_holds_a_motion(void)
+{
+    start(10, 1, 64U);
+    ctl_setpoint_t s;
+    (void)watch(100, &s);
+    (void)watch(100, &s);
+    TEST_ASSERT_EQUAL_INT64(0, watch(0, &s));
+    TEST_ASSERT_EQUAL_INT64(0, s.position);
+    TEST_ASSERT_FALSE(s.done);
+    (void)run_to(0, 200);
+}
+
 /* braking from full speed: overshoots, because it has to, and by the braking way only */
 void test_ctl_profile_target_too_near_to_stop_is_passed_by_the_braking_way(void)
 {
