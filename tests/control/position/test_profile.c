@@ -96,6 +96,10 @@ void test_ctl_profile_stands_where_it_was_reset_to(void)
 
     TEST_ASSERT_EQUAL_INT64(0, watch(-7 * CTL_ONE_TURN + 3, &s));
     TEST_ASSERT_TRUE(s.done);
+
+    start(SPEED, ACCEL, 64U); /* with a mean, too, from the first sample on */
+    TEST_ASSERT_EQUAL_INT64(0, watch(0, &s));
+    TEST_ASSERT_TRUE(s.done);
 }
 
 /* way v t with ramps of v / a: t = way / v + v / a samples */
