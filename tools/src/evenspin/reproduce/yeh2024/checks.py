@@ -12,8 +12,6 @@ from evenspin.reproduce.yeh2024.printed import SPEEDS_RPM, independent
 
 LAG_PER_RPM = math.pi / 30.0 / 10.0  # rad: speed over k_pp = 10 1/s
 LAG_BAND = 0.02
-# In fixed point the velocity integrator cuts what is below its last digit: some 2e-4 rad/s, or 2e-5 rad at k_pp = 10.
-AVG_FIXED = 5e-5
 REFERENCE_BAND = 0.12
 
 Band = tuple[float, float]
@@ -76,8 +74,6 @@ def _bands(rows: Sequence[Row]) -> Iterator[Check]:
         for speed_rpm, (low, high) in zip(SPEEDS_RPM, bands, strict=True):
             row = find(rows, method, speed_rpm)
             if row is not None:
-                if key == "avg_turn10" and row["numeric"] == "fixed":
-                    low, high = -AVG_FIXED, AVG_FIXED
                 yield _of_row(row, key, low, high, required=True)
 
 
