@@ -116,11 +116,13 @@
 
 #define BOARD_WATCHDOG_PRESCALE SYSCTL_WD_PRESCALE_4 /* 10 MHz / 512 / 4 / 256: resets after 52 ms */
 
-/* Functions that interrupts run: from RAM, without wait states. */
+/* Functions that interrupts run and tables that they read: in RAM, without wait states. */
 #ifdef __TMS320C28XX__
 #define BOARD_RAM_CODE __attribute__((ramfunc))
+#define BOARD_RAM_TABLE /* not const: .const lies in flash, .data in RAM */
 #else
 #define BOARD_RAM_CODE
+#define BOARD_RAM_TABLE const
 #endif
 
 #endif

@@ -1,7 +1,7 @@
 /* ePWM1..3: time base, duties, dead band, and the start of conversion. */
 #include "hal/f28379d/parts.h"
 
-static const uint32_t BASE[BOARD_PHASES] = BOARD_EPWM_BASES;
+static BOARD_RAM_TABLE uint32_t BASE[BOARD_PHASES] = BOARD_EPWM_BASES;
 
 /* Duty in force before the newest sample, set to come into force at it, and set for the next one. */
 static float before[BOARD_PHASES], after[BOARD_PHASES], next[BOARD_PHASES];

@@ -10,7 +10,7 @@
 #define HARDWARE_SIGNALS (EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_DCAEVT1)
 #define HARDWARE_FLAGS (EPWM_TZ_OST_FLAG_OST1 | EPWM_TZ_OST_FLAG_DCAEVT1)
 
-static const uint32_t EPWM[BOARD_PHASES] = BOARD_EPWM_BASES;
+static BOARD_RAM_TABLE uint32_t EPWM[BOARD_PHASES] = BOARD_EPWM_BASES;
 static const uint32_t CMPSS[BOARD_PHASES] = BOARD_CMPSS_BASES;
 
 static volatile bool                 armed;   /* from hal_inverter_arm on... */
