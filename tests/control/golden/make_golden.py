@@ -557,7 +557,7 @@ def low_pass(order: int, cutoff: float) -> list[float]:
 def make_fir() -> list[str]:
     rows = []
     for order in (0, 1, 2, 3, 5, 8, 9, 10, 14, 15):
-        for cutoff in (0.001, 0.02, 0.1, 0.25, 0.45):
+        for cutoff in (0.001, 0.02, 0.075, 0.1, 0.25, 0.45):
             taps = low_pass(order, cutoff)
             rows.append(f"    {{{order}U, {cutoff!r}, {{{', '.join(number(x) for x in taps)}}}}},")
     lines = [

@@ -309,9 +309,12 @@ void test_ctl_fir_init_rejects_asymmetric_taps(void)
 void test_ctl_fir_init_forgives_the_rounding_of_a_design(void)
 {
     ctl_fir_params_t p = valid_params();
-    p.tap[0] = num_add(p.tap[0], num_of(2e-7));
+    p.tap[0] = num_add(p.tap[0], num_of(4.0 * FIXED_STEP));
 
     TEST_ASSERT_EQUAL(CTL_OK, ctl_fir_init(&fir, &p).status);
+
+    p.tap[0] = num_add(valid_params().tap[0], num_of(per_numeric(2.6e-7, 5.0 * FIXED_STEP)));
+    assert_rejected(&p, CTL_ERR_RANGE, CTL_FIR_TAP);
 }
 
 void test_ctl_fir_init_rejects_taps_that_are_not_finite(void)
