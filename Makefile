@@ -1,12 +1,12 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench lint clean
+.PHONY: help setup build test host asan fixed arm coverage python demo bench lint target-report clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## install what is missing, make .venv with the command evenspin
 	@tools/setup/setup.sh
@@ -46,6 +46,9 @@ bench: setup ## speed of the simulator on this machine
 lint: setup ## ruff and the rules of the layers
 	@.venv/bin/ruff check .
 	@$(PYTHON) tests/architecture/check_layers.py .
+
+target-report: setup ## flash and RAM of every block, from the build for Cortex-M4F
+	@$(PYTHON) tests/target/report.py .
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

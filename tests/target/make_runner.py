@@ -2,8 +2,8 @@
 
     make_runner.py <runner.c> <unfit.txt> <numeric>
 
-A line of unfit.txt is `<name>[_<numeric>]  <reason>`; the name is a test file's or a test's. A name that no runner has any
-more is an error only for the file it stands in, so it is looked up there: `<file>:<test>`.
+The lines `<file>[_<numeric>]:<test>  <reason>` of unfit.txt count here; naming a test that the file does not have is an
+error.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Run the checks of the project, or those named on the command line, and add up what they found.
 
     run_tests.py [host] [asan] [fixed] [arm] [coverage] [lint] [python] [avr] [m4] [cppcheck]
+                 [cycles]
 
 The last line is `N passed, N failed`: the tests of ctest and pytest together. A step that has no tests of its own, or
 does not get as far as running them, adds nothing when it is good and one failure when it is not.
@@ -177,6 +178,14 @@ def cppcheck(step: Step) -> Count:
     return Count()
 
 
+def cycles(step: Step) -> Count:
+    """Cycles of the C28x against their budgets."""
+    if not any(shutil.which(f"clang-{version}") for version in range(15, 20)) and missing("clang-16"):
+        return Count()
+    step.need(ROOT / ".venv/bin/evenspin", "cycles", "--check")
+    return Count()
+
+
 def coverage(step: Step) -> Count:
     """Coverage of control/ by its own tests. The host step counts the same tests, so they are not counted again."""
     step.build()
@@ -208,6 +217,7 @@ STEPS: dict[str, Callable[[Step], Count]] = {
     "avr": avr,
     "m4": m4,
     "cppcheck": cppcheck,
+    "cycles": cycles,
     "coverage": coverage,
     "asan": c_tests,
     "fixed": c_tests,

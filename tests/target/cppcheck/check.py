@@ -1,4 +1,4 @@
-"""cppcheck with the sizes of the C28x, and with int of 16 bits and char of 8, over control/ and firmware/, both numerics.
+"""cppcheck with the sizes of the C28x, and those of an 8-bit machine, over control/ and firmware/, both numerics.
 
     check.py <root of the repository>
 

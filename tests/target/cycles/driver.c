@@ -1,0 +1,333 @@
+/**
+ * @file  tests/target/cycles/driver.c
+ * @brief Drives every block and both interrupts with inputs that reach their long ways, and reports what each call cost.
+ *
+ * The counter is advanced by code that `evenspin cycles` puts into every basic block of control/ and firmware/. Output, one
+ * line a name: name, calls, mean and largest cost in tenths of a cycle.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "control/motor/svm.h"
+#include "control/numeric/lagrange.h"
+#include "control/numeric/num_math.h"
+#include "firmware/app/drive.h"
+#include "hal/hal_clock.h"
+#include "hal/hal_inverter.h"
+#include "hal/hal_storage.h"
+
+uint64_t evenspin_cycles;
+
+typedef struct {
+    const char *name;
+    uint64_t    calls, sum, max;
+} row_t;
+static row_t    rows[200];
+static unsigned row_count;
+
+static void note(const char *name, uint64_t cost)
+{
+    unsigned i = 0U;
+    while ((i < row_count) && (strcmp(rows[i].name, name) != 0)) {
+        i++;
+    }
+    if (i == row_count) {
+        rows[row_count++].name = name;
+    }
+    rows[i].calls++;
+    rows[i].sum += cost;
+    rows[i].max = (cost > rows[i].max) ? cost : rows[i].max;
+}
+#define MEASURE(name, call)                       \
+    do {                                          \
+        const uint64_t before_ = evenspin_cycles; \
+        call;                                     \
+        note(name, evenspin_cycles - before_);    \
+    } while (0)
+
+static uint32_t seed = 1U;
+static float    noise(void) /* +-1 */
+{
+    seed = (seed * 1664525U) + 1013904223U;
+    return ((float)(seed >> 8) / 8388608.0f) - 1.0f;
+}
+
+/* ---- the board ----------------------------------------------------------------------------------------------------- */
+static hal_sample_t       sample;
+static hal_encoder_edge_t edge;
+static uint32_t           clock_now;
+static bool               speed_wanted;
+hal_status_t              hal_sample_read(hal_sample_t *out) { *out = sample; return HAL_OK; }
+hal_status_t              hal_encoder_edge(hal_encoder_edge_t *out) { *out = edge; return HAL_OK; }
+hal_status_t              hal_inverter_set_duty(const hal_duty_t *duty) { (void)duty; return HAL_OK; }
+hal_status_t              hal_inverter_arm(void) { return HAL_OK; }
+void                      hal_inverter_disarm(void) {}
+hal_inverter_fault_t      hal_inverter_fault(void) { return HAL_INVERTER_FINE; }
+void                      hal_inverter_clear_fault(void) {}
+uint32_t                  hal_clock_cyc(void) { return clock_now; }
+uint32_t                  hal_clock_hz(void) { return 200000000U; }
+uint16_t                  hal_storage_pages(void) { return 0U; }
+uint16_t                  hal_storage_page_words(void) { return 0U; }
+hal_status_t              hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
+hal_status_t              hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
+hal_status_t              hal_storage_erase(uint16_t page) { (void)page; return HAL_OK; }
+void                      hal_clock_request_speed_isr(void) { speed_wanted = true; }
+
+/* ---- blocks -------------------------------------------------------------------------------------------------------- */
+static num_t memory[6144];
+
+static void need(ctl_diag_t d, const char *what)
+{
+    if (d.status != CTL_OK) {
+        (void)printf("refused %s %d %u\n", what, (int)d.status, (unsigned)d.field);
+    }
+}
+
+static void numeric(void)
+{
+    num_t s, c, a[CTL_LAGRANGE_TAPS];
+    for (uint32_t k = 0U; k < 2000U; k++) {
+        MEASURE("angle_sincos", angle_sincos(k * 0x1234567U, &s, &c));
+        MEASURE("angle_from_rad", (void)angle_from_rad(noise() * 20.0f));
+        MEASURE("num_sqrt", (void)num_sqrt(fabsf(noise()) * 100.0f));
+        MEASURE("num_pow", (void)num_pow(fabsf(noise()) * 100.0f, 0.6f));
+        MEASURE("ctl_lagrange", ctl_lagrange((uint16_t)(k % 4U), fabsf(noise()), a));
+    }
+}
+
+static void motor(void)
+{
+    static ctl_pi_t       pi;
+    static ctl_pll_t      pll;
+    static ctl_mt_t       mt;
+    const ctl_pi_params_t pp = {0.6f, 0.1f, -10.0f, 10.0f, CTL_PI_HOLD_OUTWARD};
+    need(ctl_pi_init(&pi, &pp), "pi");
+    const ctl_pll_params_t lp = {0.0754f, 0.142f, 1.0e-4f, 3000.0f};
+    need(ctl_pll_init(&pll, &lp), "pll");
+    const ctl_mt_params_t mp = {200000U, 1.5707963f, 3000.0f, 100U};
+    need(ctl_mt_init(&mt, &mp), "mt");
+    int32_t  count = 0;
+    uint32_t now = 0U;
+    for (uint32_t k = 0U; k < 4000U; k++) {
+        const ctl_abc_t   i = {noise(), noise(), noise()};
+        const ctl_rotor_t r = {0.6f, 0.8f};
+        const ctl_dq_t    v = {20.0f * noise(), 20.0f * noise()};
+        ctl_ab_t          ab;
+        ctl_dq_t          dq;
+        ctl_abc_t         duty;
+        num_t             out = 0.0f;
+        MEASURE("ctl_clarke", (void)ctl_clarke(&i, &ab));
+        MEASURE("ctl_park", (void)ctl_park(&ab, &r, &dq));
+        MEASURE("ctl_inverse_park", (void)ctl_inverse_park(&v, &r, &ab));
+        MEASURE("ctl_vector_limit", (void)ctl_vector_limit(&v, 12.0f, &dq));
+        MEASURE("ctl_svm", (void)ctl_svm(&ab, 24.0f, &duty));
+        MEASURE("ctl_pi_output", out = ctl_pi_output(&pi, 30.0f * noise()));
+        MEASURE("ctl_pi_commit", ctl_pi_commit(&pi, out));
+        MEASURE("ctl_pll_step", (void)ctl_pll_step(&pll, k * 7000000U));
+        now += 200000U;
+        count += ((k % 300U) < 100U) ? 0 : (int32_t)(5.0f * noise());
+        MEASURE("ctl_mt_step", (void)ctl_mt_step(&mt, count, now - (k % 997U), now));
+    }
+}
+
+static void repetitive(void)
+{
+    static const char *const NAMES[2][3] = {{"ctl_rc_step keep", "ctl_rc_step clear", "ctl_rc_step angle"},
+                                            {"ctl_rc_step fal keep", "ctl_rc_step fal clear", "ctl_rc_step fal angle"}};
+    static ctl_rc_t          rc;
+    static ctl_fal_t         fal;
+    const ctl_fal_params_t   fp = {0.6f, 0.4f};
+    need(ctl_fal_init(&fal, &fp), "fal");
+    for (uint32_t k = 0U; k < 2000U; k++) {
+        MEASURE("ctl_fal", (void)ctl_fal(&fal, 5.0f * noise()));
+        MEASURE("ctl_fal_lambda", (void)ctl_fal_lambda(&fal, 5.0f * noise()));
+        MEASURE("ctl_period_ratio", (void)ctl_period_ratio(15707.0f, 100.0f + (90.0f * noise())));
+    }
+    for (int f = 0; f < 2; f++) {
+        for (int m = 0; m < 3; m += 2) {
+            const ctl_rc_params_t p = {0.6f, 5U, {0.45f, 0.1f}, 2U, false, (f != 0) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_NONE, fp, (ctl_rc_memory_t)m,
+                                       1000.0f, 0.0f, 0U};
+            need(ctl_rc_init(&rc, &p, memory, (m == 2) ? 256U : 512U), "rc");
+            angle_t at = 0U;
+            for (uint32_t k = 0U; k < 4000U; k++) {
+                const ctl_period_t n = ctl_period_ratio(15707.0f, 157.0f + ((k > 2000U) ? (0.3f * noise()) : 0.0f));
+                at += 43000000U;
+                MEASURE(NAMES[f][m], (void)ctl_rc_step(&rc, 5.0f * noise(), n, at));
+            }
+        }
+    }
+}
+
+static void position(void)
+{
+    static ctl_profile_t profile;
+    static ctl_ilc_t     ilc;
+    static ctl_src_t     src;
+    const ctl_ilc_params_t ip = {0.2f, 12U, 4.0f};
+    const ctl_src_params_t sp = {0.03f, 0x3F000000U, 4.0f};
+    const ctl_profile_params_t pp = {(int64_t)1 << 22, (int64_t)1 << 14, 16U, 1.0e-3f, 1.0e-3f};
+    need(ctl_profile_init(&profile, &pp), "profile");
+    ctl_profile_reset(&profile, 0);
+    need(ctl_ilc_init(&ilc, &ip, memory, 720U), "ilc");
+    angle_t at = 0U;
+    for (uint32_t k = 0U; k < 6000U; k++) {
+        MEASURE("ctl_profile_step", (void)ctl_profile_step(&profile, (k < 3000U) ? ((int64_t)1 << 33) : -((int64_t)1 << 32)));
+        at += 14000000U + (uint32_t)(int32_t)(1.0e6f * noise());
+        MEASURE("ctl_ilc_step", (void)ctl_ilc_step(&ilc, at, noise()));
+    }
+    need(ctl_src_init(&src, &sp, memory, 720U), "src");
+    for (uint32_t k = 0U; k < 6000U; k++) {
+        at += 14000000U;
+        MEASURE("ctl_src_step", (void)ctl_src_step(&src, at, 10.0f + noise(), noise()));
+    }
+}
+
+/* ---- the drive ----------------------------------------------------------------------------------------------------- */
+typedef struct {
+    const char *current_row, *speed_row;
+    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic;
+} variant_t;
+
+static const variant_t VARIANTS[] = {
+    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0},
+    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0},
+    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0},
+    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0},
+    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0},
+    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0},
+    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0},
+    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1},
+    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0},
+    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0},
+    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0},
+    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0},
+    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0},
+    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0},
+    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0},
+};
+
+static drive_t drive;
+
+static void run(const variant_t *v)
+{
+    drive_params_t p;
+    params_default(&p);
+    p.offset_calibration_periods = 0U;
+    p.align_periods = 0U;
+    p.auto_run = 1U;
+    p.method = v->method;
+    p.current_controller = v->deadbeat;
+    p.rc_memory = v->rc_memory;
+    p.position_method = v->position;
+    p.following_error_rad = 100.0f;
+    p.profile_speed_rad_s = 40.0f;
+    p.profile_accel_rad_s2 = 500.0f;
+    p.over_current_a = 100.0f;
+    p.over_speed_rad_s = 2000.0f;
+    if (v->cubic != 0U) {
+        p.aro_write = 2U;
+        p.aro_read = 1U;
+        p.aro_remove_mean = 1U;
+    }
+    if (v->position == 3U) {
+        p.rdc_coulomb_nm = 0.01f;
+        p.rdc_static_nm = 0.015f;
+        p.rdc_line1_cycles = 4.0f; p.rdc_line1_nm = 0.01f;
+        p.rdc_line2_cycles = 24.0f; p.rdc_line2_nm = 0.01f;
+        p.rdc_p31 = 0.1f; p.rdc_p32 = 0.1f; p.rdc_p33 = 0.1f;
+        p.rdc_rho_nm = 0.01f;
+    }
+    (void)memset(&drive, 0, sizeof drive);
+    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0.0f, 0U};
+    edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
+    drive_init(&drive, &p);
+    for (int pass = 0; pass < 5; pass++) {
+        drive_background(&drive);
+    }
+    float turn = 0.0f, speed = 0.0f;
+    for (uint32_t k = 0U; k < 20000U; k++) {
+        drive_command_t c = {(v->is_position != 0U) ? DRIVE_MODE_POSITION : DRIVE_MODE_SPEED, 100.0f + (float)(k % 40U), 0.0f, 0.0f,
+                             (k < 10000U) ? 20 : -20, 1.0f};
+        speed = (k < 4000U) ? ((float)k * 0.025f) : (100.0f + (20.0f * sinf((float)k * 0.01f)));
+        turn += speed * 1.0e-4f / 6.2831853f;
+        turn -= floorf(turn);
+        if (v->is_position != 0U) { /* follow the command, with some error */
+            const float wanted = (float)(uint32_t)(uint64_t)(drive.position.setpoint.position + drive.position.zero) / 4294967296.0f;
+            turn = wanted + (0.002f * sinf((float)k * 0.005f));
+            turn -= floorf(turn);
+        }
+        sample.theta_m_rad = 6.2831853f * ((floorf(turn * 4000.0f) + 0.5f) / 4000.0f);
+        sample.ia_a = 4.0f * noise();
+        sample.ib_a = 4.0f * noise();
+        sample.ic_a = -sample.ia_a - sample.ib_a;
+        sample.seq++;
+        clock_now += 20000U;
+        edge.edge_count += (int32_t)(speed * 0.0636f);
+        edge.edge_cyc = clock_now - 77U;
+        if ((k % 10U) == 0U) {
+            (void)drive_command(&drive, &c);
+            drive_background(&drive);
+        }
+        MEASURE(v->current_row, drive_current_isr(&drive));
+        if (speed_wanted) {
+            speed_wanted = false;
+            MEASURE(v->speed_row, drive_speed_isr(&drive));
+        }
+    }
+    if (drive.state != DRIVE_RUN) {
+        (void)printf("refused %s state %d fault %d detail %u\n", v->current_row, (int)drive.state, (int)drive.fault, (unsigned)drive.fault_detail);
+    }
+    /* The observers of the last variant, alone, with what the drive made of their parameters. */
+    if (v->method >= 4U) {
+        static const char *const NAMES[] = {"ctl_observer_step dob", "ctl_observer_step ro", "ctl_observer_step aro", "ctl_observer_step aro extended"};
+        angle_t at = 0U;
+        for (uint32_t k = 0U; k < 8000U; k++) {
+            at += 7000000U + (uint32_t)(int32_t)(1.0e6f * noise());
+            ctl_meter_out_t seen;
+            MEASURE("ctl_meter_step", seen = ctl_meter_step(&drive.observer.meter, at, noise()));
+            MEASURE(NAMES[(v->method - 4U) + v->cubic], (void)ctl_observer_step(&drive.observer.observer, at, 100.0f + seen.speed * 0.001f, noise()));
+            if ((k % 10U) == 0U) {
+                MEASURE("ctl_observer_target", ctl_observer_target(&drive.observer.observer, 100.0f + noise()));
+            }
+        }
+        for (uint32_t k = 0U; k < 2000U; k++) {
+            MEASURE("ctl_fir_step", (void)ctl_fir_step(&drive.observer.meter.state.torque_fir, noise()));
+        }
+    }
+    if (v->deadbeat != 0U) {
+        for (uint32_t k = 0U; k < 4000U; k++) {
+            const ctl_dq_t m = {4.0f * noise(), 4.0f * noise()}, r = {4.0f * noise(), 4.0f * noise()}, u = {4.0f * noise(), 4.0f * noise()};
+            MEASURE("ctl_deadbeat_step", (void)ctl_deadbeat_step(&drive.current.deadbeat, &m, &r, 100.0f, &u));
+        }
+    }
+    if (v->position == 3U) {
+        for (uint32_t k = 0U; k < 4000U; k++) {
+            const ctl_setpoint_t s = {(ctl_position_t)k * 9000000, 30.0f * noise(), 4.0f * noise(), false};
+            MEASURE("ctl_rdc_step", (void)ctl_rdc_step(&drive.position.rdc, &s, noise(), noise()));
+            MEASURE("ctl_friction", (void)ctl_friction(&drive.position.rdc.params.friction, 3.0f * noise()));
+            MEASURE("ctl_harmonics", (void)ctl_harmonics(&drive.position.rdc.params.harmonics, (ctl_position_t)k * 9000000));
+        }
+    }
+}
+
+int reference_cases(void (*note_case)(const char *, uint64_t));
+
+int main(void)
+{
+    numeric();
+    motor();
+    repetitive();
+    position();
+    for (unsigned i = 0U; i < sizeof VARIANTS / sizeof VARIANTS[0]; i++) {
+        run(&VARIANTS[i]);
+    }
+    (void)reference_cases(note);
+    for (unsigned i = 0U; i < row_count; i++) {
+        (void)printf("%s\t%llu\t%llu\t%llu\n", rows[i].name, (unsigned long long)rows[i].calls,
+                     (unsigned long long)(rows[i].sum / rows[i].calls), (unsigned long long)rows[i].max);
+    }
+    return 0;
+}

@@ -1,0 +1,1 @@
+"""Cycles of the C28x, estimated from the compiled code."""

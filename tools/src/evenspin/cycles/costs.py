@@ -1,0 +1,105 @@
+"""Cost of one operation on the C28x with FPU32 and TMU0, no wait states, in tenths of a cycle; see docs/cycles.md.
+
+A cost is what an operation adds to code that a compiler has scheduled, not its latency.
+"""
+
+from __future__ import annotations
+
+import re
+
+CALL = 160  # LCR 4, LRETR 4, eight pushes, pops and moves of arguments
+ISR_FRAME = 650  # interrupt entry 14, save and restore of everything the compiler uses, IRET 8
+
+FLOAT = {"fadd": 20, "fsub": 20, "fmul": 20, "fneg": 10, "fdiv": 60, "frem": 3000, "fcmp": 10}
+CONVERSION = {"fptosi": 60, "fptoui": 60, "sitofp": 60, "uitofp": 60, "bitcast": 50}
+INTEGER = {
+    "add": 10, "sub": 10, "and": 10, "or": 10, "xor": 10, "shl": 15, "lshr": 15, "ashr": 15, "mul": 20, "icmp": 10,
+}  # fmt: skip
+DIVISION = {"sdiv": 420, "udiv": 420, "srem": 420, "urem": 420}  # library: RPT #31 || SUBCUL, call included
+LONG_LONG = 5  # 64 bits: so many times the 32-bit operation for what is not a product or a quotient
+LONG_LONG_MULTIPLY = 100  # three 32 x 32 products and their sums
+LONG_LONG_DIVIDE = 6000  # library routine, bit by bit
+CONSTANT = 15  # MOVIZ and MOVXI of a float constant; 1 where the low half is zero
+LOAD = 10
+STORE = 10
+CONSTANT_INDEX = 3  # beyond *+XARn[7] an offset must be added
+VARIABLE_INDEX = 40  # index into an address register and the wait before its use
+BRANCH = 60  # 7 taken, 4 not, and MOVST0
+JUMP = 25  # most are placed in line
+SWITCH = 150
+PHI = 5
+SELECT = 10
+MINMAX = 10
+CAST = 3
+
+# HAL functions of the port: register reads and writes through driverlib, with scaling. Guesses until a board has run.
+EXTERNAL = {
+    "hal_sample_read": 900,
+    "hal_encoder_edge": 600,
+    "hal_inverter_set_duty": 500,
+    "hal_clock_cyc": 60,
+    "hal_clock_request_speed_isr": 60,
+    "hal_inverter_fault": 200,
+    "hal_inverter_disarm": 300,
+}
+
+INSTRUCTION = re.compile(r"^\s+(?:(?P<result>%[-\w.$]+|%\"[^\"]+\")\s*=\s*)?(?P<rest>\S.*)$")
+FLAGS = re.compile(r"\b(?:tail|musttail|notail|nuw|nsw|exact|inbounds|volatile|nnan|ninf|nsz|fast)\b ?")
+FLOAT_CONSTANT = re.compile(r"(?<![%@\w.])(?:0x[0-9A-F]{8,16}|-?\d+\.\d+e[+-]\d+)")
+EASY = re.compile(r"^0x[0-9A-F]{4}0{12}$|^-?\d\.0+e\+00$")
+MEMORY = re.compile(r"@llvm\.(memcpy|memmove|memset)[^(]*\(.*?i64 (?P<size>\d+|%[-\w.]+), i1")
+
+
+def cost(line: str) -> int:
+    """Tenths of a cycle for one instruction of LLVM's text; 0 for what is not an instruction."""
+    match = INSTRUCTION.match(line)
+    if match is None or line.lstrip().startswith(";"):
+        return 0
+    text = FLAGS.sub("", match["rest"])
+    code = text.split(" ", 1)[0].rstrip(",")
+    wide = " i64" in text.split(",")[0]
+    total = 0
+    if code in FLOAT:
+        total = FLOAT[code]
+    elif code in CONVERSION:
+        total = CONVERSION[code] * (LONG_LONG if " i64 " in f"{text} " and code != "bitcast" else 1)
+    elif code in DIVISION:
+        total = LONG_LONG_DIVIDE if wide else DIVISION[code]
+    elif code in INTEGER:
+        total = INTEGER[code] if not wide else LONG_LONG_MULTIPLY if code == "mul" else INTEGER[code] * LONG_LONG
+    elif code == "load":
+        return LOAD * (2 if wide else 1)
+    elif code == "store":
+        total = STORE * (2 if wide else 1)
+    elif code == "getelementptr":
+        return CONSTANT_INDEX if not re.search(r"i(?:64|32|16) %", text) else VARIABLE_INDEX
+    elif code == "br":
+        return BRANCH if text.startswith("br i1") else JUMP
+    elif code == "switch":
+        return SWITCH
+    elif code == "phi":
+        return PHI
+    elif code == "select":
+        total = SELECT
+    elif code in ("sext", "zext", "trunc", "freeze", "ptrtoint", "inttoptr"):
+        return CAST
+    elif code == "call":
+        return call_cost(text)
+    else:
+        return 0
+    return total + sum(0 if EASY.match(constant) else CONSTANT for constant in FLOAT_CONSTANT.findall(text))
+
+
+def call_cost(text: str) -> int:
+    block = MEMORY.search(text)
+    if block is not None:
+        words = int(block["size"]) // 2 if block["size"].isdigit() else 0
+        return 60 + 10 * words
+    name = re.search(r"@([\w.$]+)\(", text)
+    if name is None:
+        return CALL + 20
+    if name[1].startswith("llvm."):
+        if re.match(r"llvm\.(lifetime|dbg|assume|experimental|va_)", name[1]):
+            return 0
+        return MINMAX * (LONG_LONG if ".i64" in name[1] else 2)
+    return CALL + EXTERNAL.get(name[1], 0)

@@ -1,0 +1,78 @@
+"""The cycle model: costs, the counter in the code, budgets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from evenspin.cycles import costs
+from evenspin.cycles.instrument import instrument
+from evenspin.cycles.measure import Row, make_rows, violations, write_recorded
+
+
+def row(name: str, worst: int) -> Row:
+    return Row(name, "step", worst, worst, None, None, "model")
+
+
+@pytest.mark.parametrize(
+    ("line", "tenths"),
+    [
+        ("  %a = fadd float %b, %c", 20),
+        ("  %a = fadd float %b, 1.000000e+00", 20),
+        ("  %a = fmul float %b, 0x3FC45F3060000000", 35),
+        ("  %a = add nsw i64 %b, %c", 50),
+        ("  %a = sdiv i64 %b, %c", 6000),
+        ("  ret void", 0),
+        ("  tail call void @hal_inverter_disarm()", 460),
+        ("  call void @llvm.memcpy.p0.p0.i64(ptr align 4 %a, ptr align 4 %b, i64 24, i1 false)", 180),
+    ],
+)
+def test_an_instruction_costs_what_the_table_says(line: str, tenths: int) -> None:
+    assert costs.cost(line) == tenths
+
+
+def test_every_block_adds_its_cost_before_its_end() -> None:
+    text = "define float @f(float %0) {\n  %2 = fadd float %0, %0\n  br label %3\n\n3:\n  ret float %2\n}\n"
+
+    lines = instrument(text).splitlines()
+
+    end = lines.index("  br label %3")
+    assert lines[end - 2] == "  %evs.b0 = add i64 %evs.a0, 45"
+    assert sum("@evenspin_cycles" in line for line in lines) == 3  # load, store, declaration
+
+
+def test_the_extra_of_a_method_is_what_both_interrupts_take_longer() -> None:
+    measured = {
+        "current_isr pi": (1000, 2000), "speed_isr pi": (500, 600),
+        "current_isr crc": (1000, 2100), "speed_isr crc": (900, 1600),
+    }  # fmt: skip
+
+    extra = [r for r in make_rows(measured, {"extra crc": 7}) if r.kind == "extra"]
+
+    assert [(r.name, r.cycles_est, r.cycles_worst, r.budget) for r in extra] == [("crc", 40, 110, 7)]
+
+
+def test_a_budget_that_is_exceeded_is_named_with_both_numbers() -> None:
+    assert violations([row("a", 101)], {"step a": 100}, {}) == ["step a: 101 cycles, budget 100"]
+    assert violations([row("a", 100)], {"step a": 100}, {}) == []
+
+
+def test_growth_beyond_three_per_cent_is_named_with_both_numbers() -> None:
+    assert violations([row("a", 103)], {}, {"step a": 100}) == []
+    found = violations([row("a", 104)], {}, {"step a": 100})
+    assert found == ["step a: 104 cycles, recorded 100: grew by more than 3 %"]
+
+
+def test_an_open_budget_must_not_grow_and_leaves_the_list_when_met() -> None:
+    assert violations([row("a", 200)], {"step a": 100}, {"step a": 200}, ["step a"]) == []
+    assert "grew" in violations([row("a", 210)], {"step a": 100}, {"step a": 200}, ["step a"])[0]
+    assert "met" in violations([row("a", 90)], {"step a": 100}, {"step a": 200}, ["step a"])[0]
+
+
+def test_recording_leaves_the_budgets_alone(tmp_path: Path) -> None:
+    file = tmp_path / "budgets.toml"
+    file.write_text('open = []\n\n[budget]\n"step a" = 5\n\n[recorded]\n"step a" = 1\n')
+
+    write_recorded(file, [row("a", 3)])
+
+    assert file.read_text() == 'open = []\n\n[budget]\n"step a" = 5\n\n[recorded]\n"step a" = 3\n'
