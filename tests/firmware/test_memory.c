@@ -204,6 +204,21 @@ void test_memory_exists_only_for_the_angle_observer(void)
     TEST_ASSERT_FALSE(drive_memory_write(&drive, wave(1.0), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, drive_memory_save(&drive));
     TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, drive_memory_restore(&drive));
+
+    drive.setup.observer_capacity = CELLS; /* not for want of room */
+    TEST_ASSERT_FALSE(drive_memory_write(&drive, wave(1.0), CELLS));
+    TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, drive_memory_save(&drive));
+}
+
+void test_memory_write_leaves_what_is_behind_the_table(void)
+{
+    drive.observer_memory[CELLS] = num_of(0.5);
+
+    TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(2.5), CELLS));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_restore(&drive));
+
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, value_of(drive.observer_memory[CELLS]));
 }
 
 void test_memory_cannot_be_replaced_forgotten_or_saved_while_running(void)
@@ -489,7 +504,6 @@ void test_memory_restore_that_meets_an_error_leaves_no_mixture(void)
     reads = 0;
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_restore(&drive));
     const int32_t all = reads;
-    bool          empty = false;
     for (int32_t good = 0; good < all; good++) {
         TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(3.0), CELLS));
         reads = 0;
@@ -498,10 +512,10 @@ void test_memory_restore_that_meets_an_error_leaves_no_mixture(void)
         reads_until_error = -1;
 
         (void)drive_memory_read(&drive, back, CELLS);
-        empty = back[0] < 1.0f;
+        const bool empty = good >= (4 + (2 * (int32_t)CELLS)); /* the save was found, its table not read: nothing is left */
         assert_table(empty ? 0.0 : 3.0, at("read %d", (int)good));
     }
-    TEST_ASSERT_TRUE(empty); /* the check passed, the table itself did not: nothing is left */
+    TEST_ASSERT_EQUAL_INT32((4 + (2 * (int32_t)CELLS)) + 4 + (2 * (int32_t)CELLS), all); /* check, empty slot, table */
 }
 
 /* ---- what is stored ---------------------------------------------------------------------------------------------------- */
