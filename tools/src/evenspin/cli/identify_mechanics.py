@@ -12,6 +12,7 @@ from evenspin.cli.options import JsonFile, Numeric, NumericOption
 from evenspin.cli.output import check_json_file, command_line, console, write_json
 
 SIMULATED = "sim"
+BITS = 7
 Number = float | None
 
 
@@ -37,7 +38,7 @@ def identify_mechanics(
     speed_rpm: Annotated[Number, _option("--run: mean speed, rpm.", "a sixth of what trips the drive")] = None,
     amplitude_a: Annotated[Number, _option("--run: amplitude, A of q current.", "speed swings by 30 %")] = None,
     bit_s: Annotated[Number, _option("--run: time of a bit, s.", "a fifth of J / B, 0.02 to 0.2")] = None,
-    bits: Annotated[int, typer.Option(help="--run: 2^bits - 1 bits make the sequence.")] = 7,
+    bits: Annotated[int, typer.Option(help="--run: 2^bits - 1 bits make the sequence.")] = BITS,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="--run: only tell what would be done.")] = False,
     window_s: Annotated[float, typer.Option(help="Window over which torque and motion are weighed, s.")] = 0.2,
     torque_per_a_nm: Annotated[Number, _option("Torque of an ampere, N m/A.", "1.5 p psi of meta.json")] = None,
@@ -73,10 +74,8 @@ def identify_mechanics(
     settings = {"speed_rpm": speed_rpm, "amplitude_a": amplitude_a, "bit_s": bit_s, "bits": bits}
     screen = console(json_file)
     if run is None:
-        given = next((name for name, value in (*settings.items(), ("dry_run", dry_run or None)) if value), None)
-        if given is not None and (given != "bits" or bits != 7):
-            option = f"--{given.replace('_', '-')}"
-            raise InputError("identify mechanics", option, "given", "left out with logs", "it is for --run sim")
+        others = {"dry_run": dry_run or None, "bits": None if bits == BITS else bits}
+        _refuse_with_logs({**settings, **others})
     elif run != SIMULATED:
         raise InputError("identify mechanics", "--run", run, "sim", "leave it out to read logs")
     elif len(names) != 1:
@@ -107,3 +106,12 @@ def identify_mechanics(
         screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         write_json(work.as_json(), json_file)
+
+
+def _refuse_with_logs(settings: dict[str, object]) -> None:
+    from evenspin.errors import InputError
+
+    for name, value in settings.items():
+        if value is not None:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError("identify mechanics", option, value, "left out with logs", "it is for --run sim")

@@ -49,6 +49,8 @@ class Mechanics:
 
 def identify_mechanics(runs: Sequence[Run], window_s: float = WINDOW_S) -> Mechanics:
     """Fit all runs together; an InputError says what the data lack."""
+    if not 0.0 < window_s < 3600.0:
+        raise InputError(WHERE, "--window-s", window_s, "above 0 and below 3600 s", f"try {WINDOW_S:g}")
     lines = [_lines(run, window_s) for run in runs]
     t_s, speed, columns, torque = (np.concatenate([line[i] for line in lines]) for i in range(4))
     if len(t_s) < LEAST_WINDOWS:
