@@ -7,8 +7,8 @@
  *     s = ( P31 x1 + P32 x2 + P33 x3 ) / J,   x = [ integral of (theta - theta_r), theta - theta_r, v - v_r ]   (2)
  *     delta = -rho sgn(s) for |s| > sigma,  -rho s / sigma inside                                        (3)
  *
- * P solves A^T P + P A = -q I for the error equation (`evenspin design rdc`). rho / sigma at q = 1 above some 15
- * chatters with one sample of delay at 1 kHz; 25 surely does.
+ * P solves A^T P + P A = -q I for the error equation (`evenspin design rdc`). Too large a rho / sigma chatters: that
+ * command computes the limit, which falls with the delay of the torque.
  *
  * Source   Yeh and Liu 2025, equations 7, 26 to 32. The torque unit is the caller's (ampere in the drive: divided by K_i).
  * Total    non-finite input counts as 0 and is counted; |delta| <= rho.
