@@ -424,6 +424,22 @@ void test_protection_encoder_that_returns_in_time_is_not_lost(void)
     ASSERT_NO_FAULT("19 periods at a time");
 }
 
+void test_protection_encoder_that_was_lost_has_its_whole_time_again_after_a_clear(void)
+{
+    const drive_params_t p = patient();
+    bench_run_with(&p);
+    bench_period();
+    tear_apart(21U);
+    ASSERT_FAULT(FAULT_encoder_lost, "the first time");
+    drive_clear_fault(&drive);
+    drive_background(&drive);
+    tear_apart(20U);
+    ASSERT_NO_FAULT("20 periods apart are allowed");
+
+    tear_apart(1U);
+    ASSERT_FAULT(FAULT_encoder_lost, "the second time");
+}
+
 void test_protection_encoder_error_limit_is_the_angle_between_encoder_and_filter(void)
 {
     drive_params_t p = patient();

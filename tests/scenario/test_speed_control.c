@@ -132,6 +132,38 @@ void test_coast_in_current_mode_follows_the_friction(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-4 * w0, w0 * exp(-7.06e-5 / inertia), rig_read("true_speed_rad_s"));
 }
 
+static double load_dip(double method)
+{
+    rig_new();
+    rig_param("method", method);
+    rig_param("speed_source", (method > 0.0) ? 2.0 : 1.0);
+    rig_model("counts_per_rev", 131072.0); /* an observer differentiates the angle twice */
+    rig_param("encoder_counts", 131072.0);
+    rig_input("speed_ref_rad_s", 150.0 * RPM);
+    rig_step("load_torque_nm", 0.0, 0.4, 0.0384);
+    rig_start();
+    rig_run(4000);
+    double lowest = rig_read("true_speed_rad_s");
+    for (int k = 0; k < 2000; k++) {
+        rig_run(1);
+        lowest = fmin(lowest, rig_read("true_speed_rad_s"));
+    }
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 150.0 * RPM, rig_read("true_speed_rad_s"));
+    return 150.0 * RPM - lowest;
+}
+
+/* A disturbance observer knows the load some milliseconds after it came, long before the PI (omega_0 = 45 rad/s). The load
+ * takes 544 rad/s^2 meanwhile: 10.5 samples of age, 2 to act and the filters make 1.4 to 2.5 ms, 0.8 to 1.4 rad/s. */
+void test_disturbance_observer_makes_the_dip_of_a_load_step_smaller(void)
+{
+    const double pi = load_dip(0.0);
+    const double dob = load_dip(4.0);
+
+    TEST_ASSERT_TRUE_MESSAGE((pi > 5.0) && (pi < 6.5), at("pi %g rad/s", pi));
+    TEST_ASSERT_TRUE_MESSAGE((dob > 0.5) && (dob < 2.0), at("dob %g rad/s", dob));
+}
+
 static double ripple_rpm(double method)
 {
     rig_new();

@@ -397,57 +397,75 @@ void test_plant_gates_off_two_phases_conduct_against_the_dc_link_until_their_cur
 }
 
 /* The same while the rotor turns: 2 L di/dt = -Vdc - 2 R i - (e_b - e_c), and phase a lies at its own back-EMF. With
- * e = -we psi sin(theta_e) + j we psi cos(theta_e) the difference e_b - e_c is sqrt(3) we psi cos(theta_e). */
+ * e_k = -we psi sin(theta_e - 2 pi k / 3) the difference e_b - e_c is sqrt(3) we psi cos(theta_e). Which phase floats does not
+ * matter: everything is turned by a third of a turn for the next. */
 void test_plant_gates_off_two_phases_conduct_against_the_back_emf_while_the_third_floats(void)
 {
-    const double start[] = {0.0, 0.4, 1.0, 2.0, 2.9};
-    for (size_t n = 0; n < COUNT_OF(start); n++) {
+    for (int n = 0; n < 15; n++) {
+        const int    floating = n % 3;
+        const double ahead = 0.7 * n; /* of the rotor against the current vector, electrical */
         model.ld_h = model.lq_h = 10e-3;
         model.inertia_kgm2 = 1e3;
         model.initial_speed_rad_s = 200.0;
-        model.initial_angle_rad = start[n];
+        model.initial_angle_rad = (ahead + TWO_PI / 3.0 * floating) / 4.0;
         model.substeps = 20.0;
         machine_start();
-        const double amps = 4.0 / (0.5 * SQRT3); /* on beta: i_b = 4 A, i_c = -4 A */
-        plant.x.id_a = amps * sin(4.0 * start[n]);
-        plant.x.iq_a = amps * cos(4.0 * start[n]);
-        double i_b = 4.0;
+        const double amps = 4.0 / (0.5 * SQRT3); /* the next phase carries 4 A, the one after it -4 A */
+        plant.x.id_a = amps * sin(ahead);
+        plant.x.iq_a = amps * cos(ahead);
+        double i_next = 4.0;
         double t = 0.0;
         for (int k = 1; k <= 20; k++) { /* a tenth of its life */
             machine_coast(1);
             for (int m = 0; m < 1000; m++) { /* midpoints: (1e-7 800)^2 of the back-EMF */
-                const double e = SQRT3 * 800.0 * 6.4e-3 * cos(4.0 * start[n] + 800.0 * (t + 0.5e-7));
-                i_b += 1e-7 * (-24.0 - 0.72 * i_b - e) / 20e-3;
+                const double e = SQRT3 * 800.0 * 6.4e-3 * cos(ahead + 800.0 * (t + 0.5e-7));
+                i_next += 1e-7 * (-24.0 - 0.72 * i_next - e) / 20e-3;
                 t += 1e-7;
             }
             double i[3];
             sim_plant_phase_currents(&plant, i);
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 0.0, i[0], at("a, from %g, period %d", start[n], k));
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, i_b, i[1], at("b, from %g, period %d", start[n], k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 0.0, i[floating], at("case %d, period %d", n, k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, i_next, i[(floating + 1) % 3], at("case %d, period %d", n, k));
         }
     }
 }
 
-/* Three phases: a carries in, b and c carry out; until b or c is gone the machine sees 2/3 Vdc against phase a, i.e.
- * L di_a/dt = -2/3 Vdc - R i_a while b and c share it as they began: L d(i_b - i_c)/dt = -R (i_b - i_c). */
-void test_plant_gates_off_three_phases_conduct_until_the_smallest_current_is_gone(void)
+/* Phase a carries in, b and c carry out: 2/3 Vdc against phase a, L di_a/dt = -2/3 Vdc - R i_a, while b and c share it as
+ * they began, L d(i_b - i_c)/dt = -R (i_b - i_c). When b arrives at zero, a and c go on alone: 2 L di/dt = -Vdc - 2 R i. */
+void test_plant_gates_off_three_phases_become_two_and_then_none(void)
 {
-    model.rotor_locked = 1.0;
-    model.ld_h = model.lq_h = 10e-3;
-    model.substeps = 10.0;
-    machine_start();
-    plant.x.id_a = 5.0; /* i_a = 5, i_b = -2.5 + 1, i_c = -2.5 - 1 */
-    plant.x.iq_a = 2.0 / SQRT3;
-    const double tau = 10e-3 / 0.36;
-    for (int k = 1; k <= 10; k++) {
-        machine_coast(1);
-        double       i[3];
-        const double t = 1e-4 * k;
-        const double decay = exp(-t / tau);
-        const double i_a = (5.0 + 16.0 / 0.36) * decay - 16.0 / 0.36;
-        sim_plant_phase_currents(&plant, i);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, i_a, i[0], at("a, period %d", k));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 2.0 * decay, i[1] - i[2], at("b - c, period %d", k));
+    for (int n = 0; n < 12; n++) {
+        const int    first = n % 3;
+        const double rotor = 0.5 * n; /* locked anywhere: it does not matter */
+        model.rotor_locked = 1.0;
+        model.ld_h = model.lq_h = 10e-3;
+        model.substeps = 10.0;
+        model.initial_angle_rad = rotor / 4.0;
+        machine_start();
+        /* i_a = 5, i_b = -2.5 + 1, i_c = -2.5 - 1, for the first phase as a */
+        const double length = hypot(5.0, 2.0 / SQRT3);
+        const double angle = atan2(2.0 / SQRT3, 5.0) + TWO_PI / 3.0 * first - rotor;
+        plant.x.id_a = length * cos(angle);
+        plant.x.iq_a = length * sin(angle);
+        const double tau = 10e-3 / 0.36;
+        const double x1 = 16.0 / 0.36;
+        const double x2 = 24.0 / 0.72;
+        /* i_b = (-i_a + 2 decay) / 2 = 0 where (5 + x1) decay - x1 = 2 decay */
+        const double t1 = tau * log((3.0 + x1) / x1);
+        const double i1 = (5.0 + x1) * exp(-t1 / tau) - x1;
+        const double t2 = t1 + tau * log(1.0 + i1 / x2);
+        for (int k = 1; k <= 60; k++) {
+            machine_coast(1);
+            const double t = 1e-4 * k;
+            const double decay = exp(-t / tau);
+            const double i_a = (t < t1) ? (5.0 + x1) * decay - x1 : ((t < t2) ? (i1 + x2) * exp(-(t - t1) / tau) - x2 : 0.0);
+            const double i_b = (t < t1) ? 0.5 * (2.0 * decay - i_a) : 0.0;
+            double       i[3];
+            sim_plant_phase_currents(&plant, i);
+            /* the crossing is found on the tangent of a step of 10 us: (h / tau)^2 of it */
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, i_a, i[first], at("a, case %d, period %d", n, k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, i_b, i[(first + 1) % 3], at("b, case %d, period %d", n, k));
+        }
     }
 }
 
