@@ -294,6 +294,7 @@ void test_ctl_observer_ro_gives_nothing_for_a_turn_that_does_not_fit(void)
 void test_ctl_observer_ro_without_a_target_gives_nothing(void)
 {
     start_kind(CTL_OBSERVER_RO);
+    TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, observer.state.turn_samples);
     for (int k = 0; k < 7000; k++) {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, step(0.0, 10.0, 2.0));
     }
@@ -659,8 +660,8 @@ void test_ctl_observer_takes_the_mean_after_a_load_step_from_the_turn_after_it(v
     p.remove_mean = true;
     start(&p);
     ran_rad = 0.0;
-    run(14.3, 0.0);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.0, value_of(observer.state.mean));
+    run(14.4, 0.5); /* the turn that was begun is given up */
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.5, value_of(observer.state.mean));
 
     run(1.12, 2.0);
 
@@ -890,6 +891,8 @@ void test_ctl_observer_target_of_2000_rpm_learns_the_rounding_as_order_28_and_of
 
     TEST_ASSERT_TRUE(is_synchronous(2000.0)); /* 436.9067 counts a sample, folded 0.0933, 300 samples a turn: order 28 */
     TEST_ASSERT_TRUE(is_synchronous(-2000.0));
+    TEST_ASSERT_FALSE(is_synchronous(0.0));
+    TEST_ASSERT_TRUE(is_synchronous(2000.0));
     TEST_ASSERT_FALSE(is_synchronous(1999.3));
     TEST_ASSERT_FALSE(is_synchronous(1000.0)); /* 218.4533: 0.4533 is beyond the band */
 }
@@ -1081,6 +1084,19 @@ void test_ctl_observer_jump_of_the_angle_leaves_the_memory_unharmed(void)
     }
 }
 
+void test_ctl_observer_first_sample_is_no_jump_wherever_it_is(void)
+{
+    for (int k = 0; k < 8; k++) {
+        start_kind(CTL_OBSERVER_ARO);
+        (void)step(TWO_PI * k / 8.0, 0.0, 0.0);
+        (void)step(TWO_PI * k / 8.0, 0.0, 0.0);
+        ctl_observer_reset(&observer, true);
+        (void)step(TWO_PI * (k + 4) / 8.0, 0.0, 0.0);
+
+        TEST_ASSERT_EQUAL_UINT32(0U, observer.state.rejected);
+    }
+}
+
 void test_ctl_observer_learns_again_when_all_ages_lie_after_a_jump(void)
 {
     ran_rad = 0.0;
@@ -1168,6 +1184,9 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         (void)is_synchronous(2000.0);
         ctl_observer_hold(&observer, true);
         observer.state.rejected = 7U;
+        observer.state.rest_way = num_of(3.0);
+        observer.state.rest_left = 77U;
+        observer.state.step_slow = num_of(1.0);
 
         ctl_observer_reset(&observer, false);
 
@@ -1179,6 +1198,8 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, observer.state.turn_samples);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.seen));
         TEST_ASSERT_EQUAL_UINT32(0U, observer.state.rest_left);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.rest_way));
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.step_slow));
         ctl_observer_target(&observer, num_of(speed_of(1000) / SPEED_UNIT));
         for (int k = 0; k < 1000; k++) {
             TEST_ASSERT_EQUAL_DOUBLE(0.0, step(TWO_PI * k / 1000.0, speed_of(1000), 1.0));
