@@ -29,6 +29,8 @@ void sim_board_start(sim_board_t *board)
     board->gates_on = false;
     board->speed_requested = false;
     board->stuck_rad = 0.0f;
+    const hal_encoder_edge_t no_edge = {0};
+    board->stuck_edge = no_edge;
     board->gate_periods = 0;
     board->to_drive.head = board->to_drive.tail = 0;
     board->from_drive.head = board->from_drive.tail = 0;
@@ -77,11 +79,14 @@ static uint32_t to_cycles(double time_s)
 
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
-    const sim_board_t *const b = selected;
-    out->edge_count = (int32_t)(uint32_t)(uint64_t)b->plant.edge_count;
-    out->edge_cyc = to_cycles(b->plant.edge_time_s);
-    out->index_seen = b->plant.index_seen;
-    out->index_rad = (float)b->plant.index_rad;
+    sim_board_t *const b = selected;
+    if (!b->disturbance.encoder_stuck) {
+        b->stuck_edge.edge_count = (int32_t)(uint32_t)(uint64_t)b->plant.edge_count;
+        b->stuck_edge.edge_cyc = to_cycles(b->plant.edge_time_s);
+        b->stuck_edge.index_seen = b->plant.index_seen;
+        b->stuck_edge.index_rad = (float)b->plant.index_rad;
+    }
+    *out = b->stuck_edge;
     return b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
 }
 

@@ -22,7 +22,7 @@
 typedef struct {
     bool                 sample_lost;    /**< The converter gives nothing new. */
     bool                 current_nan;    /**< Phase a reads as not-a-number. */
-    bool                 encoder_stuck;  /**< The angle no longer changes. */
+    bool                 encoder_stuck;  /**< The angle no longer changes, and no edge comes. */
     bool                 encoder_error;  /**< Phase error of the encoder interface. */
     hal_inverter_fault_t inverter_fault; /**< The cause, as long as it stands. */
 } sim_disturbance_t;
@@ -44,6 +44,7 @@ typedef struct {
     double            duty_next[3];   /**< ...and of the next. */
     bool              speed_requested;
     float             stuck_rad;
+    hal_encoder_edge_t stuck_edge;
     uint64_t          gate_periods;   /**< Periods with the gates on, since the start. */
     sim_pipe_t        to_drive, from_drive;
     uint16_t          storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];

@@ -198,6 +198,24 @@ void test_board_stuck_encoder_shows_the_angle_at_which_it_stuck(void)
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, 2.0f, read_ok().theta_m_rad);
 }
 
+void test_board_stuck_encoder_has_no_edges(void)
+{
+    hal_encoder_edge_t e;
+    board.plant.edge_count = 10;
+    board.plant.edge_time_s = 0.25;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_encoder_edge(&e));
+    board.disturbance.encoder_stuck = true;
+    board.plant.edge_count = 20;
+    board.plant.edge_time_s = 0.5;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_encoder_edge(&e));
+    TEST_ASSERT_EQUAL_INT32(10, e.edge_count);
+    TEST_ASSERT_EQUAL_UINT32(50000000U, e.edge_cyc);
+
+    board.disturbance.encoder_stuck = false;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_encoder_edge(&e));
+    TEST_ASSERT_EQUAL_INT32(20, e.edge_count);
+}
+
 void test_board_encoder_error_shows_at_the_sample_and_at_the_edge_timer(void)
 {
     board.disturbance.encoder_error = true;
