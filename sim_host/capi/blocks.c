@@ -329,6 +329,8 @@ double es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t n
 
 struct es_angle_memory {
     ctl_angle_memory_t memory;
+    double             last_rad, last_value; /* of the newest sample that was good */
+    bool               primed;
     num_t              cell[];
 };
 
@@ -365,11 +367,32 @@ void es_angle_memory_free(es_angle_memory_t *memory) { free(memory); }
 
 void es_angle_memory_write(es_angle_memory_t *memory, double theta_rad, double value)
 {
+    ctl_angle_memory_t *const m = &memory->memory;
     if (!isfinite(theta_rad)) { /* an angle_t cannot say "not a number": count it as the block would */
-        num_count(&memory->memory.state.rejected);
+        num_count(&m->state.rejected);
         return;
     }
-    ctl_angle_memory_write(&memory->memory, angle_in(theta_rad), signal_in(value), memory->memory.params.gain);
+    /* neither can it say more than half a turn: the unwrapped angle does */
+    const double step = (memory->primed && isfinite(value)) ? theta_rad - memory->last_rad : 0.0;
+    if (fabs(step) > PI) {
+        num_count(&m->state.rejected);
+        ctl_angle_memory_pause(m);
+    } else if ((fabs(step) >= 0.5 * PI) && (m->params.write != CTL_WRITE_ONE)) {
+        /* the block takes less than a quarter of a turn at once: go along the straight line in three */
+        for (int k = 1; k <= 2; k++) {
+            const double part = (double)k / 3.0;
+            ctl_angle_memory_write(m, angle_in(memory->last_rad + part * step),
+                                   signal_in(memory->last_value + part * (value - memory->last_value)), m->params.gain);
+        }
+    } else {
+        /* an ordinary step */
+    }
+    ctl_angle_memory_write(m, angle_in(theta_rad), signal_in(value), m->params.gain);
+    if (isfinite(value)) {
+        memory->last_rad = theta_rad;
+        memory->last_value = value;
+        memory->primed = true;
+    }
 }
 
 double es_angle_memory_read(const es_angle_memory_t *memory, double theta_rad)

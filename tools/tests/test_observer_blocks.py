@@ -169,6 +169,27 @@ def test_a_jump_of_more_than_half_a_turn_is_counted_and_teaches_nothing():
     assert memory.rejected == 1
 
 
+@pytest.mark.parametrize("turns", [0.8, -0.8, 0.95, 1.2, 3.0])
+def test_a_jump_that_looks_short_on_the_circle_is_counted_all_the_same(turns):
+    memory = fed(blocks.AngleMemory(16, 0.5, write="all"), np.linspace(0.0, 7.0, 200), np.ones(200))
+    before = memory.memory
+
+    memory.write(7.0 + turns * TURN, -5.0)
+
+    assert memory.memory == before
+    assert memory.rejected == 1
+
+
+def test_a_step_below_half_a_turn_writes_every_point_on_the_straight_line():
+    memory = fed(blocks.AngleMemory(16, 1.0, write="all"), [0.1, 0.1 + 0.4 * TURN], [1.0, 2.0])
+
+    points = np.arange(1, 7) * TURN / 16
+    line = 1.0 + (points - 0.1) / (0.4 * TURN)
+    assert memory.memory[1:7] == pytest.approx(line, rel=2e-4)
+    assert memory.memory[7:] == [0.0] * 9
+    assert memory.rejected == 0
+
+
 def test_the_contents_stay_within_the_limit():
     memory = fed(blocks.AngleMemory(8, 1.0, write="all", limit=0.5), np.linspace(0.0, 7.0, 100), np.full(100, 9.0))
 
