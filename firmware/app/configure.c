@@ -2,8 +2,6 @@
 #include "firmware/app/internal.h"
 #include "hal/hal_clock.h"
 
-#define TWO_PI 6.28318530718f
-
 static drive_scale_t make_scale(const drive_params_t *p)
 {
 #ifdef EVENSPIN_FIXED
@@ -48,7 +46,7 @@ static void make_speed(const drive_params_t *p, drive_setup_t *s, uint16_t *culp
 
     s->speed_source = (drive_speed_source_t)p->speed_source;
     s->mt.sample_cyc = (hal_clock_hz() / DRIVE_PWM_HZ) * p->speed_divider;
-    s->mt.speed_1_count = drive_fitted(TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+    s->mt.speed_1_count = drive_fitted(DRIVE_TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
     s->mt.speed_max = num_from_float(4.0f * p->over_speed_rad_s / s->scale.speed_rad_s);
     s->mt.stop_samples = 100U;
 }

@@ -2,8 +2,6 @@
 #include "control/numeric/num_math.h"
 #include "firmware/app/internal.h"
 
-#define TWO_PI 6.28318530718f
-
 /* What fal's gain becomes when its argument is per unit; 1 in the float build. */
 static float fal_gain_scale(float unit, float alpha)
 {
@@ -53,7 +51,7 @@ void drive_make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *
     s->rc.freeze_samples = p->rc_freeze_samples;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
     if (s->rc_used) {
-        s->rc_period_scale = drive_fitted(TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+        s->rc_period_scale = drive_fitted(DRIVE_TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
     }
 }
 

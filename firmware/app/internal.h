@@ -28,6 +28,7 @@ uint16_t drive_judge_deadbeat(const drive_setup_t *setup);
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
 num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
+#define DRIVE_TWO_PI 6.28318530718f
 /** Limit of each axis of a current controller, far outside of what the vector limit lets through. */
 #ifdef EVENSPIN_FIXED
 #define DRIVE_AXIS_BOUND 120.0f

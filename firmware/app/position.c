@@ -1,7 +1,6 @@
 /* The position loop, at the rate of the speed loop: motion profile, P-PI cascade, and what its method adds. */
 #include "firmware/app/internal.h"
 
-#define TWO_PI 6.28318530718f
 #define LEARN_LEAD 3U /* samples from a torque command to the velocity it changes */
 
 /* ---- configuration, main loop ----------------------------------------------------------------------------------------- */
@@ -18,14 +17,14 @@ static int64_t turns_q32(float turns)
 static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_profile_params_t *out, const drive_setup_t *s)
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
-    out->speed = turns_q32(speed_rad_s / TWO_PI * ts_s);
-    out->acceleration = turns_q32(p->profile_accel_rad_s2 / TWO_PI * ts_s * ts_s);
+    out->speed = turns_q32(speed_rad_s / DRIVE_TWO_PI * ts_s);
+    out->acceleration = turns_q32(p->profile_accel_rad_s2 / DRIVE_TWO_PI * ts_s * ts_s);
     if ((p->profile_accel_rad_s2 > 0.0f) && (out->acceleration == 0)) {
         out->acceleration = 1; /* slower than one step: the slowest there is */
     }
     out->smooth = p->profile_smooth_samples;
-    out->speed_scale = num_from_float(TWO_PI / 65536.0f / ts_s * s->scale.inv_speed);
-    out->accel_scale = num_from_float(TWO_PI / 1048576.0f / (ts_s * ts_s) * s->scale.inv_speed);
+    out->speed_scale = num_from_float(DRIVE_TWO_PI / 65536.0f / ts_s * s->scale.inv_speed);
+    out->accel_scale = num_from_float(DRIVE_TWO_PI / 1048576.0f / (ts_s * ts_s) * s->scale.inv_speed);
     ctl_profile_t    trial;
     const ctl_diag_t d = ctl_profile_init(&trial, out);
     if (d.status == CTL_OK) {
@@ -283,7 +282,7 @@ static ctl_position_t target_of(const drive_command_t *c)
 {
     const int32_t most = 2000000;
     const int32_t turns = (c->target_turns > most) ? most : ((c->target_turns < -most) ? -most : c->target_turns);
-    return ((ctl_position_t)turns * CTL_ONE_TURN) + turns_q32(c->target_rad * (1.0f / TWO_PI));
+    return ((ctl_position_t)turns * CTL_ONE_TURN) + turns_q32(c->target_rad * (1.0f / DRIVE_TWO_PI));
 }
 
 void drive_position_step(drive_t *d, const drive_command_t *command)
@@ -333,5 +332,5 @@ float drive_position_rad(const drive_t *d, ctl_position_t position)
     /* turns and part separately: a float has 24 bits */
     const int32_t turns = (int32_t)(position >> 32);
     const float   part = (float)(uint32_t)(uint64_t)position * 1.46291807926715968e-9f;
-    return ((float)turns * TWO_PI) + part;
+    return ((float)turns * DRIVE_TWO_PI) + part;
 }
