@@ -11,6 +11,7 @@ const sim_effect_t effect_load_torque = {
     .acts_on = "torque",
     .doc = "Constant torque of fixed sign that no sensor sees; positive brakes positive rotation.",
     .signature = "Offset of the q current that keeps its sign in both directions; asymmetric coast-down.",
+    .at_load = true,
     .param_count = 1,
     .param = {
         {"torque_nm", "N m", "Torque.", 0.0, -10000.0, 10000.0},

@@ -12,6 +12,7 @@
 #include "sim_host/plant/model.h"
 
 #define SIM_EFFECT_PARAMS 18
+#define SIM_DELAY_PERIODS 8
 
 /** The shaft as an effect sees it. */
 typedef struct {
@@ -24,6 +25,17 @@ typedef struct {
     double d_wb, q_wb; /**< Added to back-EMF per electrical speed: e_d = w d_wb, e_q = w (psi + q_wb). */
 } sim_flux_t;
 
+/** Parts that the usual machine does not have. All 0: it has none of them. */
+typedef struct {
+    double delay_periods;  /**< The bridge follows the duties this much later, up to SIM_DELAY_PERIODS; fractions count. */
+    double current_lag_s;  /**< Time constant of the current measurement. */
+    double resonance_hz;   /**< Shaft between rotor and load, both free; 0: they are one piece. */
+    double damping_ratio;  /**< Of this resonance. */
+    double load_ratio;     /**< Inertia of the load over the total, [0, 1). */
+    double play_rad;       /**< Total play of the shaft... */
+    bool   has_play;       /**< ...which then can push but not pull, even with a play of 0. */
+} sim_parts_t;
+
 typedef struct {
     const char *name, *unit, *doc;
     double      off, min, max;
@@ -34,11 +46,15 @@ typedef struct {
     const char        *acts_on;   /**< For people: "torque", "current_sensor", ... */
     const char        *doc;
     const char        *signature; /**< How it shows in a log. */
+    bool               at_load;   /**< torque_nm acts on the load, where that is not one piece with the rotor. */
     int                param_count;
     sim_effect_param_t param[SIM_EFFECT_PARAMS];
 
     /** Parameter @p p is off when every parameter has its off value; otherwise the effect acts. */
     void (*model)(const double *p, sim_model_t *m);                            /**< Change the machine before the start. */
+    void (*parts)(const double *p, sim_parts_t *parts);                        /**< Add parts before the start. */
+    /** Flux linkage of an axis of nominal inductance @p l_h from its own current, and its slope. One effect at most. */
+    double (*linkage_wb)(const double *p, double l_h, double i_a, double *slope_h);
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft);            /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s);            /**< Size of a torque that opposes any motion, >= 0. */
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "sim_host/plant/lag.h"
+
 #define PI 3.14159265358979323846
 #define SQRT3 1.73205080756887729353
 
@@ -70,6 +72,12 @@ static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PA
         if (effect->model != NULL) {
             effect->model(a->p, &s->model);
         }
+        if (effect->parts != NULL) {
+            effect->parts(a->p, &s->parts);
+        }
+        if (effect->linkage_wb != NULL) {
+            s->saturation = a;
+        }
         if (effect->torque_nm != NULL) {
             s->torque[s->torque_count++] = a;
         }
@@ -92,14 +100,17 @@ static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PA
 }
 
 /* One step has a relative error of (h / tau)^5 / 120 in a transient, and angle^6 / 720 in the turned voltage: 0.4 and
- * 0.3 rad keep both near 1e-6 at the speed where the back-EMF fills the dc link, and far below it at ordinary ones. */
-static int needed_substeps(const sim_model_t *m, double period_s)
+ * 0.3 rad keep both near 1e-6 at the speed where the back-EMF fills the dc link, and far below it at ordinary ones.
+ * A swinging shaft loses angle^6 / 144 of its amplitude a step: 0.3 rad add 2e-5 to its damping ratio. */
+static int needed_substeps(const sim_model_t *m, const sim_coupling_t *coupling, double period_s)
 {
     const double l_min = (m->ld_h < m->lq_h) ? m->ld_h : m->lq_h;
     const double decay = m->resistance_ohm / l_min * period_s / 0.4;
     const double flux = (m->psi_wb > 1e-9) ? m->psi_wb : 1e-9;
     const double turn = m->dc_link_v / SQRT3 / flux * period_s / 0.3;
-    const double need = ceil((decay > turn) ? decay : turn);
+    const double swing = coupling->on ? coupling->resonance_rad_s * period_s / 0.3 : 0.0;
+    const double most = (decay > turn) ? decay : turn;
+    const double need = ceil((most > swing) ? most : swing);
     return (need < 1.0) ? 1 : ((need > 100.0) ? 100 : (int)need);
 }
 
@@ -116,15 +127,22 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     }
     collect_effects(s, values);
     s->period_s = 1.0 / s->model.pwm_hz;
-    s->substeps = (s->model.substeps > 0.0) ? (int)s->model.substeps : needed_substeps(&s->model, s->period_s);
+    if (s->model.rotor_locked == 0.0) { /* what hangs on a locked rotor does not show */
+        sim_coupling_start(&s->coupling, s->model.inertia_kgm2, s->parts.load_ratio, s->parts.resonance_hz,
+                           s->parts.damping_ratio, s->parts.has_play, s->parts.play_rad);
+    }
+    sim_delay_start(&s->delay, s->parts.delay_periods);
+    s->substeps = (s->model.substeps > 0.0) ? (int)s->model.substeps : needed_substeps(&s->model, &s->coupling, s->period_s);
     s->inv_ld = 1.0 / s->model.ld_h;
     s->inv_lq = 1.0 / s->model.lq_h;
-    s->inv_inertia = 1.0 / s->model.inertia_kgm2;
+    s->inv_inertia = s->coupling.on ? s->coupling.inv_rotor : 1.0 / s->model.inertia_kgm2;
     s->torque_per_amp = 1.5 * s->model.pole_pairs;
-    s->plain = (s->flux_count == 0) && (s->torque_count == 0) && (s->friction_count == 0);
+    const bool hooks = (s->flux_count > 0) || (s->torque_count > 0) || (s->friction_count > 0);
+    s->kind = ((s->saturation != NULL) || s->coupling.on) ? SIM_WITH_PARTS : (hooks ? SIM_WITH_HOOKS : SIM_PLAIN);
     s->x.theta_m_rad = s->model.initial_angle_rad;
     turn_frame(s);
     s->x.speed_rad_s = (s->model.rotor_locked != 0.0) ? 0.0 : s->model.initial_speed_rad_s;
+    s->x.load_speed_rad_s = s->x.speed_rad_s;
     s->outside.dc_link_v = s->model.dc_link_v;
     s->vdc_filtered_v = s->model.dc_link_v;
     s->vdc_gain = 1.0 - exp(-2.0 * PI * s->model.vdc_filter_hz * s->period_s);
@@ -141,39 +159,84 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
 /* ---- electrical machine and shaft ------------------------------------------------------------------------------------- */
 
 typedef struct {
-    double did, diq, dw, dtheta;
+    double did, diq, dw, dtheta, dload, dtwist;
 } rate_t;
+
+/** Flux linkages of the axes from their own currents, and the inverse of their slopes. */
+typedef struct {
+    double d_wb, q_wb, inv_d, inv_q;
+} linkage_t;
 
 /** One integration step: voltage in the rotor frame at its start, direction of friction, whether the shaft is free. */
 typedef struct {
     double vd_v, vq_v, theta0_rad;
     double friction_sign; /**< +1, -1, 0: no friction. */
     double drag_nm;       /**< Load and, where it does not depend on speed, friction with its sign. */
-    bool   stuck;         /**< The shaft stands. */
+    bool   stuck;         /**< The shaft stands: the rotor, where a coupling is on. */
+    double brake_sign;    /**< The same for the brake of a load behind a coupling. */
+    bool   load_stuck;
+    int    side;          /**< Flank of the coupling in contact, 0: none. */
 } step_t;
 
 static double friction_nm(const sim_plant_t *s, double speed_abs)
 {
-    double sum = s->outside.load_brake_nm;
+    double sum = s->coupling.on ? 0.0 : s->outside.load_brake_nm;
     for (int i = 0; i < s->friction_count; i++) {
         sum += s->friction[i]->effect->friction_nm(s->friction[i]->p, speed_abs);
     }
     return sum;
 }
 
-static double motor_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
+static linkage_t linkage(const sim_plant_t *s, const sim_state_t *x)
+{
+    const sim_acting_t *const a = s->saturation;
+    linkage_t                 f;
+    f.d_wb = a->effect->linkage_wb(a->p, s->model.ld_h, x->id_a, &f.inv_d);
+    f.q_wb = a->effect->linkage_wb(a->p, s->model.lq_h, x->iq_a, &f.inv_q);
+    f.inv_d = 1.0 / f.inv_d;
+    f.inv_q = 1.0 / f.inv_q;
+    return f;
+}
+
+static inline double motor_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, sim_machine_kind_t kind)
 {
     const sim_model_t *const m = &s->model;
+    if ((kind == SIM_WITH_PARTS) && (s->saturation != NULL)) {
+        const linkage_t f = linkage(s, x);
+        return s->torque_per_amp * ((m->psi_wb + h->q_wb + f.d_wb) * x->iq_a + (h->d_wb - f.q_wb) * x->id_a);
+    }
     return s->torque_per_amp * ((m->psi_wb + h->q_wb) * x->iq_a + h->d_wb * x->id_a + (m->ld_h - m->lq_h) * x->id_a * x->iq_a);
 }
 
-/** Everything on the shaft but friction. */
-static double shaft_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
+static double through_coupling(const sim_plant_t *s, const sim_state_t *x, int side)
+{
+    return sim_coupling_torque(&s->coupling, side, x->twist_rad, x->speed_rad_s - x->load_speed_rad_s);
+}
+
+/** Everything on the shaft but friction; behind a coupling: on the rotor. */
+static inline double shaft_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, int side, sim_machine_kind_t kind)
 {
     const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s};
-    double            sum = motor_torque(s, x, h) - s->model.viscous_nms * x->speed_rad_s - s->outside.load_torque_nm;
+    const bool        coupled = (kind == SIM_WITH_PARTS) && s->coupling.on;
+    const double      load = coupled ? through_coupling(s, x, side) : s->outside.load_torque_nm;
+    double            sum = motor_torque(s, x, h, kind) - s->model.viscous_nms * x->speed_rad_s - load;
     for (int i = 0; i < s->torque_count; i++) {
-        sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
+        if (!coupled || !s->torque[i]->effect->at_load) {
+            sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
+        }
+    }
+    return sum;
+}
+
+/** Everything on the load behind a coupling but its brake. */
+static double load_torque(const sim_plant_t *s, const sim_state_t *x, int side)
+{
+    const sim_shaft_t shaft = {x->theta_m_rad - x->twist_rad, x->load_speed_rad_s};
+    double            sum = through_coupling(s, x, side) - s->outside.load_torque_nm;
+    for (int i = 0; i < s->torque_count; i++) {
+        if (s->torque[i]->effect->at_load) {
+            sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
+        }
     }
     return sum;
 }
@@ -187,7 +250,7 @@ static sim_flux_t flux_harmonics(const sim_plant_t *s, const sim_state_t *x)
     return h;
 }
 
-static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_state_t *x, bool plain)
+static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_state_t *x, sim_machine_kind_t kind)
 {
     const sim_model_t *const m = &s->model;
     const double             moved = m->pole_pairs * (x->theta_m_rad - step->theta0_rad);
@@ -197,53 +260,83 @@ static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_s
     const double             vd = step->vd_v * c + step->vq_v * n;
     const double             vq = step->vq_v * c - step->vd_v * n;
     const double             we = m->pole_pairs * x->speed_rad_s;
-    const sim_flux_t         h = plain ? (sim_flux_t){0.0, 0.0} : flux_harmonics(s, x);
+    const sim_flux_t         h = (kind == SIM_PLAIN) ? (sim_flux_t){0.0, 0.0} : flux_harmonics(s, x);
 
     rate_t r;
-    r.did = (vd - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) * s->inv_ld;
-    r.diq = (vq - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) * s->inv_lq;
+    if ((kind != SIM_WITH_PARTS) || (s->saturation == NULL)) {
+        r.did = (vd - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) * s->inv_ld;
+        r.diq = (vq - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) * s->inv_lq;
+    } else {
+        const linkage_t f = linkage(s, x);
+        r.did = (vd - m->resistance_ohm * x->id_a + we * (f.q_wb - h.d_wb)) * f.inv_d;
+        r.diq = (vq - m->resistance_ohm * x->iq_a - we * (f.d_wb + m->psi_wb + h.q_wb)) * f.inv_q;
+    }
     if (step->stuck) {
         r.dw = 0.0;
         r.dtheta = 0.0;
     } else {
         double torque;
-        if (plain) {
-            torque = motor_torque(s, x, &h) - m->viscous_nms * x->speed_rad_s - step->drag_nm;
+        if (kind == SIM_PLAIN) {
+            torque = motor_torque(s, x, &h, kind) - m->viscous_nms * x->speed_rad_s - step->drag_nm;
         } else {
-            torque = shaft_torque(s, x, &h) - step->friction_sign * friction_nm(s, fabs(x->speed_rad_s));
+            torque = shaft_torque(s, x, &h, step->side, kind) - step->friction_sign * friction_nm(s, fabs(x->speed_rad_s));
         }
         r.dw = torque * s->inv_inertia;
         r.dtheta = x->speed_rad_s;
     }
+    r.dload = 0.0;
+    r.dtwist = 0.0;
+    if ((kind == SIM_WITH_PARTS) && s->coupling.on) {
+        if (!step->load_stuck) {
+            r.dload = (load_torque(s, x, step->side) - step->brake_sign * s->outside.load_brake_nm) * s->coupling.inv_load;
+        }
+        r.dtwist = r.dtheta - x->load_speed_rad_s;
+    }
     return r;
 }
 
-static inline sim_state_t ahead(const sim_state_t *x, const rate_t *r, double h)
+static inline sim_state_t ahead(const sim_state_t *x, const rate_t *r, double h, sim_machine_kind_t kind)
 {
-    const sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw, x->theta_m_rad + h * r->dtheta};
+    sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw, x->theta_m_rad + h * r->dtheta, 0.0, 0.0};
+    if (kind == SIM_WITH_PARTS) {
+        y.load_speed_rad_s = x->load_speed_rad_s + h * r->dload;
+        y.twist_rad = x->twist_rad + h * r->dtwist;
+    }
     return y;
 }
 
-static inline sim_state_t four_stages(const sim_plant_t *s, const step_t *step, double h, bool plain)
+static inline double mean(double k1, double k2, double k3, double k4) { return (k1 + 2.0 * (k2 + k3) + k4) * (1.0 / 6.0); }
+
+static inline sim_state_t four_stages(const sim_plant_t *s, const step_t *step, double h, sim_machine_kind_t kind)
 {
     const sim_state_t *const x = &s->x;
-    const double             sixth = 1.0 / 6.0;
-    const rate_t             k1 = rates(s, step, x, plain);
-    const sim_state_t        x2 = ahead(x, &k1, 0.5 * h);
-    const rate_t             k2 = rates(s, step, &x2, plain);
-    const sim_state_t        x3 = ahead(x, &k2, 0.5 * h);
-    const rate_t             k3 = rates(s, step, &x3, plain);
-    const sim_state_t        x4 = ahead(x, &k3, h);
-    const rate_t             k4 = rates(s, step, &x4, plain);
-    const rate_t             mean = {(k1.did + 2.0 * (k2.did + k3.did) + k4.did) * sixth, (k1.diq + 2.0 * (k2.diq + k3.diq) + k4.diq) * sixth,
-                         (k1.dw + 2.0 * (k2.dw + k3.dw) + k4.dw) * sixth, (k1.dtheta + 2.0 * (k2.dtheta + k3.dtheta) + k4.dtheta) * sixth};
-    return ahead(x, &mean, h);
+    const rate_t             k1 = rates(s, step, x, kind);
+    const sim_state_t        x2 = ahead(x, &k1, 0.5 * h, kind);
+    const rate_t             k2 = rates(s, step, &x2, kind);
+    const sim_state_t        x3 = ahead(x, &k2, 0.5 * h, kind);
+    const rate_t             k3 = rates(s, step, &x3, kind);
+    const sim_state_t        x4 = ahead(x, &k3, h, kind);
+    const rate_t             k4 = rates(s, step, &x4, kind);
+    const rate_t             k = {mean(k1.did, k2.did, k3.did, k4.did),
+                                  mean(k1.diq, k2.diq, k3.diq, k4.diq),
+                                  mean(k1.dw, k2.dw, k3.dw, k4.dw),
+                                  mean(k1.dtheta, k2.dtheta, k3.dtheta, k4.dtheta),
+                                  mean(k1.dload, k2.dload, k3.dload, k4.dload),
+                                  mean(k1.dtwist, k2.dtwist, k3.dtwist, k4.dtwist)};
+    return ahead(x, &k, h, kind);
 }
 
-/* The usual machine gets code without hooks: half the time of the general one. */
-static sim_state_t runge_kutta(const sim_plant_t *s, const step_t *step, double h)
+/* Each kind of machine gets code of its own, without what it does not have. */
+static inline sim_state_t runge_kutta(const sim_plant_t *s, const step_t *step, double h)
 {
-    return s->plain ? four_stages(s, step, h, true) : four_stages(s, step, h, false);
+    switch (s->kind) {
+    case SIM_PLAIN:
+        return four_stages(s, step, h, SIM_PLAIN);
+    case SIM_WITH_HOOKS:
+        return four_stages(s, step, h, SIM_WITH_HOOKS);
+    default:
+        return four_stages(s, step, h, SIM_WITH_PARTS);
+    }
 }
 
 static double wrapped(double angle)
@@ -277,60 +370,182 @@ static void note_edges(sim_plant_t *s, double angle_before, double t0_s, double 
     }
 }
 
-/** Advance by at most h; ends early where the speed passes zero against friction. @return time done. */
-static double piece(sim_plant_t *s, const double v_ab[2], double h, double t0_s)
+/* ---- one step, and what ends it early ---------------------------------------------------------------------------------- */
+
+/* A flank is met this part of a step late rather than early, so that the next step begins in the new state. */
+#define FLANK_LATE 1e-4
+
+static double direction_of(double speed) { return (speed > 0.0) ? 1.0 : ((speed < 0.0) ? -1.0 : 0.0); }
+
+/** Which way do friction and brake act, and do they hold? */
+static void judge_friction(const sim_plant_t *s, step_t *step)
+{
+    const bool   coupled = s->coupling.on;
+    const double brake_nm = s->outside.load_brake_nm;
+    if ((s->friction_count > 0) || (!coupled && (brake_nm > 0.0))) {
+        step->friction_sign = direction_of(s->x.speed_rad_s);
+        if (s->x.speed_rad_s == 0.0) {
+            const sim_flux_t flux = flux_harmonics(s, &s->x);
+            const double     push = shaft_torque(s, &s->x, &flux, step->side, SIM_WITH_PARTS);
+            step->stuck = fabs(push) <= friction_nm(s, 0.0);
+            step->friction_sign = (push > 0.0) ? 1.0 : -1.0;
+        }
+    }
+    if (coupled && (brake_nm > 0.0)) {
+        step->brake_sign = direction_of(s->x.load_speed_rad_s);
+        if (s->x.load_speed_rad_s == 0.0) {
+            const double push = load_torque(s, &s->x, step->side);
+            step->load_stuck = fabs(push) <= brake_nm;
+            step->brake_sign = (push > 0.0) ? 1.0 : -1.0;
+        }
+    }
+}
+
+/** Time within the step at which the contact of the coupling changes between the present and @p y; h when it does not. */
+static double flank_time(const sim_plant_t *s, const step_t *step, const sim_state_t *y, double h)
+{
+    const sim_coupling_t *const c = &s->coupling;
+    const double                rate = s->x.speed_rad_s - s->x.load_speed_rad_s;
+    const double                rate_y = y->speed_rad_s - y->load_speed_rad_s;
+    double                      first = h;
+    for (int side = -1; c->has_play && (side <= 1); side += 2) {
+        const double before = sim_coupling_depth(c, side, s->x.twist_rad, rate);
+        const double after = sim_coupling_depth(c, side, y->twist_rad, rate_y);
+        const bool   changes = (step->side == 0) ? (after > 0.0) : ((step->side == side) && (after <= 0.0));
+        if (changes && (before != after)) {
+            const double at = h * (before / (before - after) + FLANK_LATE);
+            first = (at < first) ? at : first;
+        }
+    }
+    return first;
+}
+
+/** A step of rotor and load behind a coupling: ends where one of them passes zero against friction or a flank begins or
+ *  ends contact. In the @p last piece of a step flanks wait. @return time done. */
+static double coupled_step(const sim_plant_t *s, step_t *step, double h, bool last, sim_state_t *y)
+{
+    *y = runge_kutta(s, step, h);
+    bool turns = !step->stuck && (y->speed_rad_s * step->friction_sign < 0.0);
+    bool load_turns = !step->load_stuck && (y->load_speed_rad_s * step->brake_sign < 0.0);
+    if ((turns && (s->x.speed_rad_s == 0.0)) || (load_turns && (s->x.load_speed_rad_s == 0.0))) { /* backwards: friction holds it */
+        step->stuck = step->stuck || (turns && (s->x.speed_rad_s == 0.0));
+        step->load_stuck = step->load_stuck || (load_turns && (s->x.load_speed_rad_s == 0.0));
+        *y = runge_kutta(s, step, h);
+        turns = !step->stuck && (y->speed_rad_s * step->friction_sign < 0.0);
+        load_turns = !step->load_stuck && (y->load_speed_rad_s * step->brake_sign < 0.0);
+    }
+    const double stop = turns ? h * s->x.speed_rad_s / (s->x.speed_rad_s - y->speed_rad_s) : h;
+    const double load_stop = load_turns ? h * s->x.load_speed_rad_s / (s->x.load_speed_rad_s - y->load_speed_rad_s) : h;
+    const double flank = last ? h : flank_time(s, step, y, h);
+    double       done = (stop < load_stop) ? stop : load_stop;
+    done = (flank < done) ? flank : done;
+    if (done < h) {
+        *y = runge_kutta(s, step, done);
+        y->speed_rad_s = (turns && (done == stop)) ? 0.0 : y->speed_rad_s;
+        y->load_speed_rad_s = (load_turns && (done == load_stop)) ? 0.0 : y->load_speed_rad_s;
+    }
+    return done;
+}
+
+/** The same where all that turns is one piece. @return time done. */
+static inline double rigid_step(const sim_plant_t *s, step_t *step, double h, sim_state_t *y)
+{
+    double done = h;
+    *y = runge_kutta(s, step, h);
+    if (!step->stuck && (y->speed_rad_s * step->friction_sign < 0.0)) {
+        const double w0 = s->x.speed_rad_s;
+        done = h * w0 / (w0 - y->speed_rad_s); /* 0 when it would start backwards: friction holds it */
+        if (done > 0.0) {
+            *y = runge_kutta(s, step, done);
+        } else {
+            step->stuck = true;
+            done = h;
+            *y = runge_kutta(s, step, h);
+        }
+        y->speed_rad_s = 0.0;
+    }
+    return done;
+}
+
+typedef struct {
+    double i[2], slope[2];
+} still_t;
+
+/** Currents and their slopes in the frame of the stator, alpha and beta. */
+static still_t stator_view(const sim_plant_t *s, const step_t *step)
+{
+    const rate_t  r = rates(s, step, &s->x, SIM_WITH_PARTS);
+    const double  we = s->model.pole_pairs * s->x.speed_rad_s;
+    const double  did = r.did - we * s->x.iq_a; /* turned along with the frame */
+    const double  diq = r.diq + we * s->x.id_a;
+    const double  c = s->cosine_e;
+    const double  n = s->sine_e;
+    const still_t v = {{s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c}, {did * c - diq * n, did * n + diq * c}};
+    return v;
+}
+
+static void filter_currents(sim_plant_t *s, const still_t *before, const still_t *after, double h)
+{
+    sim_lag_t lag;
+    sim_lag_prepare(&lag, s->parts.current_lag_s, h);
+    for (int k = 0; k < 2; k++) {
+        const sim_lag_input_t in = {before->i[k], after->i[k], before->slope[k], after->slope[k]};
+        s->lagging_a[k] = sim_lag_step(&lag, &in, s->lagging_a[k]);
+    }
+}
+
+/** Advance by at most h; ends early where a speed passes zero against friction, and at the flanks of a coupling unless
+ *  this is the @p last piece. @return time done. */
+static double piece(sim_plant_t *s, const double v_ab[2], double h, bool last, double t0_s)
 {
     const double before = measured_angle(s);
     const double c = s->cosine_e;
     const double n = s->sine_e;
-    step_t       step = {v_ab[0] * c + v_ab[1] * n, v_ab[1] * c - v_ab[0] * n, s->x.theta_m_rad, 0.0, 0.0, false};
-    double       done = h;
-
-    const bool has_friction = (s->friction_count > 0) || (s->outside.load_brake_nm > 0.0);
+    const bool   filters = s->parts.current_lag_s > 0.0;
+    step_t       step = {.vd_v = v_ab[0] * c + v_ab[1] * n, .vq_v = v_ab[1] * c - v_ab[0] * n, .theta0_rad = s->x.theta_m_rad};
+    if (s->coupling.on) {
+        step.side = sim_coupling_side(&s->coupling, s->x.twist_rad, s->x.speed_rad_s - s->x.load_speed_rad_s);
+    }
     if (s->model.rotor_locked != 0.0) {
         step.stuck = true;
-    } else if (has_friction) {
-        if (s->x.speed_rad_s != 0.0) {
-            step.friction_sign = (s->x.speed_rad_s > 0.0) ? 1.0 : -1.0;
-        } else {
-            const sim_flux_t flux = flux_harmonics(s, &s->x);
-            const double     push = shaft_torque(s, &s->x, &flux);
-            step.stuck = fabs(push) <= friction_nm(s, 0.0);
-            step.friction_sign = (push > 0.0) ? 1.0 : -1.0;
-        }
+    } else if ((s->friction_count > 0) || (s->outside.load_brake_nm > 0.0)) {
+        judge_friction(s, &step);
     }
     step.drag_nm = s->outside.load_torque_nm + step.friction_sign * s->outside.load_brake_nm;
-    sim_state_t y = runge_kutta(s, &step, h);
-    if (has_friction && !step.stuck && (y.speed_rad_s * step.friction_sign < 0.0)) {
-        const double w0 = s->x.speed_rad_s;
-        done = h * w0 / (w0 - y.speed_rad_s); /* 0 when it would start backwards: friction holds it */
-        if (done > 0.0) {
-            y = runge_kutta(s, &step, done);
-        } else {
-            step.stuck = true;
-            done = h;
-            y = runge_kutta(s, &step, h);
-        }
-        y.speed_rad_s = 0.0;
+
+    still_t     view = {{0.0, 0.0}, {0.0, 0.0}};
+    sim_state_t y;
+    if (filters) {
+        view = stator_view(s, &step);
     }
+    const double done = s->coupling.on ? coupled_step(s, &step, h, last, &y) : rigid_step(s, &step, h, &y);
     s->x = y;
     turn_frame_by(s, s->model.pole_pairs * (y.theta_m_rad - step.theta0_rad));
+    if (filters && (done > 0.0)) {
+        const still_t after = stator_view(s, &step);
+        filter_currents(s, &view, &after, done);
+    }
     note_edges(s, before, t0_s, done);
     return done;
 }
 
 /* ---- inverter ------------------------------------------------------------------------------------------------------------ */
 
-void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
+static void to_phases(double alpha, double beta, double i_abc[3])
 {
-    const double c = s->cosine_e;
-    const double n = s->sine_e;
-    const double alpha = s->x.id_a * c - s->x.iq_a * n;
-    const double beta = s->x.id_a * n + s->x.iq_a * c;
     i_abc[0] = alpha;
     i_abc[1] = 0.5 * (-alpha + SQRT3 * beta);
     i_abc[2] = -i_abc[0] - i_abc[1];
 }
+
+void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
+{
+    const double c = s->cosine_e;
+    const double n = s->sine_e;
+    to_phases(s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c, i_abc);
+}
+
+double sim_plant_load_speed(const sim_plant_t *s) { return s->coupling.on ? s->x.load_speed_rad_s : s->x.speed_rad_s; }
 
 static void to_alpha_beta(const double v[3], double ab[2])
 {
@@ -405,7 +620,7 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
         s->x.id_a = 0.0;
         s->x.iq_a = 0.0;
         back_emf(s, h, ab); /* the terminals follow it */
-        const double done = piece(s, ab, h, t0_s);
+        const double done = piece(s, ab, h, last, t0_s);
         s->x.id_a = 0.0;
         s->x.iq_a = 0.0;
         return done;
@@ -415,13 +630,10 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
     /* when does the first of them arrive at zero? */
     const double  c = s->cosine_e;
     const double  n = s->sine_e;
-    const step_t  step = {ab[0] * c + ab[1] * n, ab[1] * c - ab[0] * n, s->x.theta_m_rad, 0.0, 0.0, true};
-    const rate_t  r = rates(s, &step, &s->x, false);
-    const double  we = s->model.pole_pairs * s->x.speed_rad_s;
-    const double  did = r.did - we * s->x.iq_a; /* turned along with the frame */
-    const double  diq = r.diq + we * s->x.id_a;
-    const double  alpha = did * c - diq * n;
-    const double  beta = did * n + diq * c;
+    const step_t  step = {.vd_v = ab[0] * c + ab[1] * n, .vq_v = ab[1] * c - ab[0] * n, .theta0_rad = s->x.theta_m_rad, .stuck = true};
+    const still_t still = stator_view(s, &step);
+    const double  alpha = still.slope[0];
+    const double  beta = still.slope[1];
     const double  di[3] = {alpha, 0.5 * (-alpha + SQRT3 * beta), 0.5 * (-alpha - SQRT3 * beta)};
     double        until = h;
     int           first = -1;
@@ -431,7 +643,7 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
             first = k;
         }
     }
-    const double done = piece(s, ab, last ? h : until, t0_s);
+    const double done = piece(s, ab, last ? h : until, last, t0_s);
 
     double after[3];
     sim_plant_phase_currents(s, after);
@@ -454,20 +666,55 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
     return done;
 }
 
-void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
+/* With saturation the slopes of the linkages, and with them R/L, go with the current: steps for the largest to come. */
+static int steps_in(const sim_plant_t *s, double length_s)
 {
-    const double h = s->period_s / s->substeps;
+    if ((length_s == s->period_s) && (s->saturation == NULL)) {
+        return s->substeps;
+    }
+    const double part = length_s / s->period_s;
+    double       need = s->substeps * part;
+    if ((s->saturation != NULL) && (s->model.substeps == 0.0)) {
+        const double      volt_s = s->outside.dc_link_v / SQRT3 * length_s;
+        const sim_state_t then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
+        const linkage_t   f = linkage(s, &then);
+        const double      decay = s->model.resistance_ohm * ((f.inv_d > f.inv_q) ? f.inv_d : f.inv_q) * length_s / 0.4;
+        need = (decay > need) ? decay : need;
+    }
+    need = ceil(need);
+    return (need < 1.0) ? 1 : ((need > 1000.0) ? 1000 : (int)need);
+}
+
+/** Part of a period with constant duties. */
+static void stretch(sim_plant_t *s, const double duty[3], bool armed, double from_s, double length_s)
+{
+    const int    steps = steps_in(s, length_s);
+    const double h = length_s / steps;
     double       ab[2] = {0.0, 0.0};
 
-    for (int k = 0; k < s->substeps; k++) {
+    for (int k = 0; k < steps; k++) {
         if (armed && ((k == 0) || (s->voltage_count > 0))) {
             bridge_voltage(s, duty, ab);
         }
         double left = h;
         for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {
-            const double t0_s = s->time_s + k * h + (h - left);
-            left -= armed ? piece(s, ab, left, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
+            const double t0_s = from_s + k * h + (h - left);
+            left -= armed ? piece(s, ab, left, n == PIECES_MAX - 1, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
         }
+    }
+}
+
+void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
+{
+    if (s->parts.delay_periods > 0.0) {
+        const double change_s = s->delay.part * s->period_s;
+        sim_delay_push(&s->delay, duty);
+        if (change_s > 0.0) {
+            stretch(s, sim_delay_first(&s->delay), armed, s->time_s, change_s);
+        }
+        stretch(s, sim_delay_second(&s->delay), armed, s->time_s + change_s, s->period_s - change_s);
+    } else {
+        stretch(s, duty, armed, s->time_s, s->period_s);
     }
     s->time_s += s->period_s;
     s->vdc_filtered_v += s->vdc_gain * (s->outside.dc_link_v - s->vdc_filtered_v);
@@ -485,7 +732,11 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
 {
     const sim_model_t *const m = &s->model;
     double                   i[3];
-    sim_plant_phase_currents(s, i);
+    if (s->parts.current_lag_s > 0.0) {
+        to_phases(s->lagging_a[0], s->lagging_a[1], i);
+    } else {
+        sim_plant_phase_currents(s, i);
+    }
     for (int k = 0; k < s->current_count; k++) {
         s->current[k]->effect->current_sensor(s->current[k]->p, i);
     }
@@ -510,7 +761,6 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
     out->theta_m_rad = ((angle < 0.0) || (angle >= 2.0 * PI)) ? 0.0 : angle;
 
     const sim_flux_t flux = flux_harmonics(s, &s->x);
-    s->torque_nm = motor_torque(s, &s->x, &flux);
-    const double direction = (s->x.speed_rad_s > 0.0) ? 1.0 : ((s->x.speed_rad_s < 0.0) ? -1.0 : 0.0);
-    s->load_nm = s->outside.load_torque_nm + direction * s->outside.load_brake_nm;
+    s->torque_nm = motor_torque(s, &s->x, &flux, SIM_WITH_PARTS);
+    s->load_nm = s->outside.load_torque_nm + direction_of(sim_plant_load_speed(s)) * s->outside.load_brake_nm;
 }

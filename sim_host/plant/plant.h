@@ -7,7 +7,9 @@
  *     T = 1.5 p ((psi + h_q) iq + h_d id + (Ld - Lq) id iq)                                              (3)
  *     J dw/dt = T + sum of torques - B w - load - sign(w) friction                                       (4)
  *
- * Amplitude-invariant frame, d on the magnets. h_d, h_q: flux harmonics, 0 without that effect.
+ * Amplitude-invariant frame, d on the magnets. h_d, h_q: flux harmonics, 0 without that effect. With saturation the
+ * flux linkages of the axes take the place of Ld id and Lq iq, their slopes that of Ld and Lq on the left. With a shaft
+ * that is not stiff (coupling.h) J is that of the rotor, load and brake act on the load, the rest on the rotor.
  * Integration: fixed-step RK4 in the rotor frame; the phase voltage is constant over a step and turned by the small
  * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
  * speed passes zero ends there, and the shaft stays when the rest of the torque is below the friction.
@@ -17,6 +19,8 @@
 
 #include <stdint.h>
 
+#include "sim_host/plant/coupling.h"
+#include "sim_host/plant/delay.h"
 #include "sim_host/plant/effect.h"
 #include "sim_host/plant/random.h"
 
@@ -26,6 +30,7 @@ typedef struct {
     double id_a, iq_a;
     double speed_rad_s;
     double theta_m_rad; /**< Unwrapped. */
+    double load_speed_rad_s, twist_rad; /**< Of a load on a coupling that is on, and rotor angle minus load angle. */
 } sim_state_t;
 
 /** What acts from outside during a period. */
@@ -47,6 +52,13 @@ typedef struct {
     double              p[SIM_EFFECT_PARAMS];
 } sim_acting_t;
 
+/** How much the step has to look at. */
+typedef enum {
+    SIM_PLAIN,      /**< No effect acts on torque, friction or flux. */
+    SIM_WITH_HOOKS, /**< Some do. */
+    SIM_WITH_PARTS  /**< Saturation or a coupling, too. */
+} sim_machine_kind_t;
+
 typedef struct {
     sim_model_t   model;
     sim_state_t   x;
@@ -59,7 +71,12 @@ typedef struct {
     int           turns_left;                 /**< ...and computed anew after so many. */
     double        inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
     double        torque_per_amp;             /**< 1.5 p. */
-    bool          plain;                      /**< No effect acts on torque, friction or flux. */
+    sim_machine_kind_t kind;
+    sim_parts_t   parts;
+    sim_coupling_t coupling;
+    sim_delay_t   delay;
+    double        lagging_a[2];               /**< Currents behind the filter of the measurement, alpha and beta. */
+    const sim_acting_t *saturation;           /**< NULL: none. */
     double        vdc_filtered_v, vdc_gain;
     double        torque_nm; /**< (3) at the last start of a period. */
     double        load_nm;   /**< What the torque sensor reads. */
@@ -95,5 +112,7 @@ void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed);
 void sim_plant_read(sim_plant_t *s, sim_reading_t *out);
 /** True phase currents, A. */
 void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3]);
+/** Speed of the load: the rotor's, where they are one piece. */
+double sim_plant_load_speed(const sim_plant_t *s);
 
 #endif

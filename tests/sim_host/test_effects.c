@@ -31,7 +31,7 @@ void test_effects_table_is_in_alphabetical_order_and_explains_every_effect(void)
 /* docs: the vocabulary of the measured-log format; more parameters may follow */
 void test_effects_names_and_first_parameters_are_those_of_the_log_format(void)
 {
-    static const char *const WANTED[][5] = {
+    static const char *const WANTED[][6] = {
         {"current_offset", "offset_a_a", "offset_b_a"},
         {"current_gain", "gain_a", "gain_b"},
         {"dead_time", "dead_time_s"},
@@ -47,11 +47,16 @@ void test_effects_names_and_first_parameters_are_those_of_the_log_format(void)
         {"encoder_offset", "angle_el_rad"},
         {"torque_constant", "factor"},
         {"winding_resistance", "factor"},
+        {"current_loop_delay", "extra_periods"},
+        {"inductance_saturation", "i_sat_a"},
+        {"two_mass", "f_res_hz", "load_ratio", "damping_ratio"},
+        {"backlash", "gap_rad", "load_ratio", "f_res_hz", "damping_ratio"},
+        {"current_filter", "tau_s"},
     };
     for (size_t i = 0; i < COUNT_OF(WANTED); i++) {
         const sim_effect_t *const x = sim_effects[machine_effect(WANTED[i][0])];
         int                       n = 0;
-        while ((n < 4) && (WANTED[i][n + 1] != NULL)) {
+        while ((n < 5) && (WANTED[i][n + 1] != NULL)) {
             TEST_ASSERT_TRUE_MESSAGE(n < x->param_count, WANTED[i][0]);
             TEST_ASSERT_EQUAL_STRING(WANTED[i][n + 1], x->param[n].name);
             n++;
@@ -102,6 +107,12 @@ static double some_value(const sim_effect_param_t *p)
     if (strcmp(p->unit, "rad/s") == 0) {
         return 40.0; /* the experiment turns with 30 rad/s */
     }
+    if (strcmp(p->unit, "Hz") == 0) {
+        return 300.0;
+    }
+    if (strcmp(p->name, "i_sat_a") == 0) {
+        return 10.0; /* the currents of the experiment */
+    }
     const double wanted = (p->off == 0.0) ? 0.01 : p->off * 1.25;
     const double step = (wanted <= p->max) ? wanted : ((p->off != 0.0) ? p->off * 0.75 : 0.25 * p->max);
     return (step >= p->min) ? step : p->min;
@@ -127,7 +138,7 @@ void test_effects_none_acts_when_all_are_off(void)
 {
     experiment(off_trace);
     TEST_ASSERT_EQUAL_INT(0, plant.acting_count);
-    TEST_ASSERT_TRUE(plant.plain);
+    TEST_ASSERT_EQUAL_INT(SIM_PLAIN, plant.kind);
     for (int e = 0; e < sim_effect_total; e++) {
         machine_defaults();
         for (int k = 0; k < sim_effects[e]->param_count; k++) {
@@ -144,7 +155,7 @@ void test_effects_machine_with_hooks_is_the_machine_without(void)
     experiment(off_trace);
     machine_set("cogging", "order", 24.0); /* on, but with no amplitude */
     experiment(on_trace);
-    TEST_ASSERT_FALSE(plant.plain);
+    TEST_ASSERT_EQUAL_INT(SIM_WITH_HOOKS, plant.kind);
     for (int k = 0; k < ROWS; k++) {
         for (int c = 0; c < COLUMNS; c++) {
             /* sums in another order: 400 roundings of 1e-15 of 30 rad/s */

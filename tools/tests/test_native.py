@@ -21,6 +21,11 @@ EFFECTS = {
     "encoder_offset": ["angle_el_rad"],
     "torque_constant": ["factor"],
     "winding_resistance": ["factor"],
+    "current_loop_delay": ["extra_periods"],
+    "inductance_saturation": ["i_sat_a"],
+    "two_mass": ["f_res_hz", "load_ratio", "damping_ratio"],
+    "backlash": ["gap_rad", "load_ratio", "f_res_hz", "damping_ratio"],
+    "current_filter": ["tau_s"],
 }
 
 

@@ -1,0 +1,19 @@
+#include "sim_host/plant/effect.h"
+
+static void parts(const double *p, sim_parts_t *x)
+{
+    x->delay_periods = p[0];
+}
+
+const sim_effect_t effect_current_loop_delay = {
+    .name = "current_loop_delay",
+    .acts_on = "inverter",
+    .doc = "The voltage of a period acts this many PWM periods later than the drive counts on; with a broken number it changes inside "
+           "a period. The angle that the drive adds for its own delay stays as it is.",
+    .signature = "Current steps ring and come late as a whole; d voltage that grows with the square of the speed.",
+    .param_count = 1,
+    .param = {
+        {"extra_periods", "", "PWM periods beyond the usual delay, whole or not.", 0.0, 0.0, SIM_DELAY_PERIODS},
+    },
+    .parts = parts,
+};
