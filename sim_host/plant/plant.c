@@ -8,6 +8,10 @@
 #define PI 3.14159265358979323846
 #define SQRT3 1.73205080756887729353
 
+/* Keeps what only some effects need out of the code that every step runs. */
+#define APART __attribute__((noinline))
+#define WITHIN inline __attribute__((always_inline)) /* and this is that code */
+
 #define TURNS_BEFORE_ANEW 256
 #define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
@@ -38,7 +42,7 @@ static void turn_frame(sim_plant_t *s)
 }
 
 /* Turn by a small angle; the series is exact to 2e-12 at 0.3 rad. */
-static void turn_frame_by(sim_plant_t *s, double angle)
+static WITHIN void turn_frame_by(sim_plant_t *s, double angle)
 {
     if ((s->turns_left <= 0) || (fabs(angle) > 0.3)) {
         turn_frame(s);
@@ -142,7 +146,7 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->x.theta_m_rad = s->model.initial_angle_rad;
     turn_frame(s);
     s->x.speed_rad_s = (s->model.rotor_locked != 0.0) ? 0.0 : s->model.initial_speed_rad_s;
-    s->x.load_speed_rad_s = s->x.speed_rad_s;
+    s->load.speed_rad_s = s->x.speed_rad_s;
     s->outside.dc_link_v = s->model.dc_link_v;
     s->vdc_filtered_v = s->model.dc_link_v;
     s->vdc_gain = 1.0 - exp(-2.0 * PI * s->model.vdc_filter_hz * s->period_s);
@@ -159,7 +163,7 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
 /* ---- electrical machine and shaft ------------------------------------------------------------------------------------- */
 
 typedef struct {
-    double did, diq, dw, dtheta, dload, dtwist;
+    double did, diq, dw, dtheta;
 } rate_t;
 
 /** Flux linkages of the axes from their own currents, and the inverse of their slopes. */
@@ -178,16 +182,25 @@ typedef struct {
     int    side;          /**< Flank of the coupling in contact, 0: none. */
 } step_t;
 
-static double friction_nm(const sim_plant_t *s, double speed_abs)
+static WITHIN double friction_nm(const sim_plant_t *s, double speed_abs, sim_machine_kind_t kind)
 {
-    double sum = s->coupling.on ? 0.0 : s->outside.load_brake_nm;
+    double sum = ((kind == SIM_WITH_PARTS) && s->coupling.on) ? 0.0 : s->outside.load_brake_nm;
     for (int i = 0; i < s->friction_count; i++) {
         sum += s->friction[i]->effect->friction_nm(s->friction[i]->p, speed_abs);
     }
     return sum;
 }
 
-static linkage_t linkage(const sim_plant_t *s, const sim_state_t *x)
+static WITHIN sim_flux_t flux_harmonics(const sim_plant_t *s, const sim_state_t *x)
+{
+    sim_flux_t h = {0.0, 0.0};
+    for (int i = 0; i < s->flux_count; i++) {
+        s->flux[i]->effect->flux(s->flux[i]->p, &s->model, s->model.pole_pairs * x->theta_m_rad, &h);
+    }
+    return h;
+}
+
+APART static linkage_t linkage(const sim_plant_t *s, const sim_state_t *x)
 {
     const sim_acting_t *const a = s->saturation;
     linkage_t                 f;
@@ -198,28 +211,40 @@ static linkage_t linkage(const sim_plant_t *s, const sim_state_t *x)
     return f;
 }
 
-static inline double motor_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, sim_machine_kind_t kind)
+static WITHIN double motor_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
 {
     const sim_model_t *const m = &s->model;
-    if ((kind == SIM_WITH_PARTS) && (s->saturation != NULL)) {
-        const linkage_t f = linkage(s, x);
-        return s->torque_per_amp * ((m->psi_wb + h->q_wb + f.d_wb) * x->iq_a + (h->d_wb - f.q_wb) * x->id_a);
-    }
     return s->torque_per_amp * ((m->psi_wb + h->q_wb) * x->iq_a + h->d_wb * x->id_a + (m->ld_h - m->lq_h) * x->id_a * x->iq_a);
 }
 
-static double through_coupling(const sim_plant_t *s, const sim_state_t *x, int side)
+static double through_coupling(const sim_plant_t *s, const sim_state_t *x, const sim_load_t *load, int side)
 {
-    return sim_coupling_torque(&s->coupling, side, x->twist_rad, x->speed_rad_s - x->load_speed_rad_s);
+    return sim_coupling_torque(&s->coupling, side, load->twist_rad, x->speed_rad_s - load->speed_rad_s);
+}
+
+APART static double saturated_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, const linkage_t *f)
+{
+    return s->torque_per_amp * ((s->model.psi_wb + h->q_wb + f->d_wb) * x->iq_a + (h->d_wb - f->q_wb) * x->id_a);
+}
+
+/** Torque of the motor, saturated or not. */
+APART static double any_motor_torque(const sim_plant_t *s, const sim_state_t *x)
+{
+    const sim_flux_t h = flux_harmonics(s, x);
+    if (s->saturation == NULL) {
+        return motor_torque(s, x, &h);
+    }
+    const linkage_t f = linkage(s, x);
+    return saturated_torque(s, x, &h, &f);
 }
 
 /** Everything on the shaft but friction; behind a coupling: on the rotor. */
-static inline double shaft_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, int side, sim_machine_kind_t kind)
+static WITHIN double shaft_torque(const sim_plant_t *s, const sim_state_t *x, double motor_nm, double coupling_nm, sim_machine_kind_t kind)
 {
     const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s};
     const bool        coupled = (kind == SIM_WITH_PARTS) && s->coupling.on;
-    const double      load = coupled ? through_coupling(s, x, side) : s->outside.load_torque_nm;
-    double            sum = motor_torque(s, x, h, kind) - s->model.viscous_nms * x->speed_rad_s - load;
+    const double      load = coupled ? coupling_nm : s->outside.load_torque_nm;
+    double            sum = motor_nm - s->model.viscous_nms * x->speed_rad_s - load;
     for (int i = 0; i < s->torque_count; i++) {
         if (!coupled || !s->torque[i]->effect->at_load) {
             sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
@@ -229,10 +254,10 @@ static inline double shaft_torque(const sim_plant_t *s, const sim_state_t *x, co
 }
 
 /** Everything on the load behind a coupling but its brake. */
-static double load_torque(const sim_plant_t *s, const sim_state_t *x, int side)
+static double load_torque(const sim_plant_t *s, const sim_state_t *x, const sim_load_t *load, double coupling_nm)
 {
-    const sim_shaft_t shaft = {x->theta_m_rad - x->twist_rad, x->load_speed_rad_s};
-    double            sum = through_coupling(s, x, side) - s->outside.load_torque_nm;
+    const sim_shaft_t shaft = {x->theta_m_rad - load->twist_rad, load->speed_rad_s};
+    double            sum = coupling_nm - s->outside.load_torque_nm;
     for (int i = 0; i < s->torque_count; i++) {
         if (s->torque[i]->effect->at_load) {
             sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
@@ -241,16 +266,8 @@ static double load_torque(const sim_plant_t *s, const sim_state_t *x, int side)
     return sum;
 }
 
-static sim_flux_t flux_harmonics(const sim_plant_t *s, const sim_state_t *x)
-{
-    sim_flux_t h = {0.0, 0.0};
-    for (int i = 0; i < s->flux_count; i++) {
-        s->flux[i]->effect->flux(s->flux[i]->p, &s->model, s->model.pole_pairs * x->theta_m_rad, &h);
-    }
-    return h;
-}
-
-static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_state_t *x, sim_machine_kind_t kind)
+static WITHIN rate_t rates(const sim_plant_t *s, const step_t *step, const sim_state_t *x, double coupling_nm,
+                           sim_machine_kind_t kind)
 {
     const sim_model_t *const m = &s->model;
     const double             moved = m->pole_pairs * (x->theta_m_rad - step->theta0_rad);
@@ -263,13 +280,16 @@ static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_s
     const sim_flux_t         h = (kind == SIM_PLAIN) ? (sim_flux_t){0.0, 0.0} : flux_harmonics(s, x);
 
     rate_t r;
+    double motor_nm;
     if ((kind != SIM_WITH_PARTS) || (s->saturation == NULL)) {
         r.did = (vd - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) * s->inv_ld;
         r.diq = (vq - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) * s->inv_lq;
+        motor_nm = motor_torque(s, x, &h);
     } else {
         const linkage_t f = linkage(s, x);
         r.did = (vd - m->resistance_ohm * x->id_a + we * (f.q_wb - h.d_wb)) * f.inv_d;
         r.diq = (vq - m->resistance_ohm * x->iq_a - we * (f.d_wb + m->psi_wb + h.q_wb)) * f.inv_q;
+        motor_nm = saturated_torque(s, x, &h, &f);
     }
     if (step->stuck) {
         r.dw = 0.0;
@@ -277,66 +297,98 @@ static inline rate_t rates(const sim_plant_t *s, const step_t *step, const sim_s
     } else {
         double torque;
         if (kind == SIM_PLAIN) {
-            torque = motor_torque(s, x, &h, kind) - m->viscous_nms * x->speed_rad_s - step->drag_nm;
+            torque = motor_nm - m->viscous_nms * x->speed_rad_s - step->drag_nm;
         } else {
-            torque = shaft_torque(s, x, &h, step->side, kind) - step->friction_sign * friction_nm(s, fabs(x->speed_rad_s));
+            torque = shaft_torque(s, x, motor_nm, coupling_nm, kind) - step->friction_sign * friction_nm(s, fabs(x->speed_rad_s), kind);
         }
         r.dw = torque * s->inv_inertia;
         r.dtheta = x->speed_rad_s;
     }
-    r.dload = 0.0;
-    r.dtwist = 0.0;
-    if ((kind == SIM_WITH_PARTS) && s->coupling.on) {
+    return r;
+}
+
+static WITHIN sim_state_t ahead(const sim_state_t *x, const rate_t *r, double h)
+{
+    const sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw, x->theta_m_rad + h * r->dtheta};
+    return y;
+}
+
+static WITHIN rate_t mean_rate(const rate_t *k1, const rate_t *k2, const rate_t *k3, const rate_t *k4)
+{
+    const double sixth = 1.0 / 6.0;
+    const rate_t mean = {(k1->did + 2.0 * (k2->did + k3->did) + k4->did) * sixth, (k1->diq + 2.0 * (k2->diq + k3->diq) + k4->diq) * sixth,
+                         (k1->dw + 2.0 * (k2->dw + k3->dw) + k4->dw) * sixth, (k1->dtheta + 2.0 * (k2->dtheta + k3->dtheta) + k4->dtheta) * sixth};
+    return mean;
+}
+
+static WITHIN sim_state_t four_stages(const sim_plant_t *s, const step_t *step, double h, sim_machine_kind_t kind)
+{
+    const sim_state_t *const x = &s->x;
+    const rate_t             k1 = rates(s, step, x, 0.0, kind);
+    const sim_state_t        x2 = ahead(x, &k1, 0.5 * h);
+    const rate_t             k2 = rates(s, step, &x2, 0.0, kind);
+    const sim_state_t        x3 = ahead(x, &k2, 0.5 * h);
+    const rate_t             k3 = rates(s, step, &x3, 0.0, kind);
+    const sim_state_t        x4 = ahead(x, &k3, h);
+    const rate_t             k4 = rates(s, step, &x4, 0.0, kind);
+    const rate_t             mean = mean_rate(&k1, &k2, &k3, &k4);
+    return ahead(x, &mean, h);
+}
+
+/* The usual machine gets code without hooks: half the time of the general one. */
+static WITHIN sim_state_t runge_kutta(const sim_plant_t *s, const step_t *step, double h)
+{
+    return (s->kind == SIM_PLAIN) ? four_stages(s, step, h, SIM_PLAIN) : four_stages(s, step, h, SIM_WITH_HOOKS);
+}
+
+/* ---- the machine with saturation or a coupling -------------------------------------------------------------------------- */
+
+typedef struct {
+    sim_state_t x;
+    sim_load_t  load;
+} whole_t;
+
+typedef struct {
+    rate_t x;
+    double dload, dtwist;
+} whole_rate_t;
+
+static whole_rate_t whole_rates(const sim_plant_t *s, const step_t *step, const whole_t *y)
+{
+    whole_rate_t r = {.dload = 0.0};
+    if (s->coupling.on) {
+        const double coupling_nm = through_coupling(s, &y->x, &y->load, step->side);
+        r.x = rates(s, step, &y->x, coupling_nm, SIM_WITH_PARTS);
+        r.dtwist = r.x.dtheta - y->load.speed_rad_s;
         if (!step->load_stuck) {
-            r.dload = (load_torque(s, x, step->side) - step->brake_sign * s->outside.load_brake_nm) * s->coupling.inv_load;
+            const double brake_nm = step->brake_sign * s->outside.load_brake_nm;
+            r.dload = (load_torque(s, &y->x, &y->load, coupling_nm) - brake_nm) * s->coupling.inv_load;
         }
-        r.dtwist = r.dtheta - x->load_speed_rad_s;
+    } else {
+        r.x = rates(s, step, &y->x, 0.0, SIM_WITH_PARTS);
     }
     return r;
 }
 
-static inline sim_state_t ahead(const sim_state_t *x, const rate_t *r, double h, sim_machine_kind_t kind)
+static whole_t whole_ahead(const whole_t *y, const whole_rate_t *r, double h)
 {
-    sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw, x->theta_m_rad + h * r->dtheta, 0.0, 0.0};
-    if (kind == SIM_WITH_PARTS) {
-        y.load_speed_rad_s = x->load_speed_rad_s + h * r->dload;
-        y.twist_rad = x->twist_rad + h * r->dtwist;
-    }
-    return y;
+    const whole_t z = {ahead(&y->x, &r->x, h), {y->load.speed_rad_s + h * r->dload, y->load.twist_rad + h * r->dtwist}};
+    return z;
 }
 
-static inline double mean(double k1, double k2, double k3, double k4) { return (k1 + 2.0 * (k2 + k3) + k4) * (1.0 / 6.0); }
-
-static inline sim_state_t four_stages(const sim_plant_t *s, const step_t *step, double h, sim_machine_kind_t kind)
+APART static whole_t whole_runge_kutta(const sim_plant_t *s, const step_t *step, double h)
 {
-    const sim_state_t *const x = &s->x;
-    const rate_t             k1 = rates(s, step, x, kind);
-    const sim_state_t        x2 = ahead(x, &k1, 0.5 * h, kind);
-    const rate_t             k2 = rates(s, step, &x2, kind);
-    const sim_state_t        x3 = ahead(x, &k2, 0.5 * h, kind);
-    const rate_t             k3 = rates(s, step, &x3, kind);
-    const sim_state_t        x4 = ahead(x, &k3, h, kind);
-    const rate_t             k4 = rates(s, step, &x4, kind);
-    const rate_t             k = {mean(k1.did, k2.did, k3.did, k4.did),
-                                  mean(k1.diq, k2.diq, k3.diq, k4.diq),
-                                  mean(k1.dw, k2.dw, k3.dw, k4.dw),
-                                  mean(k1.dtheta, k2.dtheta, k3.dtheta, k4.dtheta),
-                                  mean(k1.dload, k2.dload, k3.dload, k4.dload),
-                                  mean(k1.dtwist, k2.dtwist, k3.dtwist, k4.dtwist)};
-    return ahead(x, &k, h, kind);
-}
-
-/* Each kind of machine gets code of its own, without what it does not have. */
-static inline sim_state_t runge_kutta(const sim_plant_t *s, const step_t *step, double h)
-{
-    switch (s->kind) {
-    case SIM_PLAIN:
-        return four_stages(s, step, h, SIM_PLAIN);
-    case SIM_WITH_HOOKS:
-        return four_stages(s, step, h, SIM_WITH_HOOKS);
-    default:
-        return four_stages(s, step, h, SIM_WITH_PARTS);
-    }
+    const whole_t      y = {s->x, s->load};
+    const whole_rate_t k1 = whole_rates(s, step, &y);
+    const whole_t      y2 = whole_ahead(&y, &k1, 0.5 * h);
+    const whole_rate_t k2 = whole_rates(s, step, &y2);
+    const whole_t      y3 = whole_ahead(&y, &k2, 0.5 * h);
+    const whole_rate_t k3 = whole_rates(s, step, &y3);
+    const whole_t      y4 = whole_ahead(&y, &k3, h);
+    const whole_rate_t k4 = whole_rates(s, step, &y4);
+    const whole_rate_t mean = {mean_rate(&k1.x, &k2.x, &k3.x, &k4.x), (k1.dload + 2.0 * (k2.dload + k3.dload) + k4.dload) / 6.0,
+                               (k1.dtwist + 2.0 * (k2.dtwist + k3.dtwist) + k4.dtwist) / 6.0};
+    return whole_ahead(&y, &mean, h);
 }
 
 static double wrapped(double angle)
@@ -377,24 +429,41 @@ static void note_edges(sim_plant_t *s, double angle_before, double t0_s, double 
 
 static double direction_of(double speed) { return (speed > 0.0) ? 1.0 : ((speed < 0.0) ? -1.0 : 0.0); }
 
-/** Which way do friction and brake act, and do they hold? */
-static void judge_friction(const sim_plant_t *s, step_t *step)
+/** Which way does friction act, and does it hold? */
+static WITHIN void judge_friction(const sim_plant_t *s, step_t *step, double coupling_nm, sim_machine_kind_t kind)
 {
-    const bool   coupled = s->coupling.on;
-    const double brake_nm = s->outside.load_brake_nm;
-    if ((s->friction_count > 0) || (!coupled && (brake_nm > 0.0))) {
-        step->friction_sign = direction_of(s->x.speed_rad_s);
-        if (s->x.speed_rad_s == 0.0) {
-            const sim_flux_t flux = flux_harmonics(s, &s->x);
-            const double     push = shaft_torque(s, &s->x, &flux, step->side, SIM_WITH_PARTS);
-            step->stuck = fabs(push) <= friction_nm(s, 0.0);
-            step->friction_sign = (push > 0.0) ? 1.0 : -1.0;
-        }
+    if (s->x.speed_rad_s != 0.0) {
+        step->friction_sign = (s->x.speed_rad_s > 0.0) ? 1.0 : -1.0;
+    } else {
+        const double push = shaft_torque(s, &s->x, any_motor_torque(s, &s->x), coupling_nm, kind);
+        step->stuck = fabs(push) <= friction_nm(s, 0.0, kind);
+        step->friction_sign = (push > 0.0) ? 1.0 : -1.0;
     }
-    if (coupled && (brake_nm > 0.0)) {
-        step->brake_sign = direction_of(s->x.load_speed_rad_s);
-        if (s->x.load_speed_rad_s == 0.0) {
-            const double push = load_torque(s, &s->x, step->side);
+}
+
+static WITHIN void judge_rigid(const sim_plant_t *s, step_t *step, sim_machine_kind_t kind)
+{
+    if (s->model.rotor_locked != 0.0) {
+        step->stuck = true;
+    } else if ((s->friction_count > 0) || (s->outside.load_brake_nm > 0.0)) {
+        judge_friction(s, step, 0.0, kind);
+    }
+    step->drag_nm = s->outside.load_torque_nm + step->friction_sign * s->outside.load_brake_nm;
+}
+
+/** The same behind a coupling: friction on the rotor, the brake on the load. */
+static void judge_coupled(const sim_plant_t *s, step_t *step)
+{
+    const double brake_nm = s->outside.load_brake_nm;
+    step->side = sim_coupling_side(&s->coupling, s->load.twist_rad, s->x.speed_rad_s - s->load.speed_rad_s);
+    const double coupling_nm = through_coupling(s, &s->x, &s->load, step->side);
+    if (s->friction_count > 0) {
+        judge_friction(s, step, coupling_nm, SIM_WITH_PARTS);
+    }
+    if (brake_nm > 0.0) {
+        step->brake_sign = direction_of(s->load.speed_rad_s);
+        if (s->load.speed_rad_s == 0.0) {
+            const double push = load_torque(s, &s->x, &s->load, coupling_nm);
             step->load_stuck = fabs(push) <= brake_nm;
             step->brake_sign = (push > 0.0) ? 1.0 : -1.0;
         }
@@ -402,15 +471,15 @@ static void judge_friction(const sim_plant_t *s, step_t *step)
 }
 
 /** Time within the step at which the contact of the coupling changes between the present and @p y; h when it does not. */
-static double flank_time(const sim_plant_t *s, const step_t *step, const sim_state_t *y, double h)
+static double flank_time(const sim_plant_t *s, const step_t *step, const whole_t *y, double h)
 {
     const sim_coupling_t *const c = &s->coupling;
-    const double                rate = s->x.speed_rad_s - s->x.load_speed_rad_s;
-    const double                rate_y = y->speed_rad_s - y->load_speed_rad_s;
+    const double                rate = s->x.speed_rad_s - s->load.speed_rad_s;
+    const double                rate_y = y->x.speed_rad_s - y->load.speed_rad_s;
     double                      first = h;
     for (int side = -1; c->has_play && (side <= 1); side += 2) {
-        const double before = sim_coupling_depth(c, side, s->x.twist_rad, rate);
-        const double after = sim_coupling_depth(c, side, y->twist_rad, rate_y);
+        const double before = sim_coupling_depth(c, side, s->load.twist_rad, rate);
+        const double after = sim_coupling_depth(c, side, y->load.twist_rad, rate_y);
         const bool   changes = (step->side == 0) ? (after > 0.0) : ((step->side == side) && (after <= 0.0));
         if (changes && (before != after)) {
             const double at = h * (before / (before - after) + FLANK_LATE);
@@ -422,49 +491,57 @@ static double flank_time(const sim_plant_t *s, const step_t *step, const sim_sta
 
 /** A step of rotor and load behind a coupling: ends where one of them passes zero against friction or a flank begins or
  *  ends contact. In the @p last piece of a step flanks wait. @return time done. */
-static double coupled_step(const sim_plant_t *s, step_t *step, double h, bool last, sim_state_t *y)
+static double coupled_step(sim_plant_t *s, step_t *step, double h, bool last)
 {
-    *y = runge_kutta(s, step, h);
-    bool turns = !step->stuck && (y->speed_rad_s * step->friction_sign < 0.0);
-    bool load_turns = !step->load_stuck && (y->load_speed_rad_s * step->brake_sign < 0.0);
-    if ((turns && (s->x.speed_rad_s == 0.0)) || (load_turns && (s->x.load_speed_rad_s == 0.0))) { /* backwards: friction holds it */
-        step->stuck = step->stuck || (turns && (s->x.speed_rad_s == 0.0));
-        step->load_stuck = step->load_stuck || (load_turns && (s->x.load_speed_rad_s == 0.0));
-        *y = runge_kutta(s, step, h);
-        turns = !step->stuck && (y->speed_rad_s * step->friction_sign < 0.0);
-        load_turns = !step->load_stuck && (y->load_speed_rad_s * step->brake_sign < 0.0);
+    const double w0 = s->x.speed_rad_s;
+    const double v0 = s->load.speed_rad_s;
+    whole_t      y = whole_runge_kutta(s, step, h);
+    bool         turns = !step->stuck && (y.x.speed_rad_s * step->friction_sign < 0.0);
+    bool         load_turns = !step->load_stuck && (y.load.speed_rad_s * step->brake_sign < 0.0);
+    if ((turns && (w0 == 0.0)) || (load_turns && (v0 == 0.0))) { /* it would start backwards: friction holds it */
+        step->stuck = step->stuck || (turns && (w0 == 0.0));
+        step->load_stuck = step->load_stuck || (load_turns && (v0 == 0.0));
+        y = whole_runge_kutta(s, step, h);
+        turns = !step->stuck && (y.x.speed_rad_s * step->friction_sign < 0.0);
+        load_turns = !step->load_stuck && (y.load.speed_rad_s * step->brake_sign < 0.0);
     }
-    const double stop = turns ? h * s->x.speed_rad_s / (s->x.speed_rad_s - y->speed_rad_s) : h;
-    const double load_stop = load_turns ? h * s->x.load_speed_rad_s / (s->x.load_speed_rad_s - y->load_speed_rad_s) : h;
-    const double flank = last ? h : flank_time(s, step, y, h);
+    const double stop = turns ? h * w0 / (w0 - y.x.speed_rad_s) : h;
+    const double load_stop = load_turns ? h * v0 / (v0 - y.load.speed_rad_s) : h;
+    const double flank = last ? h : flank_time(s, step, &y, h);
     double       done = (stop < load_stop) ? stop : load_stop;
     done = (flank < done) ? flank : done;
     if (done < h) {
-        *y = runge_kutta(s, step, done);
-        y->speed_rad_s = (turns && (done == stop)) ? 0.0 : y->speed_rad_s;
-        y->load_speed_rad_s = (load_turns && (done == load_stop)) ? 0.0 : y->load_speed_rad_s;
+        y = whole_runge_kutta(s, step, done);
+        y.x.speed_rad_s = (turns && (done == stop)) ? 0.0 : y.x.speed_rad_s;
+        y.load.speed_rad_s = (load_turns && (done == load_stop)) ? 0.0 : y.load.speed_rad_s;
     }
+    s->x = y.x;
+    s->load = y.load;
     return done;
 }
 
-/** The same where all that turns is one piece. @return time done. */
-static inline double rigid_step(const sim_plant_t *s, step_t *step, double h, sim_state_t *y)
+static WITHIN sim_state_t one_piece(const sim_plant_t *s, const step_t *step, double h, bool saturates)
 {
-    double done = h;
-    *y = runge_kutta(s, step, h);
-    if (!step->stuck && (y->speed_rad_s * step->friction_sign < 0.0)) {
+    return saturates ? whole_runge_kutta(s, step, h).x : runge_kutta(s, step, h);
+}
+
+/** The same where all that turns is one piece. @return its end. */
+static WITHIN sim_state_t rigid_step(const sim_plant_t *s, step_t *step, double h, double *time_done, bool saturates)
+{
+    double      done = h;
+    sim_state_t y = one_piece(s, step, h, saturates);
+    if (!step->stuck && (y.speed_rad_s * step->friction_sign < 0.0)) {
         const double w0 = s->x.speed_rad_s;
-        done = h * w0 / (w0 - y->speed_rad_s); /* 0 when it would start backwards: friction holds it */
-        if (done > 0.0) {
-            *y = runge_kutta(s, step, done);
-        } else {
+        done = h * w0 / (w0 - y.speed_rad_s); /* 0 when it would start backwards: friction holds it */
+        if (!(done > 0.0)) {
             step->stuck = true;
             done = h;
-            *y = runge_kutta(s, step, h);
         }
-        y->speed_rad_s = 0.0;
+        y = one_piece(s, step, done, saturates);
+        y.speed_rad_s = 0.0;
     }
-    return done;
+    *time_done = done;
+    return y;
 }
 
 typedef struct {
@@ -472,9 +549,9 @@ typedef struct {
 } still_t;
 
 /** Currents and their slopes in the frame of the stator, alpha and beta. */
-static still_t stator_view(const sim_plant_t *s, const step_t *step)
+APART static still_t stator_view(const sim_plant_t *s, const step_t *step)
 {
-    const rate_t  r = rates(s, step, &s->x, SIM_WITH_PARTS);
+    const rate_t  r = rates(s, step, &s->x, 0.0, SIM_WITH_PARTS); /* of the currents; no torque needed */
     const double  we = s->model.pole_pairs * s->x.speed_rad_s;
     const double  did = r.did - we * s->x.iq_a; /* turned along with the frame */
     const double  diq = r.diq + we * s->x.id_a;
@@ -484,7 +561,7 @@ static still_t stator_view(const sim_plant_t *s, const step_t *step)
     return v;
 }
 
-static void filter_currents(sim_plant_t *s, const still_t *before, const still_t *after, double h)
+APART static void filter_currents(sim_plant_t *s, const still_t *before, const still_t *after, double h)
 {
     sim_lag_t lag;
     sim_lag_prepare(&lag, s->parts.current_lag_s, h);
@@ -494,36 +571,55 @@ static void filter_currents(sim_plant_t *s, const still_t *before, const still_t
     }
 }
 
+static WITHIN step_t begin(const sim_plant_t *s, const double v_ab[2])
+{
+    const double c = s->cosine_e;
+    const double n = s->sine_e;
+    const step_t step = {.vd_v = v_ab[0] * c + v_ab[1] * n, .vq_v = v_ab[1] * c - v_ab[0] * n, .theta0_rad = s->x.theta_m_rad};
+    return step;
+}
+
+APART static double move_with_parts(sim_plant_t *s, const double v_ab[2], double h, bool last)
+{
+    const bool  filters = s->parts.current_lag_s > 0.0;
+    step_t      step = begin(s, v_ab);
+    still_t     before = {{0.0, 0.0}, {0.0, 0.0}};
+    double      done;
+    if (s->coupling.on) {
+        judge_coupled(s, &step);
+    } else {
+        judge_rigid(s, &step, SIM_WITH_PARTS);
+    }
+    if (filters) {
+        before = stator_view(s, &step);
+    }
+    if (s->coupling.on) {
+        done = coupled_step(s, &step, h, last);
+    } else {
+        s->x = rigid_step(s, &step, h, &done, s->saturation != NULL);
+    }
+    turn_frame_by(s, s->model.pole_pairs * (s->x.theta_m_rad - step.theta0_rad));
+    if (filters && (done > 0.0)) {
+        const still_t after = stator_view(s, &step);
+        filter_currents(s, &before, &after, done);
+    }
+    return done;
+}
+
 /** Advance by at most h; ends early where a speed passes zero against friction, and at the flanks of a coupling unless
  *  this is the @p last piece. @return time done. */
 static double piece(sim_plant_t *s, const double v_ab[2], double h, bool last, double t0_s)
 {
     const double before = measured_angle(s);
-    const double c = s->cosine_e;
-    const double n = s->sine_e;
-    const bool   filters = s->parts.current_lag_s > 0.0;
-    step_t       step = {.vd_v = v_ab[0] * c + v_ab[1] * n, .vq_v = v_ab[1] * c - v_ab[0] * n, .theta0_rad = s->x.theta_m_rad};
-    if (s->coupling.on) {
-        step.side = sim_coupling_side(&s->coupling, s->x.twist_rad, s->x.speed_rad_s - s->x.load_speed_rad_s);
-    }
-    if (s->model.rotor_locked != 0.0) {
-        step.stuck = true;
-    } else if ((s->friction_count > 0) || (s->outside.load_brake_nm > 0.0)) {
-        judge_friction(s, &step);
-    }
-    step.drag_nm = s->outside.load_torque_nm + step.friction_sign * s->outside.load_brake_nm;
-
-    still_t     view = {{0.0, 0.0}, {0.0, 0.0}};
-    sim_state_t y;
-    if (filters) {
-        view = stator_view(s, &step);
-    }
-    const double done = s->coupling.on ? coupled_step(s, &step, h, last, &y) : rigid_step(s, &step, h, &y);
-    s->x = y;
-    turn_frame_by(s, s->model.pole_pairs * (y.theta_m_rad - step.theta0_rad));
-    if (filters && (done > 0.0)) {
-        const still_t after = stator_view(s, &step);
-        filter_currents(s, &view, &after, done);
+    double       done;
+    if ((s->kind == SIM_WITH_PARTS) || (s->parts.current_lag_s > 0.0)) {
+        done = move_with_parts(s, v_ab, h, last);
+    } else {
+        step_t step = begin(s, v_ab);
+        judge_rigid(s, &step, SIM_WITH_HOOKS);
+        const sim_state_t y = rigid_step(s, &step, h, &done, false);
+        s->x = y;
+        turn_frame_by(s, s->model.pole_pairs * (y.theta_m_rad - step.theta0_rad));
     }
     note_edges(s, before, t0_s, done);
     return done;
@@ -545,7 +641,7 @@ void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
     to_phases(s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c, i_abc);
 }
 
-double sim_plant_load_speed(const sim_plant_t *s) { return s->coupling.on ? s->x.load_speed_rad_s : s->x.speed_rad_s; }
+double sim_plant_load_speed(const sim_plant_t *s) { return s->coupling.on ? s->load.speed_rad_s : s->x.speed_rad_s; }
 
 static void to_alpha_beta(const double v[3], double ab[2])
 {
@@ -667,11 +763,8 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
 }
 
 /* With saturation the slopes of the linkages, and with them R/L, go with the current: steps for the largest to come. */
-static int steps_in(const sim_plant_t *s, double length_s)
+APART static int steps_in(const sim_plant_t *s, double length_s)
 {
-    if ((length_s == s->period_s) && (s->saturation == NULL)) {
-        return s->substeps;
-    }
     const double part = length_s / s->period_s;
     double       need = s->substeps * part;
     if ((s->saturation != NULL) && (s->model.substeps == 0.0)) {
@@ -686,9 +779,8 @@ static int steps_in(const sim_plant_t *s, double length_s)
 }
 
 /** Part of a period with constant duties. */
-static void stretch(sim_plant_t *s, const double duty[3], bool armed, double from_s, double length_s)
+static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, double from_s, double length_s, int steps)
 {
-    const int    steps = steps_in(s, length_s);
     const double h = length_s / steps;
     double       ab[2] = {0.0, 0.0};
 
@@ -704,17 +796,23 @@ static void stretch(sim_plant_t *s, const double duty[3], bool armed, double fro
     }
 }
 
+APART static void period_with_parts(sim_plant_t *s, const double duty[3], bool armed)
+{
+    const double change_s = s->delay.part * s->period_s;
+    const double rest_s = s->period_s - change_s;
+    sim_delay_push(&s->delay, duty);
+    if (change_s > 0.0) {
+        stretch(s, sim_delay_first(&s->delay), armed, s->time_s, change_s, steps_in(s, change_s));
+    }
+    stretch(s, sim_delay_second(&s->delay), armed, s->time_s + change_s, rest_s, steps_in(s, rest_s));
+}
+
 void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
 {
-    if (s->parts.delay_periods > 0.0) {
-        const double change_s = s->delay.part * s->period_s;
-        sim_delay_push(&s->delay, duty);
-        if (change_s > 0.0) {
-            stretch(s, sim_delay_first(&s->delay), armed, s->time_s, change_s);
-        }
-        stretch(s, sim_delay_second(&s->delay), armed, s->time_s + change_s, s->period_s - change_s);
+    if ((s->parts.delay_periods > 0.0) || (s->saturation != NULL)) {
+        period_with_parts(s, duty, armed);
     } else {
-        stretch(s, duty, armed, s->time_s, s->period_s);
+        stretch(s, duty, armed, s->time_s, s->period_s, s->substeps);
     }
     s->time_s += s->period_s;
     s->vdc_filtered_v += s->vdc_gain * (s->outside.dc_link_v - s->vdc_filtered_v);
@@ -760,7 +858,6 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
     }
     out->theta_m_rad = ((angle < 0.0) || (angle >= 2.0 * PI)) ? 0.0 : angle;
 
-    const sim_flux_t flux = flux_harmonics(s, &s->x);
-    s->torque_nm = motor_torque(s, &s->x, &flux, SIM_WITH_PARTS);
+    s->torque_nm = any_motor_torque(s, &s->x);
     s->load_nm = s->outside.load_torque_nm + direction_of(sim_plant_load_speed(s)) * s->outside.load_brake_nm;
 }

@@ -30,8 +30,13 @@ typedef struct {
     double id_a, iq_a;
     double speed_rad_s;
     double theta_m_rad; /**< Unwrapped. */
-    double load_speed_rad_s, twist_rad; /**< Of a load on a coupling that is on, and rotor angle minus load angle. */
 } sim_state_t;
+
+/** A load that is not one piece with the rotor. */
+typedef struct {
+    double speed_rad_s;
+    double twist_rad; /**< Rotor angle minus load angle. */
+} sim_load_t;
 
 /** What acts from outside during a period. */
 typedef struct {
@@ -62,6 +67,7 @@ typedef enum {
 typedef struct {
     sim_model_t   model;
     sim_state_t   x;
+    sim_load_t    load;
     sim_outside_t outside;
     sim_random_t  noise;
     double        time_s;
