@@ -4,7 +4,9 @@
 
 static void flux(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *h)
 {
-    h->q_wb += p[1] * p[0] * m->psi_wb * cos(6.0 * theta_e_rad);
+    const double ripple_wb = p[1] * p[0] * m->psi_wb;
+    h->q_wb += ripple_wb * cos(6.0 * theta_e_rad);
+    h->d_wb -= (1.0 - 2.0 * p[2]) * ripple_wb * sin(6.0 * theta_e_rad); /* cancels where both harmonics take a half */
 }
 
 const sim_effect_t effect_flux_harmonics = {
@@ -12,10 +14,11 @@ const sim_effect_t effect_flux_harmonics = {
     .acts_on = "flux",
     .doc = "Fifth and seventh flux harmonics: sixth electrical order in back-EMF and in torque per ampere, relative to the flux linkage.",
     .signature = "Sixth electrical order in the voltage that grows with speed, and in the torque that grows with the q current.",
-    .param_count = 2,
+    .param_count = 3,
     .param = {
         {"torque_ripple_rel", "", "Amplitude relative to the flux linkage.", 0.0, -0.5, 0.5},
         {"sign", "", "+1 or -1: phase of the ripple.", 1.0, -1.0, 1.0},
+        {"fifth_share", "", "Share of the fifth harmonic; the seventh has the rest. 0.5: no ripple in the d axis.", 0.5, -2.0, 3.0},
     },
     .flux = flux,
 };

@@ -16,7 +16,7 @@ const sim_effect_t effect_misalignment = {
     .param = {
         {"amplitude_nm", "N m", "Amplitude A of the first order.", 0.0, -10000.0, 10000.0},
         {"phase_rad", "rad", "Phase of the first order.", 0.0, -100.0, 100.0},
-        {"second_rel", "", "Second order relative to the first.", 0.0, -10.0, 10.0},
+        {"second_rel", "", "Second order relative to the first.", 0.0, -1e6, 1e6},
         {"phase2_rad", "rad", "Phase of the second order.", 0.0, -100.0, 100.0},
     },
     .torque_nm = torque_nm,

@@ -341,6 +341,27 @@ void test_effects_flux_harmonics_are_the_sixth_electrical_order_of_the_torque_pe
     }
 }
 
+/* In the stationary frame the magnets' flux per phase then has a fifth harmonic alone, or a seventh alone. */
+void test_effects_flux_harmonics_split_into_the_fifth_and_the_seventh_by_their_share(void)
+{
+    const sim_effect_t *const x = sim_effects[machine_effect("flux_harmonics")];
+    for (int share = 0; share <= 1; share++) {
+        double       at_5 = 0.0;
+        double       at_7 = 0.0;
+        const double p[SIM_EFFECT_PARAMS] = {0.05, 1.0, share};
+        for (int k = 0; k < 64; k++) {
+            const double theta = k * 3.14159265358979323846 / 32.0;
+            sim_flux_t   h = {0.0, 0.0};
+            x->flux(p, &model, theta, &h);
+            const double emf_a = h.d_wb * cos(theta) - h.q_wb * sin(theta);
+            at_5 += emf_a * sin(5.0 * theta) / 32.0;
+            at_7 += emf_a * sin(7.0 * theta) / 32.0;
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, (share == 1) ? 0.05 * model.psi_wb : 0.0, fabs(at_5));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, (share == 0) ? 0.05 * model.psi_wb : 0.0, fabs(at_7));
+    }
+}
+
 /* At constant speed with open currents diq/dt = -we (psi + h_q) / Lq at the start. */
 void test_effects_flux_harmonics_show_in_the_back_emf(void)
 {

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.compare.load import reading_noise, steady_load
 from evenspin.errors import MISSING, InputError, NativeError
 from evenspin.log.case import META
 from evenspin.native.simulation import Simulation
@@ -19,6 +21,107 @@ VALIDATION = ("validation", "validation_steps")
 LOCKED = ("standstill_steps", "validation_steps")  # rotor held, current mode
 HINT = "docs/log-format.md describes meta.json"
 NO_LIMIT = 1e3  # protection of a drive that is only re-simulated: out of the way
+MACHINE = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
+RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
+
+Effects = Mapping[str, Mapping[str, float]]
+_Inputs = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One machine of the kind: what it adds to the nominal one, and the chances of one recording."""
+
+    effects: Effects = field(default_factory=dict)
+    factors: Mapping[str, float] = field(default_factory=dict)  # of the numbers of the machine model
+    noise_seed: int | None = None  # None: no noise
+    count_part: float = 0.5  # true start angle over the encoder's reading, in counts, 0..1
+
+
+class Replay:
+    """A record made ready to be simulated often."""
+
+    def __init__(self, folder: Path, meta: Mapping[str, Any], name: str, record: Record) -> None:
+        if len(record) < 2:
+            raise InputError(folder, name, f"{len(record)} rows", "at least 2 rows", "record longer")
+        numbers = _Meta(folder, meta)
+        self.folder, self.name, self.rows = folder, name, len(record)
+        self.locked = name in LOCKED
+        self.t_s = record["t_s"] - record["t_s"][0]
+        pwm_hz = numbers.number("pwm_hz")
+        self.decimate = max(1, round(pwm_hz * float(np.median(np.diff(record["t_s"])))))
+        self._counts = numbers.number("encoder", "counts_per_rev")
+        self._start_rad = float(record["theta_m_rad"][0])
+        self._noise_a = numbers.number("current_noise_a")
+        self._machine = {key: numbers.number("motor", key) for key in MACHINE}
+        self._setup = {key: numbers.number(key) for key in ("dc_link_v", "pwm_hz", "current_lsb_a")}
+        self._drive = _drive(numbers, self._counts)
+        self._inputs = self._references(record)
+
+    def run(self, signals: tuple[str, ...], unit: Unit = Unit()) -> NDArray[np.float64]:  # noqa: B008 (frozen)
+        """One row per row of the record."""
+        simulation = Simulation("float")
+        try:
+            self._configure(simulation, unit)
+            simulation.start()
+            simulation.record(signals)
+        except NativeError as error:
+            raise InputError(self.folder, self.name, str(error), "a drive that can be simulated", HINT) from None
+        return simulation.run(self.rows * self.decimate, self.decimate)
+
+    def released_at(self) -> int | None:
+        """Row from which the drive controls no speed any more."""
+        times, modes = self._inputs["control_mode"]
+        return None if self.locked or len(modes) < 2 else int(np.searchsorted(self.t_s, times[1] - 1e-9))
+
+    def _references(self, record: Record) -> _Inputs:
+        inputs: _Inputs = {"id_ref_a": (self.t_s, record["id_ref_a"])}
+        if self.locked:
+            inputs["control_mode"] = (np.zeros(1), np.zeros(1))
+            inputs["iq_ref_a"] = (self.t_s, record["iq_ref_a"])
+            return inputs
+        driven = np.flatnonzero((record["iq_ref_a"] != 0.0) | (record["id_ref_a"] != 0.0))
+        last = int(driven[-1]) + 1 if len(driven) else self.rows
+        if self.rows - last >= RELEASED_ROWS:
+            inputs["control_mode"] = (np.array([0.0, self.t_s[last]]), np.array([1.0, 0.0]))
+        else:
+            inputs["control_mode"] = (np.zeros(1), np.ones(1))
+        inputs["speed_ref_rad_s"] = (self.t_s, record["speed_ref_rad_s"])
+        inputs["load_torque_nm"] = (self.t_s, steady_load(record["load_torque_nm"]))
+        self._load_noise_nm = reading_noise(record["load_torque_nm"])
+        return inputs
+
+    def _configure(self, simulation: Simulation, unit: Unit) -> None:
+        for key, value in self._machine.items():
+            simulation.set_model(key, value * unit.factors.get(key, 1.0))
+        for key, value in self._setup.items():
+            simulation.set_model(key, value)
+        simulation.set_model("counts_per_rev", self._counts)
+        simulation.set_model("current_range_a", NO_LIMIT)
+        simulation.set_model("rotor_locked", float(self.locked))
+        # the encoder cuts to whole counts: the true start angle is half a count larger on average
+        part = unit.count_part * 2.0 * math.pi / self._counts if self._counts > 0.0 else 0.0
+        simulation.set_model("initial_angle_rad", self._start_rad + part)
+        inputs = self._inputs
+        if unit.noise_seed is not None:
+            simulation.set_model("current_noise_a", self._noise_a)
+            simulation.set_seed(unit.noise_seed)
+            inputs = self._with_load_noise(unit.noise_seed)
+        for key, value in self._drive.items():
+            simulation.set_param(key, value)
+        for effect, params in unit.effects.items():
+            for param, value in params.items():
+                simulation.set_effect(effect, param, value)
+        for key, (times, values) in inputs.items():
+            simulation.set_input(key, times, values)
+
+    def _with_load_noise(self, seed: int) -> _Inputs:
+        """The sensor read another noise: what of it got into the input differs from repeat to repeat."""
+        if self.locked or not self._load_noise_nm.any():
+            return self._inputs
+        times, values = self._inputs["load_torque_nm"]
+        noise = np.random.default_rng(seed).normal(0.0, 1.0, len(values)) * self._load_noise_nm
+        return {**self._inputs, "load_torque_nm": (times, values + noise)}
 
 
 def resimulate(
@@ -27,21 +130,10 @@ def resimulate(
     name: str,
     record: Record,
     signals: tuple[str, ...],
-    effects: Mapping[str, Mapping[str, float]] | None = None,
+    effects: Effects | None = None,
 ) -> NDArray[np.float64]:
     """One row per row of the record. `effects`: what the model adds to the nominal machine. `folder` names errors."""
-    if len(record) < 2:
-        raise InputError(folder, name, f"{len(record)} rows", "at least 2 rows", "record longer")
-    simulation = Simulation("float")
-    try:
-        _configure(simulation, _Meta(folder, meta), name, record, effects or {})
-        simulation.start()
-        simulation.record(signals)
-    except NativeError as error:
-        raise InputError(folder, name, str(error), "a drive that can be simulated", HINT) from None
-    rate_hz = 1.0 / float(np.median(np.diff(record["t_s"])))
-    decimate = max(1, round(float(meta["pwm_hz"]) / rate_hz))
-    return simulation.run(len(record) * decimate, decimate)
+    return Replay(folder, meta, name, record).run(signals, Unit(effects or {}))
 
 
 class _Meta:
@@ -57,36 +149,6 @@ class _Meta:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise InputError(self.folder / META, ".".join(path), value, "a finite number", HINT)
         return float(value)
-
-
-def _configure(
-    simulation: Simulation, meta: _Meta, name: str, record: Record, effects: Mapping[str, Mapping[str, float]]
-) -> None:
-    locked = name in LOCKED
-    counts = meta.number("encoder", "counts_per_rev")
-    for key in ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms"):
-        simulation.set_model(key, meta.number("motor", key))
-    for key in ("dc_link_v", "pwm_hz", "current_lsb_a"):
-        simulation.set_model(key, meta.number(key))
-    simulation.set_model("counts_per_rev", counts)
-    simulation.set_model("current_range_a", NO_LIMIT)
-    simulation.set_model("rotor_locked", float(locked))
-    # the encoder cuts to whole counts: the true start angle is half a count larger on average
-    start_rad = float(record["theta_m_rad"][0]) + (math.pi / counts if counts > 0.0 else 0.0)
-    simulation.set_model("initial_angle_rad", start_rad)
-    for key, value in _drive(meta, counts).items():
-        simulation.set_param(key, value)
-    for effect, params in effects.items():
-        for param, value in params.items():
-            simulation.set_effect(effect, param, value)
-    t_s = record["t_s"] - record["t_s"][0]
-    simulation.set_input("control_mode", (0.0,), (0.0 if locked else 1.0,))
-    simulation.set_input("id_ref_a", t_s, record["id_ref_a"])
-    if locked:
-        simulation.set_input("iq_ref_a", t_s, record["iq_ref_a"])
-    else:
-        simulation.set_input("speed_ref_rad_s", t_s, record["speed_ref_rad_s"])
-        simulation.set_input("load_torque_nm", t_s, np.nan_to_num(record["load_torque_nm"]))
 
 
 def _drive(meta: _Meta, counts: float) -> dict[str, float]:

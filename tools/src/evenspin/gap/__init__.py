@@ -1,0 +1,1 @@
+"""Why does the model not match: finds, names and adds the missing effect."""

@@ -1,0 +1,78 @@
+"""From a guess about the machine to the features of every record: the simulation in the loop, on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.compare import VALIDATION, Replay, Unit
+from evenspin.gap.features import SIGNALS, FeatureSet, Label, known_orders
+from evenspin.gap.layout import layout_of
+from evenspin.log.case import Case
+
+READ = ("theta_m_rad", *SIGNALS)
+
+
+class Forward:
+    """The fit records of a case. `features(unit)` is what such a unit would have logged, boiled down."""
+
+    def __init__(self, case: Case, workers: int | None = None) -> None:
+        self.case = case
+        self.orders = known_orders(case.meta["motor"])
+        self.replays: list[Replay] = []
+        self.sets: list[FeatureSet] = []
+        self._measured_rows: list[NDArray[np.float64]] = []
+        for name, record in case.experiments.items():
+            if name in VALIDATION:
+                continue
+            replay = Replay(case.path, case.meta, name, record)
+            features = FeatureSet(
+                layout_of(replay, record), self.orders, 1.0 / float(np.median(np.diff(record["t_s"])))
+            )
+            self.replays.append(replay)
+            self.sets.append(features)
+            self._measured_rows.append(np.ascontiguousarray(record.pick(READ).values))
+        self.labels: list[Label] = [label for features in self.sets for label in features.labels()]
+        self.measured = self.boiled_down(self._measured_rows)
+        self._pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
+        self.simulations = 0
+
+    def rows(self, index: int) -> NDArray[np.float64]:
+        """What was measured, columns as READ."""
+        return self._measured_rows[index]
+
+    def simulate(self, unit: Unit) -> list[NDArray[np.float64]]:
+        """Per record: rows with the columns READ."""
+        self.simulations += 1
+        return [replay.run(READ, unit) for replay in self.replays]
+
+    def features(self, unit: Unit) -> NDArray[np.float64]:
+        return self.boiled_down(self.simulate(unit))
+
+    def boiled_down(self, records: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+        parts = [
+            features.values(rows[:, 0], np.ascontiguousarray(rows[:, 1:]))
+            for features, rows in zip(self.sets, records, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def many(self, units: Sequence[Unit], done: Callable[[], None] | None = None) -> list[NDArray[np.float64]]:
+        """The same for several, in parallel; the library runs without holding Python back."""
+        out = []
+        for result in self._pool.map(self.features, units):
+            out.append(result)
+            if done is not None:
+                done()
+        return out
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+def seeds(count: int) -> Iterable[tuple[int, float]]:
+    """Noise seeds and start angles within a count, spread evenly."""
+    return ((1000 + i, (i + 0.5) / count) for i in range(count))

@@ -1,0 +1,229 @@
+"""What may be missing: every effect of the simulator's table, in coordinates in which a search can move.
+
+A coordinate is chosen so that its effect on a log is nearly linear: a sine and a cosine for amplitude and phase, the
+logarithm of a factor, the inverse square of a saturation current. An effect without an entry here is searched over its
+own parameters, so that a new file in sim_host/effects/ is a new hypothesis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.gap.features import slot_order
+from evenspin.native import tables
+
+Params = dict[str, float]
+Motor = Mapping[str, float]
+COMPOSITE = ("torque_ripple",)  # sums of others, for scenarios: never an explanation
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    name: str
+    probe: float  # a step that shows clearly and is still nearly linear
+    low: float = -math.inf
+    high: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    name: str
+    coordinates: tuple[Coordinate, ...]
+    to_params: Callable[[NDArray[np.float64]], Params]
+    magnitude: Callable[[NDArray[np.float64]], float]  # over what tolerance and format call "no effect": 1 is its edge
+    starts: tuple[tuple[float, ...], ...]  # one at the off point where the effect is linear; else a grid
+    linear: bool = True
+
+    def clip(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        low, high = ([getattr(c, key) for c in self.coordinates] for key in ("low", "high"))
+        return np.clip(z, low, high)
+
+
+def hypotheses(motor: Motor, counts_per_rev: float) -> dict[str, Hypothesis]:
+    """The whole table for this machine, by name."""
+    known = {h.name: h for h in _vocabulary(motor, counts_per_rev)}
+    table = tables().effects
+    out = {name: known[name] for name in table if name in known}
+    out.update({name: _generic(name) for name in table if name not in known and name not in COMPOSITE})
+    return out
+
+
+def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
+    amps, torque, p = m["rated_current_a"], m["rated_torque_nm"], m["pole_pairs"]
+    slots = int(m.get("slots", 0) or 0)
+    order = float(slot_order(int(p), slots)) if slots > 0 else 6.0 * p
+    small_torque = 0.004 * torque
+    log = math.log
+    return [
+        _pair("current_offset", ("offset_a_a", "offset_b_a"), 0.01 * amps, 0.03, amps),
+        Hypothesis(
+            "current_gain",
+            (Coordinate("gain_a", 0.03, -0.5, 0.5), Coordinate("gain_b", 0.03, -0.5, 0.5)),
+            lambda z: {"gain_a": 1.0 + float(z[0]), "gain_b": 1.0 + float(z[1])},
+            lambda z: abs(float(z[0] - z[1])) / 0.008,
+            ((0.0, 0.0),),
+        ),
+        _single("dead_time", "dead_time_s", 1e-6, 0.0, 1.9e-5, 1e-7),
+        Hypothesis(
+            "cogging",
+            (Coordinate("sine", 0.02 * torque), Coordinate("cosine", 0.02 * torque)),
+            lambda z: {**_polar(z, "amplitude_nm", "phase_rad"), "order": order},
+            lambda z: float(np.hypot(*z)) / small_torque,
+            ((0.0, 0.0),),
+        ),
+        Hypothesis(
+            "flux_harmonics",
+            (Coordinate("ripple", 0.02, -0.5, 0.5), Coordinate("unequal", 0.02, -0.5, 0.5)),
+            _flux_harmonics,
+            lambda z: float(np.hypot(*z)) / 0.003,
+            ((0.0, 0.0),),
+        ),
+        _single("coulomb_friction", "torque_nm", 0.02 * torque, 0.0, torque, small_torque),
+        Hypothesis(
+            "stribeck_friction",
+            (Coordinate("torque_nm", 0.02 * torque, 0.0, torque), Coordinate("log_speed", 0.1, log(0.1), log(60.0))),
+            lambda z: {"torque_nm": float(z[0]), "speed_rad_s": math.exp(float(z[1])), "shape": 2.0},
+            lambda z: abs(float(z[0])) / small_torque,
+            tuple((0.03 * torque, log(w)) for w in (0.8, 2.5, 6.0, 15.0)),
+            linear=False,
+        ),
+        _factor("viscous_friction", 0.3, 0.12),
+        _factor("inertia", 0.1, 0.036),
+        _single("load_torque", "torque_nm", 0.02 * torque, -torque, torque, small_torque),
+        Hypothesis(
+            "misalignment",
+            tuple(Coordinate(name, 0.02 * torque) for name in ("sine", "cosine", "sine2", "cosine2")),
+            _misalignment,
+            lambda z: float(np.linalg.norm(z)) / small_torque,
+            ((0.0,) * 4,),
+        ),
+        Hypothesis(
+            "encoder_eccentricity",
+            (Coordinate("sine", 0.003, -0.4, 0.4), Coordinate("cosine", 0.003, -0.4, 0.4)),
+            lambda z: _polar(z, "amplitude_rad", "phase_rad"),
+            lambda z: float(np.hypot(*z)) / max(2e-4, 0.25 * math.tau / max(counts, 1.0)),
+            ((0.0, 0.0),),
+        ),
+        _single("encoder_offset", "angle_el_rad", 0.05, -1.4, 1.4, 0.01),
+        _single("current_loop_delay", "extra_periods", 0.3, 0.0, 6.0, 0.03),
+        _factor("torque_constant", 0.04, 0.012),
+        _factor("winding_resistance", 0.1, 0.036),
+        Hypothesis(
+            "inductance_saturation",
+            (Coordinate("inverse_square", (0.35 / amps) ** 2, 0.0, (4.0 / amps) ** 2),),
+            lambda z: {"i_sat_a": 1.0 / math.sqrt(float(z[0])) if z[0] > (1e-3 / amps) ** 2 else 0.0},
+            lambda z: math.sqrt(max(float(z[0]), 0.0)) * amps / 0.15,
+            ((0.0,),),
+        ),
+        Hypothesis(
+            "two_mass",
+            (
+                Coordinate("log_f_res", 0.03, log(5.0), log(900.0)),
+                Coordinate("log_odds", 0.15, -3.0, 3.0),
+                Coordinate("log_damping", 0.3, log(0.002), log(0.9)),
+            ),
+            lambda z: {
+                "f_res_hz": math.exp(float(z[0])),
+                "load_ratio": _odds(z[1]),
+                "damping_ratio": math.exp(float(z[2])),
+            },
+            lambda z: _odds(z[1]) / 0.02,
+            tuple((log(f), 0.0, log(0.03)) for f in (15.0, 22.0, 33.0, 47.0, 68.0, 100.0, 150.0, 230.0)),
+            linear=False,
+        ),
+        Hypothesis(
+            "backlash",
+            (
+                Coordinate("log_gap", 0.15, log(2e-4), log(0.5)),
+                Coordinate("log_odds", 0.15, -3.0, 3.0),
+                Coordinate("log_f_res", 0.2, log(20.0), log(900.0)),
+                Coordinate("log_damping", 0.5, log(0.002), log(0.9)),
+            ),
+            lambda z: {
+                "gap_rad": math.exp(float(z[0])),
+                "load_ratio": _odds(z[1]),
+                "f_res_hz": math.exp(float(z[2])),
+                "damping_ratio": math.exp(float(z[3])),
+            },
+            lambda z: math.exp(float(z[0])) / 5e-4,
+            tuple((log(gap), odds, log(200.0), log(0.1)) for gap in (0.003, 0.01, 0.03, 0.1) for odds in (-0.6, 0.8)),
+            linear=False,
+        ),
+        _single("current_filter", "tau_s", 3e-5, 0.0, 3e-3, 5e-6),
+    ]
+
+
+def _single(name: str, param: str, probe: float, low: float, high: float, edge: float) -> Hypothesis:
+    return Hypothesis(
+        name,
+        (Coordinate(param, probe, low, high),),
+        lambda z: {param: float(z[0])},
+        lambda z: abs(float(z[0])) / edge,
+        ((0.0,),),
+    )
+
+
+def _pair(name: str, params: tuple[str, str], probe: float, edge: float, limit: float) -> Hypothesis:
+    return Hypothesis(
+        name,
+        tuple(Coordinate(param, probe, -limit, limit) for param in params),
+        lambda z: {param: float(x) for param, x in zip(params, z, strict=True)},
+        lambda z: float(np.max(np.abs(z))) / edge,
+        ((0.0, 0.0),),
+    )
+
+
+def _factor(name: str, probe: float, edge: float) -> Hypothesis:
+    return Hypothesis(
+        name,
+        (Coordinate("log_factor", probe, math.log(0.1), math.log(30.0)),),
+        lambda z: {"factor": math.exp(float(z[0]))},
+        lambda z: abs(float(z[0])) / edge,
+        ((0.0,),),
+    )
+
+
+def _generic(name: str) -> Hypothesis:
+    """An effect that nobody has described here: its parameters as they are, from where they are off."""
+    fields = list(tables().effects[name].params.values())
+    off = tuple(f.default for f in fields)
+    probes = tuple(0.01 * min(abs(f.maximum - f.default), 100.0) or 0.01 for f in fields)
+    return Hypothesis(
+        name,
+        tuple(Coordinate(f.name, h, f.minimum, f.maximum) for f, h in zip(fields, probes, strict=True)),
+        lambda z: {f.name: float(x) for f, x in zip(fields, z, strict=True)},
+        lambda z: float(np.max(np.abs((z - np.array(off)) / np.array(probes)))),
+        (off,),
+    )
+
+
+def _polar(z: NDArray[np.float64], amplitude: str, phase: str) -> Params:
+    """A sin(x + phase) from its sine and cosine parts."""
+    return {amplitude: float(np.hypot(z[0], z[1])), phase: math.atan2(float(z[1]), float(z[0])) % math.tau}
+
+
+def _flux_harmonics(z: NDArray[np.float64]) -> Params:
+    """Ripple of the q axis and of the d axis; the second is (1 - 2 fifth_share) of the first."""
+    ripple = float(z[0]) if abs(z[0]) > 0.2 * abs(z[1]) else math.copysign(0.2 * abs(float(z[1])), float(z[0]))
+    share = 0.5 * (1.0 - float(z[1]) / ripple) if ripple != 0.0 else 0.5
+    return {"torque_ripple_rel": abs(ripple), "sign": math.copysign(1.0, ripple), "fifth_share": share}
+
+
+def _misalignment(z: NDArray[np.float64]) -> Params:
+    first, second = _polar(z[:2], "a", "p"), _polar(z[2:], "a", "p")
+    amplitude = max(first["a"], 2e-6 * second["a"], 1e-12)
+    return {
+        "amplitude_nm": amplitude,
+        "phase_rad": first["p"],
+        "second_rel": second["a"] / amplitude,
+        "phase2_rad": second["p"],
+    }
+
+
+def _odds(x: float) -> float:
+    return 1.0 / (1.0 + math.exp(-float(x)))

@@ -1,0 +1,231 @@
+"""From a case to a finding: name what is missing, one effect at a time, or say that nothing known explains the log."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.gap.evidence import model_features
+from evenspin.gap.forward import Forward
+from evenspin.gap.hypotheses import hypotheses
+from evenspin.gap.leftover import Line, leftover_lines
+from evenspin.gap.search import Lead, Model, Search
+from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.log.case import Case
+
+EFFECTS_MAX = 3
+LEADS = 6  # refined per stage
+BEAM = 2  # first explanations that are carried on
+SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
+GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
+SHARE_MIN = 0.10  # of the excess that an effect has to explain
+EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
+EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
+LINE_RATIO = 40.0  # power of a line over the model's noise
+LINES_MIN = 3  # in so many stretches or signals
+NEAR_GAIN = 0.3  # of the best lead's promise: still worth a look when the best one explains the log
+ALTERNATIVE_COST = 20.0  # cost by which an alternative is e times less likely
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]  # what is being done, share done
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """Cost that a true model has: over sound units, simulated."""
+
+    mean: float
+    sigma: float
+
+    def excess(self, cost: float) -> float:
+        return cost - self.mean
+
+    def is_significant(self, cost: float) -> bool:
+        limit = max(EXCESS_SIGMAS * self.sigma, EXCESS_SHARE * self.mean)
+        return self.excess(cost) > limit
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    model: Model  # best explanation, named or not
+    named: tuple[str, ...]  # strongest first; empty: nothing missing, or unknown
+    unknown: bool
+    before: float  # cost of the nominal machine
+    floor: Floor
+    lines: tuple[Line, ...]
+    tried: tuple[Model, ...]
+    steps: tuple[Model, ...] = ()  # nothing, then one effect more each: how it was found
+    weights: dict[str, float] = field(default_factory=dict)  # cost that each named effect takes away
+    simulations: int = 0
+
+
+class Investigation:
+    def __init__(self, case: Case, workers: int | None = None, progress: Progress | None = None) -> None:
+        self.case = case
+        self.say = progress or (lambda what, share: None)
+        self.say("reading", 0.0)
+        self.forward = Forward(case, workers)
+        motor, encoder = case.meta["motor"], case.meta["encoder"]
+        self.library = hypotheses(motor, float(encoder["counts_per_rev"]))
+        self.say("noise and tolerance", 0.02)
+        self.search = Search(self.forward, self.library)
+        self.tried: list[Model] = []
+        self.beam: list[Model] = []  # first explanations, best first
+        self.pairs: list[Model] = []  # pairs that were refined on the way
+
+    def run(self) -> Finding:
+        search = self.search
+        nothing = search.nothing
+        floor = self.floor(nothing)
+        self.say("screening", 0.10)
+        best = self._first(nothing, floor)
+        steps = [nothing]
+        if best.z:
+            self.say("noise around the first explanation", 0.35)
+            search.reconsider(best)
+            best = search.refine(search.rejudged(best), 3)
+            floor = self.floor(best)
+            steps.append(best)
+            for stage in range(2, EFFECTS_MAX + 1):
+                better = self._next(best, floor, 0.3 + 0.15 * stage)
+                if better is None:
+                    break
+                best = better
+                search.reconsider(best)
+                best = search.refine(search.rejudged(best), 3)
+                floor = self.floor(best)
+                steps.append(best)
+        self.say("dropping and weighing", 0.85)
+        best, weights = self._drop(best, floor)
+        lines = self.lines(best)
+        named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
+        unknown = floor.is_significant(best.cost) or _lines_speak(lines)
+        before = search.judge.fit(self.forward.measured - nothing.features, search.nuisance).cost
+        return Finding(
+            best,
+            () if unknown else named,
+            unknown,
+            before,
+            floor,
+            lines,
+            tuple(self.tried),
+            tuple(steps),
+            weights,
+            self.forward.simulations,
+        )
+
+    # ---- stages ------------------------------------------------------------------------------------------------------
+
+    def _first(self, nothing: Model, floor: Floor) -> Model:
+        """The best single effect or pair to go on from; nothing when none earns a place."""
+        leads = [lead for lead in self.search.leads(nothing, 1, LEADS) if lead.gain > 0.5 * GAIN_MIN]
+        if floor.is_significant(nothing.cost):
+            leads += [lead for lead in self.search.leads(nothing, 2, 3) if lead.gain > 2.0 * GAIN_MIN]
+        models = self._refined(leads, floor, 0.12, 0.33)
+        singles = [m for m in models if len(m.z) == 1 and self._earns(nothing, m, floor)]
+        pairs = [m for m in models if len(m.z) == 2]
+        if not singles:
+            both = [m for m in pairs if self._all_large(m) and nothing.cost - m.cost > 2.0 * GAIN_MIN]
+            return min(both, key=lambda m: m.cost, default=nothing)
+        self.beam = sorted(singles, key=lambda m: m.cost)[:BEAM]
+        self.pairs = pairs
+        return self.beam[0]
+
+    def _next(self, best: Model, floor: Floor, share: float) -> Model | None:
+        """One more effect, from the best explanation and from its runner-up."""
+        roots = [best]
+        unexplained = floor.is_significant(best.cost)
+        if len(best.z) == 1 and unexplained:
+            roots += [m for m in self.beam if m.names != best.names]
+        leads: list[Lead | Model] = []
+        for root in roots:
+            more = self.search.leads(root, 1, LEADS if root is best else 3)
+            leads += [lead for lead in more if lead.gain > 0.5 * GAIN_MIN and (unexplained or self._may_be_large(lead))]
+        if len(best.z) == 1 and unexplained:
+            leads += [Lead(m.z, 0.0) for m in self.pairs]
+        unique = {frozenset(lead.z): lead for lead in reversed(leads)}
+        models = self._refined(list(unique.values()), floor, share, share + 0.14)
+        good = [m for m in models if self._earns(best, m, floor) and self._all_large(m)]
+        return min(good, key=lambda m: m.cost, default=None)
+
+    def _refined(self, leads: list[Lead], floor: Floor, start: float, end: float) -> list[Model]:
+        """Each lead with the simulation in the loop; the less promising ones only while nothing explains the log."""
+        out: list[Model] = []
+        best = math.inf
+        for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
+            if out and not floor.is_significant(best) and lead.gain < NEAR_GAIN * leads[0].gain:
+                continue
+            self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
+            out.append(self.search.refine(lead, beat=best + floor.mean))
+            best = min(best, out[-1].cost)
+        self.tried += out
+        return out
+
+    def _earns(self, without: Model, with_it: Model, floor: Floor) -> bool:
+        gain = without.cost - with_it.cost
+        return gain > max(GAIN_MIN, SHARE_MIN * floor.excess(without.cost)) and self._all_large(with_it)
+
+    def _may_be_large(self, lead: Lead) -> bool:
+        return all(self.library[name].magnitude(z) > 0.6 for name, z in lead.z.items())
+
+    def _all_large(self, model: Model) -> bool:
+        return all(self.library[name].magnitude(z) > 1.0 for name, z in model.z.items())
+
+    def _drop(self, best: Model, floor: Floor) -> tuple[Model, dict[str, float]]:
+        """Take out what is not needed; what each of the rest takes away from the cost."""
+        weights: dict[str, float] = {}
+        names = list(best.z)
+        if len(names) == 1:
+            empty = self.search.rejudged(self.search.nothing)
+            return best, {names[0]: empty.cost - best.cost}
+        for name in names:
+            rest = {k: z for k, z in best.z.items() if k != name}
+            without = self.search.refine(Lead(rest, 0.0), 5)
+            self.tried.append(without)
+            weights[name] = without.cost - best.cost
+            if weights[name] < GAIN_MIN or not self._all_large(best):
+                return self._drop(without, floor)
+        return best, weights
+
+    # ---- what is left -------------------------------------------------------------------------------------------------
+
+    def floor(self, model: Model) -> Floor:
+        effects = self.search.effects(model.z)
+        random = np.random.default_rng(29)
+        deltas = random.normal(0.0, SIGMA, (SOUND_UNITS, len(SIGMA)))
+        units = [unit_of(effects, d, 7000 + i, float(random.random())) for i, d in enumerate(deltas)]
+        (probes,) = model_features(self.forward, [effects])
+        expected = probes.mean(axis=0)
+        costs = [self.search.judge.fit(run - expected, self.search.nuisance).cost for run in self.forward.many(units)]
+        return Floor(float(np.mean(costs)), float(np.std(costs, ddof=1)))
+
+    def lines(self, model: Model) -> tuple[Line, ...]:
+        effects = self.search.effects(model.z)
+        units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / 6.0) for i in range(6)]
+        return tuple(leftover_lines(self.forward, units))
+
+
+def _lines_speak(lines: tuple[Line, ...]) -> bool:
+    return sum(line.ratio > LINE_RATIO for line in lines) >= LINES_MIN
+
+
+def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:
+    """Other explanations and how likely they are beside the best one, most likely first."""
+    best: dict[frozenset[str], Model] = {}
+    for model in finding.tried:
+        key = frozenset(model.z)
+        if key and (key not in best or model.cost < best[key].cost):
+            best[key] = model
+    chosen = frozenset(finding.model.z)
+    odds = {
+        key: math.exp(-max(0.0, model.cost - finding.model.cost) / ALTERNATIVE_COST)
+        for key, model in best.items()
+        if key != chosen and not key > chosen
+    }
+    total = 1.0 + sum(odds.values())
+    ranked = sorted(odds.items(), key=lambda item: -item[1])
+    return [(tuple(best[key].z), weight / total) for key, weight in ranked if weight / total > 1e-3]

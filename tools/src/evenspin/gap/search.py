@@ -1,0 +1,231 @@
+"""The search: which effects, and how large. Screening is linear and cheap; refinement has the simulation in the loop."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.gap.evidence import Effects, Judge, model_features, noise_level, nuisance_columns
+from evenspin.gap.forward import Forward
+from evenspin.gap.hypotheses import Hypothesis
+from evenspin.gap.tolerance import SIGMA
+
+Array = NDArray[np.float64]
+Z = dict[str, Array]  # an effect's place in its coordinates
+LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
+STEPS_MAX = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A set of effects with their coordinates, refined on the fit records."""
+
+    z: Z
+    delta: Array
+    features: Array  # expected
+    probe: Array  # of the first probe alone: what columns are differences from
+    cost: float
+    residual: Array  # whitened
+    covariance: Array  # of all coordinates, in the order of z
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.z)
+
+
+@dataclass(frozen=True, slots=True)
+class Lead:
+    """Something worth refining: effects, where to start, and what a linear fit promises."""
+
+    z: Z
+    gain: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.z)
+
+
+class Search:
+    def __init__(self, forward: Forward, library: dict[str, Hypothesis]) -> None:
+        self.forward = forward
+        self.library = library
+        self.nuisance = nuisance_columns(forward, {})
+        self.judge = Judge(noise_level(forward, self.nuisance))
+        self.nothing = self._model({}, np.zeros(len(SIGMA)))
+
+    def effects(self, z: Z) -> Effects:
+        return {name: self.library[name].to_params(x) for name, x in z.items()}
+
+    def reconsider(self, model: Model) -> None:
+        """Nuisance columns and noise level anew around a model."""
+        effects = self.effects(model.z)
+        self.nuisance = nuisance_columns(self.forward, effects)
+        self.judge = Judge(noise_level(self.forward, self.nuisance, effects))
+
+    # ---- screening --------------------------------------------------------------------------------------------------
+
+    def signatures(self, model: Model) -> list[tuple[str, Array, Array]]:
+        """(name, start, columns per coordinate) of every effect and start that the model does not have."""
+        base_z = dict(model.z)
+        jobs: list[tuple[str, Array, list[Array]]] = []
+        for name, h in self.library.items():
+            if name in base_z:
+                continue
+            for start in h.starts:
+                z0 = np.array(start, dtype=np.float64)
+                jobs.append((name, z0, _probe_points(h, z0)))
+        units = [self.effects({**base_z, name: z}) for name, _, points in jobs for z in points]
+        runs = iter(model_features(self.forward, units, 1))
+        base = model.probe
+        out = []
+        for name, z0, points in jobs:
+            h = self.library[name]
+            columns = [next(runs)[0] for _ in points]
+            if h.linear:
+                steps = [c.probe for c in h.coordinates]
+                reference = [base] * len(points)
+                if name == "misalignment":  # its second order is relative to the first
+                    reference = [base, base, columns[0], columns[0]]
+                columns = [(f - r) / s for f, r, s in zip(columns, reference, steps, strict=True)]
+            else:
+                columns = [columns[0] - base]
+            out.append((name, z0, np.stack(columns, axis=1)))
+        return out
+
+    def leads(self, model: Model, size: int = 1, keep: int = 6) -> list[Lead]:
+        """Sets of `size` more effects, best first, as a linear fit sees them; one lead a set of names."""
+        signatures = self.signatures(model)
+        y = (self.forward.measured - model.features) * self.judge.weight
+        weight = 1.0 / np.sqrt(1.0 + (LINEAR_SHARE * y) ** 2)
+        blocks = [self.nuisance, *(columns for _, _, columns in signatures)]
+        a = np.hstack(blocks) * (self.judge.weight * weight)[:, None]
+        b = y * weight
+        gram, right = a.T @ a, a.T @ b
+        n = len(SIGMA)
+        gram[:n, :n] += np.diag(1.0 / SIGMA**2)
+        edges = np.cumsum([n, *(columns.shape[1] for _, _, columns in signatures)])
+        base = _explained(gram, right, np.arange(n))[0]
+        best: dict[frozenset[str], Lead] = {}
+        for combination in itertools.combinations(range(len(signatures)), size):
+            names = frozenset(signatures[i][0] for i in combination)
+            if len(names) < size:
+                continue
+            columns = np.concatenate([np.arange(n), *(np.arange(edges[i], edges[i + 1]) for i in combination)])
+            gain, x = _explained(gram, right, columns)
+            z = dict(model.z)
+            at, allowed = n, True
+            for i in combination:
+                name, z0, block = signatures[i]
+                part = x[at : at + block.shape[1]]
+                at += block.shape[1]
+                place = self._place(name, z0, part)
+                if place is None:
+                    allowed = False
+                    break
+                z[name] = place
+            if allowed and gain - base > (best[names].gain if names in best else 0.0):
+                best[names] = Lead(z, gain - base)
+        return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
+
+    def _place(self, name: str, z0: Array, amount: Array) -> Array | None:
+        """Where a linear fit puts the effect; None where that is the wrong side of off."""
+        h = self.library[name]
+        if not h.linear:
+            return z0 if amount[0] > 0.0 else None
+        z = h.clip(z0 + amount)
+        low = np.array([c.low for c in h.coordinates])
+        return None if np.any((low == z0) & (amount <= 0.0)) else z
+
+    # ---- refinement -------------------------------------------------------------------------------------------------
+
+    def refine(self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf) -> Model:
+        """Gauss-Newton with the simulation in the loop, damped where it overshoots; gives up where `beat` is out of reach."""
+        delta = lead.delta if isinstance(lead, Model) else np.zeros(len(SIGMA))
+        model = self._model(lead.z, delta)
+        if not lead.z:
+            return model
+        damping = 1e-3
+        for step in range(steps):
+            columns = self._columns(model)
+            better = None
+            for _ in range(3):
+                z = self._moved(model, columns, damping)
+                trial = self._model(z, model.delta, columns)
+                if trial.cost < model.cost:
+                    better = trial
+                    damping = max(damping / 10.0, 1e-6)
+                    break
+                damping *= 20.0
+            if better is None:
+                break
+            gained, model = model.cost - better.cost, better
+            if gained < 0.2 + 2e-4 * model.cost or model.cost - (steps - step) * gained > beat:
+                break
+        return model
+
+    def _columns(self, model: Model) -> Array:
+        units = []
+        steps = []
+        for name, z in model.z.items():
+            for i, c in enumerate(self.library[name].coordinates):
+                h = 0.35 * c.probe
+                if z[i] + h > c.high:
+                    h = -h
+                moved = z.copy()
+                moved[i] += h
+                units.append(self.effects({**model.z, name: moved}))
+                steps.append(h)
+        runs = model_features(self.forward, units, 1)
+        return np.stack([(f[0] - model.probe) / h for f, h in zip(runs, steps, strict=True)], axis=1)
+
+    def _moved(self, model: Model, columns: Array, damping: float) -> Z:
+        probes = np.array([c.probe for name in model.z for c in self.library[name].coordinates])
+        y = self.forward.measured - model.features
+        scaled = columns * probes
+        fit = self.judge.fit(y, self.nuisance, np.vstack((scaled,)), damping=damping)
+        z, at = {}, 0
+        for name, old in model.z.items():
+            step = fit.amount[at : at + len(old)] * probes[at : at + len(old)]
+            at += len(old)
+            z[name] = self.library[name].clip(old + step)
+        return z
+
+    def _model(self, z: Z, delta: Array, columns: Array | None = None) -> Model:
+        (probes,) = model_features(self.forward, [self.effects(z)])
+        features = probes.mean(axis=0)
+        fit = self.judge.fit(self.forward.measured - features, self.nuisance)
+        covariance = np.zeros((0, 0))
+        if columns is not None:
+            covariance = self.judge.fit(self.forward.measured - features, self.nuisance, columns).covariance
+        return Model(z, fit.delta, features, probes[0], fit.cost, fit.residual, covariance)
+
+    def rejudged(self, model: Model) -> Model:
+        """The same model under today's noise level and nuisance columns."""
+        fit = self.judge.fit(self.forward.measured - model.features, self.nuisance)
+        return replace(model, delta=fit.delta, cost=fit.cost, residual=fit.residual)
+
+
+def _probe_points(h: Hypothesis, z0: Array) -> list[Array]:
+    if not h.linear:
+        return [z0]
+    points = []
+    for i, c in enumerate(h.coordinates):
+        z = z0.copy()
+        z[i] += c.probe
+        if h.name == "misalignment" and i >= 2:
+            z[0] += h.coordinates[0].probe
+        points.append(z)
+    return points
+
+
+def _explained(gram: Array, right: Array, columns: Sequence[int] | Array) -> tuple[float, Array]:
+    g = gram[np.ix_(columns, columns)].copy()
+    g[np.diag_indices_from(g)] *= 1.0 + 1e-9
+    g[np.diag_indices_from(g)] += 1e-12
+    x = np.linalg.solve(g, right[columns])
+    return float(right[columns] @ x), x

@@ -1,0 +1,53 @@
+"""How far a sound unit may be from its data sheet (docs/log-format.md): nuisance parameters with priors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.compare import Unit
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    name: str
+    sigma: float  # relative, or A for the offsets
+    factors: tuple[str, ...] = ()  # of the machine model
+    sensor: tuple[str, str, float] | None = None  # or an effect's parameter and its off value
+
+
+TOLERANCES = (
+    Tolerance("resistance", 0.012, ("resistance_ohm",)),
+    Tolerance("inductance", 0.015, ("ld_h", "lq_h")),
+    Tolerance("flux", 0.004, ("psi_wb",)),
+    Tolerance("inertia", 0.012, ("inertia_kgm2",)),
+    Tolerance("viscous", 0.04, ("viscous_nms",)),
+    Tolerance("offset_a", 0.010, (), ("current_offset", "offset_a_a", 0.0)),
+    Tolerance("offset_b", 0.010, (), ("current_offset", "offset_b_a", 0.0)),
+    Tolerance("gain_a", 0.002, (), ("current_gain", "gain_a", 1.0)),
+    Tolerance("gain_b", 0.002, (), ("current_gain", "gain_b", 1.0)),
+)
+SIGMA = np.array([t.sigma for t in TOLERANCES])
+
+Effects = Mapping[str, Mapping[str, float]]
+
+
+def unit_of(
+    effects: Effects,
+    delta: Sequence[float] | NDArray[np.float64] | None = None,
+    noise_seed: int | None = None,
+    part: float = 0.5,
+) -> Unit:
+    """A unit with these effects that is off its data sheet by `delta` (as TOLERANCES)."""
+    all_effects = {name: dict(params) for name, params in effects.items()}
+    factors: dict[str, float] = {}
+    for tolerance, d in zip(TOLERANCES, delta if delta is not None else (), strict=False):
+        factors.update({key: 1.0 + float(d) for key in tolerance.factors})
+        if tolerance.sensor is not None and d != 0.0:
+            effect, param, off = tolerance.sensor
+            params = all_effects.setdefault(effect, {})
+            params[param] = params.get(param, off) + float(d)
+    return Unit(all_effects, factors, noise_seed, part)
