@@ -1,0 +1,105 @@
+"""Angle, speed, acceleration and current of one instant: a drive's speed estimate lags, and by how much nobody says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.errors import InputError
+from evenspin.gap.balance.grid import Flags, Grid, Smoother
+from evenspin.gap.balance.reading import HINT, Log
+from evenspin.gap.balance.regression import Fit, fit, rms
+
+Array = NDArray[np.float64]
+
+LAG_SIGMA_S = 2.5e-3  # smoothing for the comparison of angle and speed
+UNIT_BAND = (0.93, 1.07)  # speed over rate of the angle; outside, one of them is not in rad
+SURE_S = 1e-3  # a delay known worse than this is not used
+MOST_DELAY_S = 0.05
+ORDERS = 3  # derivatives of the logged speed that may be needed to undo its filter
+CHANCE = 1e-4
+WORTH = 0.01  # share of the difference between angle and speed that a further derivative must take away
+
+
+@dataclass(frozen=True, slots=True)
+class Lag:
+    """How the drive's speed estimate follows the angle: speed = estimate + sum of undo[j] times its (j+1)th derivative.
+
+    One term is a delay. A tracking filter of second order needs two, and is undone exactly by them.
+    """
+
+    delay_s: float
+    half_s: float  # of the 95 % interval
+    gain: float
+    known: bool
+    undo: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Everything smoothed alike. `theta_rad` is not smoothed: functions of it are, as columns."""
+
+    smooth: Smoother
+    t_s: Array
+    iq_a: Array
+    speed_rad_s: Array
+    accel_rad_s2: Array
+    raw_speed_rad_s: Array  # hardly smoothed: its sign enters a column, which is smoothed then
+    theta_rad: Array | None
+    good: Flags
+
+
+def speed_lag(log: Log, grid: Grid) -> Lag:
+    """dtheta/dt = gain w + delay dw/dt + ..., by least squares. A gain other than 1 is a wrong unit."""
+    if "theta_m_rad" not in grid.columns or "speed_rad_s" not in grid.columns:
+        return Lag(0.0, 0.0, 1.0, known=False)
+    smooth = Smoother(max(LAG_SIGMA_S, 2.0 * grid.period_s), grid.period_s)
+    rows = grid.good(2.0 * smooth.half * grid.period_s)
+    w = grid.column("speed_rad_s")
+    truth = smooth.rate(grid.column("theta_m_rad"))[rows]
+    columns = [smooth(w)[rows], *(smooth.rate(w, order)[rows] for order in range(1, ORDERS + 1))]
+    tried: list[Fit] = [
+        fit(("gain", *(f"order_{j}" for j in range(1, count + 1))), columns[: count + 1], truth)
+        for count in range(1, ORDERS + 1)
+    ]
+    found = tried[0]
+    _check_units(log, found["gain"], found.half("gain"))
+    for more in tried[1:]:
+        better = rms(more.residual) < (1.0 - WORTH) * rms(found.residual)
+        if better and more.p_value((more.names[-1],)) < CHANCE:
+            found = more
+    delay_s, half_s = found["order_1"], found.half("order_1")
+    known = half_s < SURE_S and abs(delay_s) < MOST_DELAY_S
+    undo = tuple(float(value) for value in found.value[1:]) if known else ()
+    return Lag(delay_s if known else 0.0, half_s, found["gain"], known, undo)
+
+
+def _check_units(log: Log, gain: float, half: float) -> None:
+    low, high = UNIT_BAND
+    if low - half < gain < high + half:
+        return
+    ratio = f"{gain:.4g} rad of theta_m_rad per rad of speed_rad_s"
+    raise InputError(
+        log.path, "theta_m_rad", ratio, f"{low:g} .. {high:g}, or one of them is not in rad and rad/s", HINT
+    )
+
+
+def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0) -> Motion:
+    """On the time base of the angle. `current_later_s`: how much the logged current lags the torque balance."""
+    smooth = Smoother(max(sigma_s, grid.period_s), grid.period_s)
+    fine = Smoother(2.0 * grid.period_s, grid.period_s)
+    theta = grid.columns.get("theta_m_rad")
+    if "speed_rad_s" in grid.columns:
+        undo = lag.undo if len(lag.undo) > 1 else ()
+        w = grid.column("speed_rad_s", 0.0 if undo else lag.delay_s)
+        speed = smooth(w) + sum((c * smooth.rate(w, j) for j, c in enumerate(undo, 1)), np.zeros_like(w))
+        accel = smooth.rate(w) + sum((c * smooth.rate(w, j + 1) for j, c in enumerate(undo, 1)), np.zeros_like(w))
+        raw = fine(w) + sum((c * fine.rate(w, j) for j, c in enumerate(undo, 1)), np.zeros_like(w))
+    else:
+        assert theta is not None
+        speed, accel, raw = smooth.rate(theta), smooth.rate(theta, 2), fine.rate(theta)
+    reach_s = smooth.half * grid.period_s + abs(lag.delay_s) + abs(current_later_s)
+    iq = smooth(grid.column("iq_a", current_later_s))
+    return Motion(smooth, grid.t_s, iq, speed, accel, raw, theta, grid.good(reach_s))

@@ -1,0 +1,86 @@
+"""Least squares with honest intervals: what a balance leaves is coloured, and neighbouring rows say the same twice.
+
+The covariance is made of blocks of rows (cluster-robust): each block counts once, however many rows it has, so that
+correlation within a block does no harm. Quantiles are Student's with blocks - 1 degrees of freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+Array = NDArray[np.float64]
+
+BLOCKS = 24
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """Coefficients and their covariance."""
+
+    names: tuple[str, ...]
+    value: Array
+    covariance: Array
+    blocks: int
+    residual: Array
+
+    def index(self, name: str) -> int:
+        return self.names.index(name)
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.value[self.index(name)])
+
+    def sigma(self, name: str) -> float:
+        i = self.index(name)
+        return float(np.sqrt(self.covariance[i, i]))
+
+    def half(self, name: str) -> float:
+        """Half of the 95 % interval."""
+        return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, self.blocks - 1)) * self.sigma(name)
+
+    def p_value(self, names: Sequence[str]) -> float:
+        """Chance of coefficients as large as these, if all of them were zero (Hotelling's T squared)."""
+        rows = [self.index(name) for name in names]
+        b, cov = self.value[rows], self.covariance[np.ix_(rows, rows)]
+        if not np.all(np.isfinite(cov)) or np.linalg.matrix_rank(cov) < len(rows):
+            return 1.0
+        q, free = len(rows), self.blocks - 1
+        t2 = float(b @ np.linalg.solve(cov, b))
+        if free <= q:
+            return 1.0
+        return float(stats.f.sf(t2 * (free - q + 1) / (free * q), q, free - q + 1))
+
+
+def fit(names: Sequence[str], columns: Sequence[Array], y: Array, blocks: int = BLOCKS) -> Fit:
+    """Columns and y are the rows to use, in the order of time; they may have holes."""
+    x = np.column_stack(columns) if columns else np.empty((len(y), 0))
+    scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
+    z = x / scale
+    # The columns are scaled and close to orthogonal, or nearly collinear and then cut: the normal equations are good
+    # enough.
+    inverse = np.linalg.pinv(z.T @ z, rcond=1e-10, hermitian=True)
+    value = inverse @ (z.T @ y)
+    residual = y - z @ value
+    scores = np.array([z[part].T @ residual[part] for part in np.array_split(np.arange(len(y)), blocks)])
+    meat = scores.T @ scores * blocks / (blocks - 1)
+    covariance = inverse @ meat @ inverse / np.outer(scale, scale)
+    return Fit(tuple(names), value / scale, covariance, blocks, residual)
+
+
+def inflation(column: Array, others: Sequence[Array]) -> float:
+    """Variance inflation: how much of this column the others already say (1: nothing; large: not to be told apart)."""
+    if not others:
+        return 1.0
+    x = np.column_stack(others)
+    found = np.linalg.pinv(x.T @ x, rcond=1e-10, hermitian=True) @ (x.T @ column)
+    left = float(np.sum((column - x @ found) ** 2))
+    return float(np.sum(column**2)) / max(left, 1e-300)
+
+
+def rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0
