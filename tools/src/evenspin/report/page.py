@@ -16,6 +16,19 @@ TEMPLATE = Path(__file__).with_name("page.html.j2")
 
 
 @dataclass(frozen=True, slots=True)
+class Chapter:
+    """A part of a report that is read as a story: tables and pictures in this order."""
+
+    title: str
+    text: str
+    parts: Sequence[TableView | Picture] = ()
+
+    def blocks(self) -> list[tuple[str, TableView | Picture]]:
+        """Each part with what it is, for the template."""
+        return [("picture" if isinstance(part, Picture) else "table", part) for part in self.parts]
+
+
+@dataclass(frozen=True, slots=True)
 class Page:
     """What a report says."""
 
@@ -25,6 +38,11 @@ class Page:
     tables: Sequence[TableView]
     pictures: Sequence[Picture]
     command: str
+    chapters: Sequence[Chapter] = ()
+
+    def all_pictures(self) -> list[Picture]:
+        told = [part for chapter in self.chapters for part in chapter.parts if isinstance(part, Picture)]
+        return [*self.pictures, *told]
 
 
 def write_page(folder: Path, page: Page) -> None:
@@ -33,7 +51,7 @@ def write_page(folder: Path, page: Page) -> None:
 
     figures = folder / "figures"
     figures.mkdir()
-    for picture in page.pictures:
+    for picture in page.all_pictures():
         (figures / f"{picture.name}.svg").write_text(_stand_alone(picture.svg), encoding="utf-8")
         _write_columns(figures / f"{picture.name}.csv", picture)
     template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(TEMPLATE.read_text())

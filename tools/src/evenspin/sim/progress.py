@@ -14,9 +14,14 @@ PATIENCE_S = 2.0
 class Bar(Protocol):
     def update(self, done: float) -> None: ...
 
+    def say(self, text: str) -> None: ...
+
 
 class _Silent:
     def update(self, done: float) -> None:
+        pass
+
+    def say(self, text: str) -> None:
         pass
 
 
@@ -35,6 +40,12 @@ class _RichBar:
             self._draw()
         if self.bar is not None:
             self.bar.update(self.task, completed=done)
+
+    def say(self, text: str) -> None:
+        """What is being done now."""
+        self.text = text
+        if self.bar is not None:
+            self.bar.update(self.task, description=text)
 
     def _draw(self) -> None:
         from rich.console import Console

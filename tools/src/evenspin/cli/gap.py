@@ -1,0 +1,275 @@
+"""`evenspin gap`: why the model does not match a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from evenspin.cli.options import JsonFlag, OutFolder
+from evenspin.cli.output import STDOUT, command_line, console, write_json
+
+if TYPE_CHECKING:
+    from evenspin.gap.result import CaseResult
+
+ONE = "case"  # the command that a path stands for
+
+
+class PathFirst(TyperGroup):
+    """A first word that is no sub-command is a path: `evenspin gap CASE_DIR` is `evenspin gap case CASE_DIR`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] not in ("--help", "-h"):
+            args = [ONE, *args]
+        return super().parse_args(ctx, args)
+
+
+app = typer.Typer(
+    cls=PathFirst,
+    no_args_is_help=True,
+    help="Find what is missing in a model: `evenspin gap CASE_DIR --out DIR`, or `evenspin gap LOG.csv --out DIR`.",
+)
+
+Check = Annotated[bool, typer.Option("--check", help="Exit status 1 when the verdict is unknown or a case failed.")]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Threads, or processes of a batch; one per core when left out.")
+]
+
+
+def register(parent: typer.Typer) -> None:
+    parent.add_typer(app, name="gap")
+    try:
+        from evenspin.gap.blind.command import app as blind
+    except ModuleNotFoundError:
+        return
+    app.add_typer(blind, name="blind")
+
+
+@app.command(ONE)
+def case(
+    path: Annotated[Path, typer.Argument(metavar="CASE_DIR|LOG.csv", help="Folder with meta.json, or one log.")],
+    out: OutFolder,
+    model: Annotated[
+        str | None, typer.Option(metavar="M", help="LOG.csv only: a model file or built-in model it is held against.")
+    ] = None,
+    workers: Workers = None,
+    check: Check = False,
+    as_json: JsonFlag = False,
+) -> None:
+    """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
+
+    DIR gets verdict.json, model.toml, scenario.toml, report.html and the traces before and after. A file instead of a
+    folder is a log of any drive: a torque balance in ampere equivalents.
+
+    Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
+    """
+    if path.is_file():
+        _balance(path, model, out, as_json, check)
+        return
+    _refuse_model(model)
+    words = command_line("gap", str(path), "--out", "DIR")
+    result = _investigated(path, out, words, workers, steps=False)
+    _tell(result, out, as_json)
+    _check(check, result.finding.unknown, result.name)
+
+
+@app.command("loop")
+def loop(
+    path: Annotated[Path, typer.Argument(metavar="CASE_DIR", help="Folder with meta.json.")],
+    out: OutFolder,
+    workers: Workers = None,
+    check: Check = False,
+    as_json: JsonFlag = False,
+) -> None:
+    """Find, name, add, and again until nothing significant is left: one folder step_N per effect.
+
+    Each step has the model with one effect more, its own gap before and after, and its traces.
+
+    Example: `evenspin gap loop tests/data/foreign_drive/example_coulomb_and_inertia --out out/loop`
+    """
+    words = command_line("gap", "loop", str(path), "--out", "DIR")
+    result = _investigated(path, out, words, workers, steps=True)
+    screen = console(STDOUT if as_json else None)
+    gap = result.before.gap
+    for number, step in enumerate(result.steps[1:], 1):
+        screen.print(f"step {number}: {' + '.join(step.names)}: gap {gap:.4f} -> {step.outcome.gap:.4f}")
+        gap = step.outcome.gap
+    _tell(result, out, as_json)
+    _check(check, result.finding.unknown, result.name)
+
+
+@app.command("batch")
+def batch(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Cases, or folders of cases.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="One folder per case, and summary.json.")],
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="dask scheduler whose workers see the same folders.")
+    ] = None,
+    workers: Workers = None,
+    check: Check = False,
+    as_json: JsonFlag = False,
+) -> None:
+    """Many cases, on all cores or on a dask cluster. A case that fails is told and does not end the others.
+
+    Each case is written when it is done, completely or not at all, so that an interrupted batch keeps what it has.
+
+    Example: `evenspin gap batch tests/data/foreign_drive --out out/batch`
+    """
+    from evenspin.errors import CheckFailedError
+    from evenspin.gap import batch as work
+    from evenspin.sim.progress import progress_bar
+    from evenspin.tableview import print_table
+
+    jobs = work.jobs_of(folders, out)
+    out.mkdir(parents=True, exist_ok=True)
+    screen = console(STDOUT if as_json else None)
+    screen.print(f"{len(jobs)} cases with {work.how(scheduler)}")
+    with progress_bar("cases", len(jobs), patience_s=0.2) as bar:
+        lines = work.run_batch(jobs, scheduler, workers, bar.update)
+    write_json(lines, str(out / work.SUMMARY))
+    print_table(work.summary_table(lines), screen)
+    screen.print(f"{out}/{work.SUMMARY}", style="bold")
+    if as_json:
+        write_json(lines, STDOUT)
+    failed = [line["case"] for line in lines if "error" in line]
+    if failed:
+        raise CheckFailedError(f"gap batch: no verdict on {', '.join(failed)}: see the table")
+    unknown = [line["case"] for line in lines if "unknown" in line["verdict"]]
+    _check(check, bool(unknown), ", ".join(unknown))
+
+
+@app.command("plan")
+def plan(
+    model: Annotated[str, typer.Option(metavar="M", help="A model file or a built-in model.")],
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Perform the plan: a case folder.")] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the random records and of the noise.")] = 1,
+    as_json: JsonFlag = False,
+) -> None:
+    """The experiments that make every effect identifiable, sized for this machine; with --out on the virtual drive.
+
+    What it writes is a case that `evenspin gap DIR` reads: with the model's own effects hidden in it.
+
+    Example: `evenspin gap plan --model guo2024 --out out/plan`
+    """
+    from evenspin.gap import plan as planning
+    from evenspin.log import OutputFolder, write_case
+    from evenspin.model.machine import find_model, load_machine
+    from evenspin.sim.progress import progress_bar
+    from evenspin.tableview import TableView, print_table
+
+    words = command_line("gap", "plan", "--model", model, "--seed", str(seed), "--out", "DIR")
+    output = OutputFolder(out, words) if out is not None else None
+    machine = load_machine(find_model(model, Path(), _no_model(model)))
+    experiments = planning.plan(machine, seed)
+    changed = planning.changed_drive(machine)
+    screen = console(STDOUT if as_json else None)
+    rows = [(e.name, f"{e.setup.duration_s:g}", e.what, ", ".join(e.serves) or "the gap") for e in experiments]
+    view = TableView("Experiments", "In this order, at rest in between.", ("name", "s", "what", "serves"), rows, left=4)
+    print_table(view, screen)
+    if changed:
+        said = ", ".join(f"{name} {words}" for name, words in changed.items())
+        screen.print(f"The drive runs as the log format describes it: {said}.")
+    content = {
+        "model": machine.name,
+        "drive_changed": changed,
+        "experiments": [
+            {"name": e.name, "duration_s": e.setup.duration_s, "what": e.what, "serves": list(e.serves)}
+            for e in experiments
+        ],
+    }
+    if output is not None:
+        total = sum(e.setup.duration_s for e in experiments)
+        records, before = {}, 0.0
+        with progress_bar("performing the plan", total) as bar:
+            for e in experiments:
+                start = before
+                records[e.name] = planning.perform(e, lambda t, start=start: bar.update(start + t))
+                before += e.setup.duration_s
+        with output as folder:
+            write_case(folder, planning.meta(experiments, f"{machine.name}-plan"), records)
+            write_json(content, str(folder / "plan.json"))
+        screen.print(f"{out}", style="bold")
+    if as_json:
+        write_json(content, STDOUT)
+
+
+def _investigated(path: Path, out: Path, words: list[str], workers: int | None, steps: bool) -> CaseResult:
+    from evenspin.gap.check import checked_case
+    from evenspin.gap.folder import write_result, write_steps
+    from evenspin.gap.result import investigate
+    from evenspin.log import OutputFolder
+    from evenspin.sim.progress import progress_bar
+
+    output = OutputFolder(out, words)
+    loaded, said = checked_case(path)
+    with progress_bar("reading", 1.0, patience_s=1.0) as bar:
+
+        def tell(what: str, share: float) -> None:
+            bar.say(what)
+            bar.update(share)
+
+        result = investigate(loaded, workers, tell, said)
+        tell("drawing", 0.97)
+        with output as folder:
+            write_result(folder, result, " ".join(words))
+            if steps:
+                write_steps(folder, result)
+    return result
+
+
+def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
+    from evenspin.gap.story import summary_of, tables_of
+    from evenspin.gap.verdict import verdict_json
+    from evenspin.tableview import print_table
+
+    screen = console(STDOUT if as_json else None)
+    for view in tables_of(result):
+        print_table(view, screen)
+    for sentence in summary_of(result):
+        screen.print(sentence)
+    screen.print(f"{out}/report.html", style="bold")
+    if as_json:
+        write_json(verdict_json(result), STDOUT)
+
+
+def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: bool) -> None:
+    from evenspin.gap.balance import run_balance
+    from evenspin.log import OutputFolder
+    from evenspin.sim.progress import progress_bar
+    from evenspin.tableview import print_table
+
+    words = command_line("gap", str(path), *(("--model", model) if model else ()), "--out", "DIR")
+    output = OutputFolder(out, words)
+    with output as folder, progress_bar("balancing torque", 1.0) as bar:
+        result = run_balance(path, model, folder, bar, " ".join(words))
+    screen = console(STDOUT if as_json else None)
+    for view in result.tables:
+        print_table(view, screen)
+    for sentence in result.summary:
+        screen.print(sentence)
+    screen.print(f"{out}/report.html", style="bold")
+    if as_json:
+        write_json(result.verdict, STDOUT)
+    _check(check, "unknown" in result.verdict["verdict"], path.name)
+
+
+def _refuse_model(model: str | None) -> None:
+    from evenspin.errors import InputError
+
+    if model is not None:
+        raise InputError("gap", "--model", model, "left out for a case folder", "its meta.json is the model")
+
+
+def _no_model(model: str) -> Any:
+    from evenspin.errors import InputError
+
+    return lambda must, hint: InputError("gap plan", "--model", model, must, hint)
+
+
+def _check(check: bool, unknown: bool, name: str) -> None:
+    from evenspin.errors import CheckFailedError
+
+    if check and unknown:
+        raise CheckFailedError(f"gap: unknown: {name}: see report.html")

@@ -1,0 +1,54 @@
+"""What a case leaves behind in its folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from evenspin.gap.model_file import write_model
+from evenspin.gap.outcome import write_traces
+from evenspin.gap.result import CaseResult, Step
+from evenspin.gap.story import page_of, summary_of
+from evenspin.gap.tolerance import unit_of
+from evenspin.gap.verdict import VERDICT, verdict_json
+from evenspin.log.case import write_json
+from evenspin.report.page import write_page
+
+
+def write_result(folder: Path, result: CaseResult, command: str) -> None:
+    """verdict.json, traces before and after, model.toml, scenario.toml, report.html; into an existing, empty folder."""
+    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in result.name)
+    write_json(folder / VERDICT, verdict_json(result))
+    write_traces(folder, name, {"before": result.before, "after": result.after})
+    replay = result.investigation.forward.replays[0]
+    write_model(folder, result.case, replay, result.effects, result.delta, result.unit, summary_of(result))
+    write_page(folder, page_of(result, command))
+
+
+def write_steps(folder: Path, result: CaseResult) -> None:
+    """step_1, step_2, ...: the model after each effect, and how far the gap was before and after it."""
+    gap = result.before.gap
+    previous = result.before
+    for number, step in enumerate(result.steps[1:], 1):
+        place = folder / f"step_{number}"
+        place.mkdir()
+        content = {
+            "step": number,
+            "added": [name for name in step.names if name not in result.steps[number - 1].names],
+            "verdict": list(step.names),
+            "parameters": {name: dict(params) for name, params in step.effects.items()},
+            "cost_before": result.steps[number - 1].cost,
+            "cost_after": step.cost,
+            "gap_before": gap,
+            "gap_after": step.outcome.gap,
+        }
+        write_json(place / VERDICT, content)
+        write_traces(place, result.name, {"before": previous, "after": step.outcome})
+        _step_model(place, result, step)
+        gap, previous = step.outcome.gap, step.outcome
+
+
+def _step_model(place: Path, result: CaseResult, step: Step) -> None:
+    replay = result.investigation.forward.replays[0]
+    unit = unit_of(step.effects, step.delta)
+    notes = [f"with {' and '.join(step.names)}: the gap on validation records is {step.outcome.gap:.4f}"]
+    write_model(place, result.case, replay, step.effects, step.delta, unit, notes)

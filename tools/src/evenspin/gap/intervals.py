@@ -1,0 +1,146 @@
+"""How sure each parameter is: from coordinates of the search to parameters, with a spread that simulation confirms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.gap.evidence import model_features
+from evenspin.gap.hypotheses import Hypothesis
+from evenspin.gap.knowledge import known
+from evenspin.gap.search import Model, Search
+from evenspin.gap.tolerance import SIGMA, unit_of
+
+Array = NDArray[np.float64]
+STEP = 0.35  # of a coordinate's probe
+UNITS = 10  # sound units with the same effects, simulated
+LEAST_INFLATION = 1.0
+Z95 = 1.96
+PHASES = ("phase_rad", "phase2_rad", "angle_el_rad")
+VECTORS = {"current_offset": ("offset_a_a", "offset_b_a"), "current_gain": ("gain_a", "gain_b")}
+SECONDARY = ("second_rel", "phase2_rad")  # may be nothing at all without harm
+FACTORS = ("factor", "gain_a", "gain_b")
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    effect: str
+    parameter: str
+    value: float
+    half: float  # of the 95 % interval
+
+    def as_json(self) -> dict[str, float]:
+        return {"value": self.value, "low": self.value - self.half, "high": self.value + self.half}
+
+
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    parameters: tuple[Interval, ...]
+    inflation: float  # of the standard deviations of the fit, from simulated units
+
+    def of(self, effect: str) -> tuple[Interval, ...]:
+        return tuple(interval for interval in self.parameters if interval.effect == effect)
+
+    def warnings(self) -> list[str]:
+        """Parameters that this log does not tell."""
+        said = []
+        for effect in dict.fromkeys(interval.effect for interval in self.parameters):
+            mine = self.of(effect)
+            for interval in mine:
+                if interval.half > _size(interval, mine) and interval.parameter not in SECONDARY:
+                    said.append(
+                        f"{effect}.{interval.parameter} = {interval.value:.3g} +- {interval.half:.2g} (95 %): "
+                        "not identifiable from this log"
+                    )
+        return said
+
+
+def intervals(search: Search, model: Model) -> Intervals:
+    """95 % intervals of the vocabulary's parameters of every effect in the model.
+
+    Features repeat one another, so that the covariance of the fit is too small. Sound units with the same effects are
+    simulated and fitted linearly; their scatter over the covariance is the factor that all intervals are widened by.
+    """
+    if not model.z:
+        return Intervals((), 1.0)
+    columns = _columns(search, model)
+    left = search.forward.measured - model.features
+    covariance = search.judge.fit(left, search.nuisance, columns).covariance
+    inflation = _inflation(search, model, columns, covariance)
+    found: list[Interval] = []
+    at = 0
+    for name, z in model.z.items():
+        size = len(z)
+        part = covariance[at : at + size, at : at + size] * inflation**2
+        at += size
+        found += _of_effect(search.library[name], z, part)
+    return Intervals(tuple(found), inflation)
+
+
+def _columns(search: Search, model: Model) -> Array:
+    """Change of the features per unit of each coordinate."""
+    units, steps = [], []
+    for name, z in model.z.items():
+        for i, coordinate in enumerate(search.library[name].coordinates):
+            h = STEP * coordinate.probe * (-1.0 if z[i] + STEP * coordinate.probe > coordinate.high else 1.0)
+            moved = z.copy()
+            moved[i] += h
+            units.append(search.effects({**model.z, name: moved}))
+            steps.append(h)
+    runs = model_features(search.forward, units, 1)
+    return np.stack([(f[0] - model.probe) / h for f, h in zip(runs, steps, strict=True)], axis=1)
+
+
+def _inflation(search: Search, model: Model, columns: Array, covariance: Array) -> float:
+    random = np.random.default_rng(31)
+    deltas = random.normal(0.0, SIGMA, (UNITS, len(SIGMA)))
+    effects = search.effects(model.z)
+    units = [unit_of(effects, delta, 8000 + i, float(random.random())) for i, delta in enumerate(deltas)]
+    scatter = []
+    for run in search.forward.many(units):
+        amount = search.judge.fit(run - model.features, search.nuisance, columns).amount
+        scatter.append(amount**2 / np.diag(covariance))
+    return max(LEAST_INFLATION, math.sqrt(float(np.mean(np.minimum(scatter, 1e4)))))
+
+
+def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
+    told = known(h.name).parameters
+    values = told_parameters(h.name, h.to_params(z))
+    jacobian = np.array([_slope(h.to_params, z, i, h.coordinates[i].probe, told) for i in range(len(z))])
+    variance = np.einsum("ip,ij,jp->p", jacobian, covariance, jacobian)
+    halves = dict(zip(told, Z95 * np.sqrt(np.maximum(variance, 0.0)), strict=True))
+    return [Interval(h.name, key, value, float(halves[key])) for key, value in values.items()]
+
+
+def _slope(
+    to_params: Callable[[Array], Mapping[str, float]], z: Array, i: int, probe: float, told: tuple[str, ...]
+) -> list[float]:
+    h = 1e-4 * probe
+    ahead, behind = z.copy(), z.copy()
+    ahead[i] += h
+    behind[i] -= h
+    high, low = to_params(ahead), to_params(behind)
+    return [_difference(key, high[key], low[key]) / (2.0 * h) for key in told]
+
+
+def _difference(key: str, a: float, b: float) -> float:
+    return math.remainder(a - b, math.tau) if key in PHASES else 0.0 if key == "sign" else a - b
+
+
+def _size(interval: Interval, all_of_effect: tuple[Interval, ...]) -> float:
+    """What an interval has to be narrower than to tell anything."""
+    if interval.parameter in PHASES:
+        return 1.0 if interval.parameter != "angle_el_rad" else abs(interval.value)
+    together = VECTORS.get(interval.effect, (interval.parameter,))
+    off = 1.0 if interval.parameter in FACTORS else 0.0
+    return max(abs(other.value - off) for other in all_of_effect if other.parameter in together)
+
+
+def told_parameters(effect: str, params: Mapping[str, Any]) -> dict[str, float]:
+    """Only what the vocabulary has a name for."""
+    return {key: float(params[key]) for key in known(effect).parameters if key in params}

@@ -1,0 +1,70 @@
+"""What is known about the effects beside their equations: knowledge.toml."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evenspin.gap.features import slot_order
+from evenspin.native import tables
+
+FILE = Path(__file__).with_name("knowledge.toml")
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """An effect for people."""
+
+    name: str
+    parameters: tuple[str, ...]  # that a verdict tells
+    signature: str
+    experiment: str
+    confused_with: tuple[str, ...]
+    separator: str
+
+
+@dataclass(frozen=True, slots=True)
+class Blind:
+    """Effects that a missing experiment leaves inseparable."""
+
+    experiment: str
+    effects: tuple[str, ...]
+    says: str
+
+    def __str__(self) -> str:
+        return f"without {self.experiment}, {' and '.join(self.effects)} cannot be told apart: {self.says}"
+
+
+@functools.cache
+def _content() -> Mapping[str, Any]:
+    return tomllib.loads(FILE.read_text(encoding="utf-8"))
+
+
+@functools.cache
+def known(name: str) -> Known:
+    """An effect that nobody described here tells all of its parameters, and its signature from the table."""
+    entry = _content()["effects"].get(name)
+    if entry is None:
+        effect = tables().effects[name]
+        return Known(name, tuple(effect.params), effect.signature, "any", (), "")
+    return Known(name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()})
+
+
+def vocabulary() -> tuple[str, ...]:
+    return tuple(_content()["effects"])
+
+
+def blind_spots(experiments: Iterable[str], motor: Mapping[str, Any]) -> list[Blind]:
+    """What these experiments cannot separate in this machine."""
+    there = set(experiments)
+    p, slots = int(motor["pole_pairs"]), int(motor.get("slots", 0) or 0)
+    same_order = slots > 0 and slot_order(p, slots) == 6 * p
+    return [
+        Blind(entry["experiment"], tuple(entry["effects"]), entry["says"])
+        for entry in _content()["missing"]
+        if entry["experiment"] not in there and (same_order or not entry.get("same_order", False))
+    ]

@@ -1,0 +1,96 @@
+"""What can be mended in a record, mended and said: rows that are not numbers, times that repeat, short gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.log.columns import LOG_COLUMNS
+from evenspin.sim.record import Record
+
+HELD = ("speed_ref_rad_s", "id_ref_a", "iq_ref_a")  # what is commanded stays until it changes
+ANGLE, LOAD = "theta_m_rad", "load_torque_nm"
+BAD_SHARE = 0.02  # of the values of a column that may be filled in
+GAP_ROWS = 5  # a gap of so many rows is bridged; at a longer one the record ends
+TURN = 2.0 * np.pi
+
+Array = NDArray[np.float64]
+
+
+def repaired(record: Record, said: list[str], name: str) -> Record | None:
+    """The record without what is wrong with it; None where too much is. What was done is added to `said`."""
+    values = record.values.copy()
+    time = LOG_COLUMNS.index("t_s")
+    values = _forward_only(values, time, said, name)
+    if len(values) < 2:
+        return Record(record.names, record.units, values)
+    values = _bridged(values, time, said, name)
+    for i, column in enumerate(record.names):
+        bad = ~np.isfinite(values[:, i])
+        count = int(np.count_nonzero(bad))
+        if count == 0 or (column == LOAD and count == len(values)):
+            continue
+        if count > BAD_SHARE * len(values):
+            said.append(f"{name}: {count} of {len(values)} values of {column} are not numbers: the record is left out")
+            return None
+        values[:, i] = _filled(values[:, i], bad, column)
+        said.append(f"{name}: {count} values of {column} are not numbers: {_how(column)}")
+    return Record(record.names, record.units, values)
+
+
+def _forward_only(values: Array, time: int, said: list[str], name: str) -> Array:
+    t_s = values[:, time]
+    t_s = np.where(np.isfinite(t_s), t_s, -np.inf)
+    later = t_s > np.concatenate(([-np.inf], np.maximum.accumulate(t_s)[:-1]))
+    dropped = int(np.count_nonzero(~later))
+    if dropped:
+        said.append(f"{name}: {dropped} rows whose time repeats, goes back or is not a number: left out")
+    return values[later]
+
+
+def _bridged(values: Array, time: int, said: list[str], name: str) -> Array:
+    """Rows at an even period; the record ends where too many are missing."""
+    steps = np.diff(values[:, time])
+    period = float(np.median(steps))
+    missing = np.round(steps / period).astype(int) - 1
+    long = np.flatnonzero(missing > GAP_ROWS)
+    if len(long):
+        end = int(long[0]) + 1
+        said.append(
+            f"{name}: {missing[end - 1]} rows are missing at t = {values[end - 1, time]:.4g} s: "
+            f"only the {end} rows before that are used"
+        )
+        values, missing = values[:end], missing[: end - 1]
+    short = int(np.sum(missing[missing > 0]))
+    if short == 0:
+        return values
+    said.append(f"{name}: {short} rows are missing in short gaps: straight lines between their neighbours")
+    at = np.concatenate(([0], np.cumsum(missing + 1)))
+    rows = np.arange(at[-1] + 1)
+    out = np.column_stack([_spread(rows, at, values[:, i], column) for i, column in enumerate(LOG_COLUMNS)])
+    out[at] = values
+    return out
+
+
+def _spread(rows: Array, at: Array, column: Array, name: str) -> Array:
+    if name in HELD:
+        return column[np.searchsorted(at, rows, side="right") - 1]
+    if name == ANGLE:
+        return np.interp(rows, at, np.unwrap(column)) % TURN
+    return np.interp(rows, at, column)
+
+
+def _filled(column: Array, bad: NDArray[np.bool_], name: str) -> Array:
+    good = np.flatnonzero(~bad)
+    rows = np.arange(len(column), dtype=np.float64)
+    return _spread(rows, good.astype(np.float64), column[good], name) if name != ANGLE else _angle(rows, good, column)
+
+
+def _angle(rows: Array, good: NDArray[np.int64], column: Array) -> Array:
+    out = np.interp(rows, good, np.unwrap(column[good])) % TURN
+    out[good] = column[good]
+    return out
+
+
+def _how(column: str) -> str:
+    return "the value before is held" if column in HELD else "straight lines between their neighbours"

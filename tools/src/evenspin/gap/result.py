@@ -1,0 +1,179 @@
+"""Everything that is known about a case after its investigation; what is written and drawn is made from this alone."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.compare import RecordGap, Unit
+from evenspin.gap.intervals import Intervals, intervals
+from evenspin.gap.investigate import GAIN_MIN, Finding, Investigation, alternatives
+from evenspin.gap.knowledge import Blind, blind_spots, known
+from evenspin.gap.outcome import Outcome, Validation
+from evenspin.gap.search import Model
+from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.log.case import Case
+
+Array = NDArray[np.float64]
+Effects = Mapping[str, Mapping[str, float]]
+TOLERATED = 3.0  # standard deviations: a unit beyond is worth a warning
+NO_EFFECT: Mapping[str, Mapping[str, float]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """The model after so many effects."""
+
+    names: tuple[str, ...]
+    effects: Effects
+    delta: Array
+    outcome: Outcome
+    cost: float
+
+
+@dataclass(frozen=True, slots=True)
+class CaseResult:
+    case: Case
+    name: str
+    finding: Finding
+    effects: Effects  # that are named, with all their parameters
+    delta: Array  # deviations of the unit
+    unit: Unit  # both together: what model.toml holds
+    before: Outcome
+    after: Outcome
+    floor: tuple[RecordGap, ...]
+    nearest: Outcome | None  # of an explanation that does not explain
+    steps: tuple[Step, ...]
+    intervals: Intervals
+    residual_before: Array  # in sigmas
+    residual_after: Array
+    other: tuple[tuple[tuple[str, ...], float], ...]  # explanations and their weights
+    blind: tuple[Blind, ...]
+    warnings: tuple[str, ...]
+    investigation: Investigation
+    seconds: float
+    confidence: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def verdict(self) -> tuple[str, ...]:
+        return ("unknown",) if self.finding.unknown else self.finding.named
+
+    @property
+    def closed(self) -> float:
+        """Share of the gap above the floor that is closed; nan where there is none to close."""
+        floor = floor_of(self.floor)
+        wide = self.before.gap - floor
+        return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
+
+    @property
+    def nearest_effects(self) -> Effects:
+        return self.investigation.search.effects(self.finding.model.z)
+
+
+def investigate(
+    case: Case,
+    workers: int | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    warnings: tuple[str, ...] = (),
+) -> CaseResult:
+    """Find, name, add, validate."""
+    started = time.monotonic()
+    say = progress or (lambda what, share: None)
+    investigation = Investigation(case, workers, lambda what, share: say(what, 0.9 * share))
+    try:
+        finding = investigation.run()
+        say("validating", 0.9)
+        return _result(case, investigation, finding, warnings, started)
+    finally:
+        investigation.forward.close()
+
+
+def _result(
+    case: Case, investigation: Investigation, finding: Finding, warnings: tuple[str, ...], started: float
+) -> CaseResult:
+    search, model = investigation.search, finding.model
+    effects = NO_EFFECT if finding.unknown else search.effects(model.z)
+    # where nothing known explains the log, what the fit did to the machine explains nothing either
+    delta = np.zeros(len(SIGMA)) if finding.unknown else model.delta
+    unit = unit_of(effects, delta)
+    validation = Validation(case)
+    before = validation.outcome(Unit())
+    after = before if finding.unknown else validation.outcome(unit)
+    nearest = validation.outcome(unit_of(search.effects(model.z), model.delta)) if finding.unknown else None
+    found = intervals(search, model)
+    other = tuple(alternatives(finding))
+    blind = tuple(blind_spots(case.experiments, case.meta["motor"]))
+    said = [*warnings, *(str(spot) for spot in blind), *found.warnings(), *_intolerant(delta)]
+    if not before.traces:
+        said.append("no validation record: the gap is not known, and nothing is validated")
+    elif not finding.unknown and effects and not after.gap < before.gap:
+        said.append("what was named does not make the gap on the validation records smaller: do not trust it")
+    return CaseResult(
+        case,
+        str(case.meta.get("case", case.path.name)),
+        finding,
+        effects,
+        delta,
+        unit,
+        before,
+        after,
+        validation.floor(unit),
+        nearest,
+        tuple(_step(investigation, validation, each) for each in finding.steps),
+        found,
+        investigation.search.nothing.residual,
+        model.residual,
+        other,
+        blind,
+        tuple(dict.fromkeys(said)),
+        investigation,
+        time.monotonic() - started,
+        confidence(finding, other),
+    )
+
+
+def _step(investigation: Investigation, validation: Validation, model: Model) -> Step:
+    effects = investigation.search.effects(model.z)
+    return Step(model.names, effects, model.delta, validation.outcome(unit_of(effects, model.delta)), model.cost)
+
+
+def _intolerant(delta: Array) -> list[str]:
+    return [
+        f"{t.name}: this unit is {abs(d) / t.sigma:.1f} standard deviations of the tolerance off its data sheet"
+        for t, d in zip(TOLERANCES, delta, strict=True)
+        if abs(d) > TOLERATED * t.sigma
+    ]
+
+
+def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...]) -> dict[str, float]:
+    """Weight of all explanations that have the name, times the chance that its gain is none."""
+    if finding.unknown:
+        beyond = finding.floor.excess(finding.model.cost) / max(finding.floor.sigma, 1.0)
+        return {"unknown": 1.0 - 0.5 * math.exp(-max(0.0, beyond) / 6.0)}
+    out = {}
+    for name in finding.named:
+        against = sum(weight for names, weight in other if name not in names)
+        gain = finding.weights.get(name, 0.0)
+        out[name] = (1.0 - against) * (1.0 - math.exp(-gain / GAIN_MIN))
+    return out
+
+
+def floor_of(records: tuple[RecordGap, ...]) -> float:
+    return float(np.sqrt(np.mean([record.gap**2 for record in records]))) if records else math.nan
+
+
+def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
+    """What else it may be, as far as these experiments can tell."""
+    partners = [p for spot in result.blind if name in spot.effects for p in spot.effects if p != name]
+    near = [n for names, weight in result.other if weight > 0.05 and name not in names for n in names]
+    return tuple(dict.fromkeys(n for n in (*partners, *near) if n not in result.finding.named))
+
+
+def separator(name: str) -> str:
+    entry = known(name)
+    return f"{entry.experiment}: {entry.separator}" if entry.separator else entry.experiment

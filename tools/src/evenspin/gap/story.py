@@ -1,0 +1,265 @@
+"""The report of a case as a story: where the gap is, what explains it, how much it shrinks, what is left."""
+
+from __future__ import annotations
+
+import math
+
+from evenspin.compare import GAP_SIGNALS
+from evenspin.compare.gap import GAP_UNITS
+from evenspin.gap.intervals import told_parameters
+from evenspin.gap.investigate import GAIN_MIN, LINE_RATIO
+from evenspin.gap.knowledge import known
+from evenspin.gap.pictures import (
+    left_pictures,
+    much_pictures,
+    new_effect,
+    tried_costs,
+    what_pictures,
+    where_pictures,
+)
+from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
+from evenspin.gap.verdict import because
+from evenspin.gap.where import Spot, ranked
+from evenspin.native import tables
+from evenspin.report.page import Chapter, Page
+from evenspin.tableview import TableView, number
+
+SPOTS = 12
+LINES = 8
+
+
+def page_of(result: CaseResult, command: str) -> Page:
+    motor = result.case.meta["motor"]
+    facts = [
+        (
+            "motor",
+            f"{motor['pole_pairs']:g} pole pairs, {motor['rated_torque_nm']:g} N m, {motor['rated_current_a']:g} A",
+        ),
+        ("experiments", ", ".join(result.case.experiments)),
+        ("work", f"{result.finding.simulations} simulations of the log in {result.seconds:.0f} s"),
+    ]
+    return Page(
+        title=f"Gap: {result.name}",
+        summary=" ".join(summary_of(result)),
+        facts=facts,
+        tables=[_notes(result)] if result.warnings else [],
+        pictures=[],
+        command=command,
+        chapters=[_where(result), _what(result), _how_much(result), _left(result)],
+    )
+
+
+def summary_of(result: CaseResult) -> list[str]:
+    """The story in a few sentences."""
+    finding = result.finding
+    if finding.unknown:
+        said = [
+            "Something is missing that no known effect explains: unknown.",
+            *(f"{_start(t)}." for t in because(result)),
+        ]
+    elif finding.named:
+        named = ", ".join(f"{name} ({_numbers(result, name)})" for name in finding.named)
+        said = [f"Missing in the model: {named}."]
+    else:
+        said = ["Nothing is missing: the nominal machine within its tolerance explains the log."]
+    if result.before.traces:
+        said.append(
+            f"Gap on validation records: {result.before.gap:.3f} before, {result.after.gap:.3f} after; noise alone "
+            f"makes {floor_of(result.floor):.3f}."
+        )
+    return said
+
+
+def tables_of(result: CaseResult) -> list[TableView]:
+    """For the terminal."""
+    tables = [_effects(result)] if result.finding.named else []
+    if result.before.traces:
+        tables.append(_gap_table(result))
+    return [*tables, _notes(result)] if result.warnings else tables
+
+
+def _where(result: CaseResult) -> Chapter:
+    spots = ranked(result.investigation.forward, result.residual_before, result.residual_after)[:SPOTS]
+    text = (
+        "The log is boiled down to features: mean, trend and angle orders of every steady stretch, short bins "
+        "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal machine, and the "
+        "difference is told in standard deviations of what sound units scatter. The validation records take no part."
+    )
+    return Chapter("Where is the gap?", text, [_spots(spots), *where_pictures(result)])
+
+
+def _spots(spots: list[Spot]) -> TableView:
+    rows = [
+        (s.record, s.signal, s.what, s.strongest or "-", f"{100.0 * s.share:.1f}", number(s.before), number(s.after))
+        for s in spots
+    ]
+    header = ("record", "signal", "what", "strongest at", "share of excess %", "before sigma", "after sigma")
+    return TableView("Ranked by share of the excess", "sigma: rms residual; 1 is noise.", header, rows, left=4)
+
+
+def _what(result: CaseResult) -> Chapter:
+    if result.finding.unknown:
+        text = (
+            "No effect is named, because the best explanation leaves more than noise. The names below are what was "
+            "tried; none of them is added to the model."
+        )
+    elif result.finding.named:
+        text = "One effect at a time, each refined with the simulation in the loop, then all together."
+    else:
+        text = (
+            "No effect earns a place: none explains a share of the residual and is larger than the tolerance at once."
+        )
+    parts = [_effects(result)] if result.finding.named else []
+    return Chapter("What explains it?", text, [*parts, _candidates(result), *what_pictures(result), _weighed(result)])
+
+
+def _effects(result: CaseResult) -> TableView:
+    rows = []
+    library = result.investigation.library
+    for name in result.finding.named:
+        z = result.finding.model.z[name]
+        also = inseparable(result, name)
+        rows.append(
+            (
+                name,
+                _numbers(result, name),
+                ", ".join(also) or "nothing",
+                f"{result.confidence[name]:.3f}",
+                f"{result.finding.weights.get(name, math.nan):.0f}",
+                f"{library[name].magnitude(z):.1f}",
+            )
+        )
+    text = (
+        f"cost: what the residual grows by without the effect ({GAIN_MIN:g} is the least that counts). size: in units of "
+        "the largest deviation that tolerance and format call no effect. Intervals are 95 %."
+    )
+    header = ("effect", "parameters", "may also be", "confidence", "cost", "size")
+    return TableView("Named, strongest first", text, header, rows, left=3)
+
+
+def _candidates(result: CaseResult) -> TableView:
+    """For and against each explanation that was tried."""
+    names, costs = tried_costs(result)
+    finding = result.finding
+    weights = {frozenset(names): weight for names, weight in result.other}
+    chosen = frozenset(finding.model.names)
+    rows, marks = [], []
+    for words, cost in zip(names, costs, strict=True):
+        key = frozenset(words.split(" + ")) - {"nothing"}
+        excess = finding.floor.excess(cost)
+        if key == chosen:
+            why = "does not explain the log" if finding.unknown else "chosen" if key else "enough"
+        elif key > chosen and not finding.unknown:
+            why = "its addition does not earn a place: too little gain, or within tolerance"
+        else:
+            why = f"leaves {cost - finding.model.cost:.0f} more"
+        rows.append((words, why, f"{cost:.0f}", f"{excess:.0f}", number(weights.get(key))))
+        marks.append(("bad" if finding.unknown else "good") if key == chosen else "")
+    text = (
+        f"Sound units have a cost of {finding.floor.mean:.0f} +- {finding.floor.sigma:.0f} (from simulation); what is "
+        "beyond is evidence against. weight: how likely beside the chosen one."
+    )
+    header = ("explanation", "for or against", "cost", "beyond noise", "weight")
+    return TableView("Candidates", text, header, rows, marks, left=2)
+
+
+def _weighed(result: CaseResult) -> TableView:
+    """What each effect in question shows, and what would separate it from its neighbours."""
+    names = list(result.finding.model.names)
+    for other, _ in result.other[:3]:
+        names += [name for name in other if name not in names]
+    names += [n for name in result.finding.named for n in known(name).confused_with if n not in names]
+    rows = [
+        (name, known(name).signature, ", ".join(known(name).confused_with) or "-", separator(name))
+        for name in dict.fromkeys(names)
+        if name in tables().effects
+    ]
+    header = ("effect", "shows as", "confused with", "experiment that separates them, and how")
+    return TableView("What would separate them", "The effects in question and their neighbours.", header, rows, left=4)
+
+
+def _how_much(result: CaseResult) -> Chapter:
+    if not result.before.traces:
+        return Chapter("How much does it shrink?", "There is no validation record: this is not known.")
+    closed = f"{100.0 * result.closed:.0f} % of what is above the noise floor is closed." if _open(result) else ""
+    text = f"On the validation records the gap goes from {result.before.gap:.3f} to {result.after.gap:.3f}. {closed}"
+    return Chapter("How much does it shrink?", text, [_gap_table(result), _steps(result), *much_pictures(result)])
+
+
+def _open(result: CaseResult) -> bool:
+    return not result.finding.unknown and result.before.gap > 1.05 * floor_of(result.floor)
+
+
+def _gap_table(result: CaseResult) -> TableView:
+    header = ("record", "", *(f"{s} [{u}]" for s, u in zip(GAP_SIGNALS, GAP_UNITS, strict=True)), "gap")
+    rows = []
+    for before, after, floor in zip(result.before.records, result.after.records, result.floor, strict=True):
+        for name, gap in (("before", before), ("after", after), ("noise floor", floor)):
+            rows.append((gap.record, name, *(f"{gap.rms[s]:.4f}" for s in GAP_SIGNALS), f"{gap.gap:.4f}"))
+    text = "rms of simulation less log. Noise floor: the found machine against its own noisy log."
+    return TableView("Gap on validation records", text, header, rows)
+
+
+def _steps(result: CaseResult) -> TableView:
+    rows = [("nominal machine", f"{result.finding.before:.0f}", f"{result.before.gap:.4f}")]
+    for i, step in enumerate(result.steps):
+        what = "its deviations within tolerance" if i == 0 else f"+ {new_effect(result, i)}"
+        rows.append((what, f"{step.cost:.0f}", f"{step.outcome.gap:.4f}"))
+    text = "One effect at a time. cost: of the fit records, with today's noise level; gap: of the validation records."
+    return TableView("Step by step", text, ("model", "cost", "gap"), rows, left=1)
+
+
+def _left(result: CaseResult) -> Chapter:
+    finding = result.finding
+    noise = (
+        f"The residual costs {finding.model.cost:.0f}; simulated sound units have {finding.floor.mean:.0f} +- "
+        f"{finding.floor.sigma:.0f}."
+    )
+    text = (
+        f"More than noise. {noise} {' '.join(_start(t) + '.' for t in because(result))}"
+        if finding.unknown
+        else f"{noise} That is noise: nothing significant is left."
+    )
+    loud = [line for line in finding.lines if line.ratio > LINE_RATIO][:LINES]
+    parts = [_lines(result)] if loud else []
+    return Chapter("What is left?", text, [*left_pictures(result), *parts])
+
+
+def _lines(result: CaseResult) -> TableView:
+    rows = [
+        (
+            line.record,
+            line.signal,
+            f"{line.speed_rad_s * 30.0 / math.pi:.0f}",
+            f"{line.hz:.1f}",
+            number(line.order),
+            number(line.amplitude),
+            number(line.ratio),
+        )
+        for line in result.finding.lines
+        if line.ratio > LINE_RATIO
+    ][:LINES]
+    header = ("record", "signal", "rpm", "Hz", "order", "amplitude", "power over noise")
+    text = "Spectral lines of steady running that the model has not. The same Hz at several speeds: not tied to angle."
+    return TableView("Lines left over", text, header, rows)
+
+
+def _notes(result: CaseResult) -> TableView:
+    rows = [(text,) for text in result.warnings]
+    return TableView("What to know", "Repairs, limits and warnings.", ("",), rows, left=1)
+
+
+def _numbers(result: CaseResult, name: str) -> str:
+    """Parameters with units and the half of their 95 % intervals."""
+    halves = {interval.parameter: interval.half for interval in result.intervals.of(name)}
+    fields = tables().effects[name].params
+    said = []
+    for key, value in told_parameters(name, result.effects[name]).items():
+        unit = fields[key].unit if key in fields else ""
+        half = f" +- {halves[key]:.2g}" if halves.get(key) else ""
+        said.append(f"{key} = {value:.4g}{half}{' ' + unit if unit else ''}")
+    return ", ".join(said)
+
+
+def _start(text: str) -> str:
+    return text[:1].upper() + text[1:]

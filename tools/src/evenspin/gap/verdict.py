@@ -1,0 +1,128 @@
+"""verdict.json: the result format of docs/log-format.md, and beside it all that a reader may want to know."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from evenspin.compare import RecordGap
+from evenspin.gap.intervals import told_parameters
+from evenspin.gap.investigate import LINE_RATIO
+from evenspin.gap.result import CaseResult, floor_of, inseparable
+from evenspin.gap.tolerance import TOLERANCES
+
+VERDICT = "verdict.json"
+
+
+def verdict_json(result: CaseResult) -> dict[str, Any]:
+    finding = result.finding
+    return {
+        "case": result.name,
+        "verdict": list(result.verdict),
+        "parameters": {name: told_parameters(name, result.effects[name]) for name in finding.named},
+        "confidence": {name: round(value, 4) for name, value in result.confidence.items()},
+        "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
+        "gap_before": real(result.before.gap),
+        "gap_after": real(result.after.gap),
+        "gap_floor": real(floor_of(result.floor)),
+        "gap_closed": real(result.closed),
+        "gap_records": _records(result),
+        "intervals": _intervals(result),
+        "intervals_note": (
+            "95 %; standard deviations of the fit times "
+            f"{result.intervals.inflation:.2f}, the factor by which simulated sound units scatter more"
+        ),
+        "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
+        "warnings": list(result.warnings),
+        "left": left_json(result),
+        "details": _details(result),
+    }
+
+
+def left_json(result: CaseResult) -> dict[str, Any]:
+    """What the model does not explain, and whether that is noise."""
+    finding = result.finding
+    floor = finding.floor
+    return {
+        "is_noise": not finding.unknown,
+        "cost": finding.model.cost,
+        "cost_of_sound_units": {"mean": floor.mean, "sigma": floor.sigma},
+        "because": because(result),
+        "lines": [
+            {
+                "record": line.record,
+                "signal": line.signal,
+                "speed_rad_s": line.speed_rad_s,
+                "hz": line.hz,
+                "order": real(line.order),
+                "amplitude": line.amplitude,
+                "power_over_noise": line.ratio,
+            }
+            for line in finding.lines
+            if line.ratio > LINE_RATIO
+        ],
+    }
+
+
+def because(result: CaseResult) -> list[str]:
+    """Why it is unknown; empty where it is not."""
+    finding = result.finding
+    if not finding.unknown:
+        return []
+    said = []
+    if finding.floor.is_significant(finding.model.cost):
+        said.append(
+            f"the best explanation leaves a cost of {finding.model.cost:.0f}; sound units have "
+            f"{finding.floor.mean:.0f} +- {finding.floor.sigma:.0f}"
+        )
+    loud = [line for line in finding.lines if line.ratio > LINE_RATIO]
+    if loud:
+        hz = sorted({round(line.hz) for line in loud})
+        said.append(f"{len(loud)} spectral lines that no known order takes up, at {', '.join(map(str, hz[:8]))} Hz")
+    return said
+
+
+def _details(result: CaseResult) -> dict[str, Any]:
+    finding = result.finding
+    details: dict[str, Any] = {
+        "effects": {name: dict(params) for name, params in result.effects.items()},
+        "cost_each_takes_away": {name: float(gain) for name, gain in finding.weights.items()},
+        "cost_before": finding.before,
+        "tolerance": {
+            t.name: {"deviation": float(d), "sigma": t.sigma} for t, d in zip(TOLERANCES, result.delta, strict=True)
+        },
+        "steps": [
+            {"effects": list(step.names), "cost": step.cost, "gap": real(step.outcome.gap)} for step in result.steps
+        ],
+        "experiments": list(result.case.experiments),
+        "simulations": finding.simulations,
+        "seconds": round(result.seconds, 1),
+    }
+    if result.nearest is not None and finding.model.z:
+        details["nearest"] = {
+            "note": "the known effects that come nearest; they do not explain the log and were not added",
+            "effects": {name: dict(params) for name, params in result.nearest_effects.items()},
+            "gap": real(result.nearest.gap),
+        }
+    return details
+
+
+def _records(result: CaseResult) -> dict[str, Any]:
+    def told(records: Sequence[RecordGap]) -> dict[str, dict[str, Any]]:
+        return {r.record: {"gap": r.gap, "rms": dict(r.rms)} for r in records}
+
+    before, after, floor = told(result.before.records), told(result.after.records), told(result.floor)
+    return {name: {"before": before[name], "after": after[name], "floor": floor[name]} for name in before}
+
+
+def _intervals(result: CaseResult) -> dict[str, Any]:
+    return {
+        name: {interval.parameter: interval.as_json() for interval in result.intervals.of(name)}
+        for name in result.finding.named
+    }
+
+
+def real(value: float) -> float | None:
+    """JSON has no not-a-number."""
+    return float(value) if math.isfinite(value) else None

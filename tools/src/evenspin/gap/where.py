@@ -1,0 +1,159 @@
+"""Where the gap is: residuals of the fit records by signal, speed, load, angle order, transient; before and after."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.gap.evidence import SOFT
+from evenspin.gap.features import SIGNALS, Label
+from evenspin.gap.forward import Forward
+from evenspin.gap.layout import Layout, Stretch
+
+RPM = math.pi / 30.0
+WORDS = {
+    "mean": "mean level",
+    "trend": "trend within a level",
+    "curve": "curve within a level",
+    "order": "angle order",
+    "step": "after a step",
+    "ramp": "along a ramp",
+    "coast": "coasting down",
+}
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What a feature is about."""
+
+    record: str
+    signal: str
+    kind: str
+    order: float  # nan: none
+    stretch: Stretch | None
+
+    @property
+    def what(self) -> str:
+        return f"order {self.order:g}" if self.kind == "order" else WORDS[self.kind]
+
+    @property
+    def level(self) -> str:
+        """Speed level, in rpm; coasting and transients have none."""
+        if self.stretch is None or self.stretch.coasting:
+            return ""
+        return f"{self.stretch.speed_rad_s / RPM:.0f} rpm"
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A line of the ranked table."""
+
+    record: str
+    signal: str
+    what: str
+    strongest: str  # speed or load at which it is largest
+    share: float  # of the excess of all
+    before: float  # rms residual, sigmas
+    after: float
+
+
+@dataclass(frozen=True, slots=True)
+class HeatMap:
+    """rms residual in sigmas: signals by columns; nan where there is no feature."""
+
+    blocks: tuple[tuple[str, tuple[str, ...]], ...]  # title and its columns
+    before: Array
+    after: Array
+
+
+def places(forward: Forward) -> list[Place]:
+    """Of every feature, in the order of the labels."""
+    layouts = {features.layout.record: features.layout for features in forward.sets}
+    return [_place(label, layouts[label[0]]) for label in forward.labels]
+
+
+def _place(label: Label, layout: Layout) -> Place:
+    record, signal, kind, detail = label
+    where, _, name = detail.partition(":")
+    stretch = None
+    if where.startswith(("steady", "coast")) and not name.isdigit():
+        stretch = layout.steady[int(where.removeprefix("steady").removeprefix("coast"))]
+    order = float(name.removeprefix("cos").removeprefix("sin")) if kind == "order" else math.nan
+    return Place(record, signal, kind, order, stretch)
+
+
+def ranked(forward: Forward, before: Array, after: Array) -> list[Spot]:
+    """Largest share of the excess first. `before`, `after`: residuals in sigmas."""
+    groups: dict[tuple[str, str, str], list[int]] = defaultdict(list)
+    where = places(forward)
+    for i, place in enumerate(where):
+        groups[(place.record, place.signal, place.what)].append(i)
+    excess = {key: _excess(before[rows]) for key, rows in groups.items()}
+    total = sum(excess.values()) or 1.0
+    spots = [
+        Spot(*key, _strongest(rows, where, before), excess[key] / total, _rms(before[rows]), _rms(after[rows]))
+        for key, rows in groups.items()
+    ]
+    return sorted(spots, key=lambda spot: -spot.share)
+
+
+def heat_map(forward: Forward, before: Array, after: Array) -> HeatMap:
+    """By record, by speed level (steady running), by angle order, by kind of transient."""
+    where = places(forward)
+    records = tuple(dict.fromkeys(p.record for p in where))
+    levels = sorted({p.stretch.speed_rad_s for p in where if p.stretch and not p.stretch.coasting})
+    names = tuple(dict.fromkeys(f"{w / RPM:.0f} rpm" for w in levels))
+    orders = tuple(f"order {k:g}" for k in sorted({p.order for p in where if p.kind == "order"}))
+    kinds = tuple(WORDS[k] for k in ("step", "ramp", "coast") if any(p.kind == k for p in where))
+    blocks = (("record", records), ("steady speed", names), ("angle", orders), ("transient", kinds))
+    columns: dict[tuple[str, str, str], list[int]] = defaultdict(list)
+    for i, place in enumerate(where):
+        columns[("record", place.record, place.signal)].append(i)
+        columns[("steady speed", place.level, place.signal)].append(i)
+        columns[("angle" if place.kind == "order" else "transient", place.what, place.signal)].append(i)
+    blocks = tuple((title, names) for title, names in blocks if names)
+    keys = [(title, name) for title, names in blocks for name in names]
+    shape = (len(SIGNALS), len(keys))
+    maps = [np.full(shape, np.nan), np.full(shape, np.nan)]
+    for row, signal in enumerate(SIGNALS):
+        for column, key in enumerate(keys):
+            rows = columns.get((*key, signal))
+            if rows:
+                maps[0][row, column], maps[1][row, column] = _rms(before[rows]), _rms(after[rows])
+    return HeatMap(blocks, maps[0], maps[1])
+
+
+def excess_by_record(labels: Sequence[Label], residual: Array) -> dict[str, float]:
+    groups: dict[str, list[int]] = defaultdict(list)
+    for i, label in enumerate(labels):
+        groups[label[0]].append(i)
+    return {record: _excess(residual[rows]) for record, rows in groups.items()}
+
+
+def _excess(residual: Array) -> float:
+    """Robust cost over what noise of one sigma would have; never negative."""
+    cost = float(np.sum(SOFT**2 * np.log1p((residual / SOFT) ** 2)))
+    return max(0.0, cost - len(residual))
+
+
+def _rms(residual: Array) -> float:
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def _strongest(rows: Iterable[int], where: Sequence[Place], residual: Array) -> str:
+    """At which speed and load; nothing where the group has none."""
+    by_level: dict[str, list[float]] = defaultdict(list)
+    for i in rows:
+        stretch = where[i].stretch
+        if stretch is not None:
+            load = f", {stretch.load_nm:.2g} N m" if abs(stretch.load_nm) > 1e-3 else ""
+            coasting = "coasting at " if stretch.coasting else ""
+            by_level[f"{coasting}{stretch.speed_rad_s / RPM:.0f} rpm{load}"].append(float(residual[i] ** 2))
+    return max(by_level, key=lambda level: float(np.mean(by_level[level])), default="")
