@@ -1,0 +1,1 @@
+"""Where simulation and measured data disagree, and why."""
