@@ -62,7 +62,7 @@ def declarations(header: str) -> str:
 
 
 def library_folder(header: str) -> Path:
-    """evenspin/_lib, where this header lies. An editable installation keeps it in site-packages, away from the Python sources."""
+    """evenspin/_lib, with this header in it; an editable installation keeps it in site-packages."""
     import evenspin
 
     candidates = [Path(entry) / "_lib" for entry in evenspin.__path__] + _installed_folders()

@@ -4,7 +4,8 @@
         "outside": [the same],                        what no name of the vocabulary explains
         "kind", "size", "inverter", "unit",           how the case was drawn
         "gap_alone": {name: gap that it opens},       noise-free, on the validation records
-        "gap_nominal": ..., "gap_floor": ...}}        of the log: nominal model, and the unit itself without noise
+        "gap_nominal", "gap_named", "gap_floor"}}     of the log: to the nominal model, to that with the true effects, and
+                                                      to the unit itself without noise
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ class Truth:
     unit: Mapping[str, float] = field(default_factory=dict)
     gap_alone: Mapping[str, float] = field(default_factory=dict)
     gap_nominal: float = float("nan")
+    gap_named: float = float("nan")
     gap_floor: float = float("nan")
 
     @property
