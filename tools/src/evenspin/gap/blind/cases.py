@@ -57,7 +57,7 @@ def plan_cases(counts: Mapping[str, int], seed: int, names: Sequence[str] = ()) 
     """So many cases of each kind. Effects and sizes take turns, so that all of them come up equally often."""
     rng = np.random.default_rng([seed, 0])
     within = [name for name in EFFECTS if not names or name in names]
-    outside = [name for name in OUTSIDE if not names or name in names] or list(OUTSIDE)
+    outside = [name for name in OUTSIDE if not names or name in names]
     drafts: list[tuple[str, int, tuple[str, ...]]] = []
     turn = {"single": _turns(rng, within), "outside": _turns(rng, outside)}
     for kind in KINDS:

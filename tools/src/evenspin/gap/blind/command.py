@@ -43,8 +43,7 @@ def make(
 
     names = _names(effects)
     counts = _counts(kind, count)
-    if counts.get("pair") and len(names) == 1:
-        raise InputError("--effects", "names", effects, "two or more for pairs", "name another effect")
+    _check_choice(effects, names, counts)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError("--out", "folder", str(out), "new or empty", "choose another folder")
     truth_file = truth or out.absolute().parent / f"{out.name}_truth.json"
@@ -107,6 +106,23 @@ def _names(effects: str) -> list[str]:
         if name not in known:
             raise InputError("--effects", "name", name, "an effect", did_you_mean(name, known))
     return names
+
+
+def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> None:
+    """Refuse a choice of names from which the wanted kinds cannot be drawn."""
+    from evenspin.errors import InputError
+    from evenspin.gap.blind.vocabulary import EFFECTS, EXCLUSIVE, OUTSIDE
+
+    if not names:
+        return
+    within = {name for name in names if name in EFFECTS}
+    hint = "name others, or leave --effects out"
+    if counts.get("single") and not within:
+        raise InputError("--effects", "names", effects, "of the vocabulary for singles", hint)
+    if counts.get("outside") and not any(name in OUTSIDE for name in names):
+        raise InputError("--effects", "names", effects, "outside of the vocabulary for that kind", hint)
+    if counts.get("pair") and (len(within) < 2 or within in EXCLUSIVE):
+        raise InputError("--effects", "names", effects, "two or more that go together for pairs", hint)
 
 
 def _counts(kind: str, count: int | None) -> dict[str, int]:

@@ -4,8 +4,8 @@
         "outside": [the same],                        what no name of the vocabulary explains
         "kind", "size", "inverter", "unit",           how the case was drawn
         "gap_alone": {name: gap that it opens},       noise-free, on the validation records
-        "gap_nominal", "gap_named", "gap_floor"}}     of the log: to the nominal model, to that with the true effects, and
-                                                      to the unit itself without noise
+        "gap_nominal", "gap_named", "gap_floor"}}     of the log: to the nominal model, to that with the true effects,
+                                                      and to the unit itself without noise
 """
 
 from __future__ import annotations
