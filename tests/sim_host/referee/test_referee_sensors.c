@@ -70,6 +70,18 @@ void test_referee_sensors_currents_have_gain_offset_and_steps(void)
     TEST_ASSERT_EQUAL_DOUBLE(-0.5, sample.ib_a);
 }
 
+void test_referee_sensors_cubic_error_is_that_of_the_reading_at_rated_current(void)
+{
+    p.motor_rated_current_a = 4.0;
+    p.sensor_cubic_error_rel = -0.1;
+    referee_machine_init(&machine, &p);
+    machine.i_filtered_a = (referee_vector_t){2.0, 0.0};
+
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.0 * (1.0 - (0.1 / 4.0)), referee_sensors_sample(&machine, &noise).ia_a);
+    machine.i_filtered_a.x = -4.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -4.0 * 0.9, referee_sensors_sample(&machine, &noise).ia_a);
+}
+
 void test_referee_noise_has_mean_0_and_deviation_1(void)
 {
     double    sum = 0.0;
