@@ -111,18 +111,39 @@ static void move(referee_machine_t *self, double h_s, double load_torque_nm, dou
     double torque_nm = self->torque_nm - braking_torque(self, self->theta_rad, t_s);
     torque_nm -= p->fan_load_torque_nm_s2 * speed * fabs(speed);
     const double load_nm = load_torque_nm + p->load_torque_torque_nm;
+    double       viscous_nms = p->motor_viscous_nms;
 
     if (self->load_inertia_kgm2 > 0.0) {
         const double shaft_nm
             = shaft_torque(self, self->theta_rad - self->load_theta_rad, speed - self->load_speed_rad_s);
         torque_nm -= shaft_nm;
-        self->load_speed_rad_s += (shaft_nm - load_nm) * h_s / self->load_inertia_kgm2;
+        const double friction_nm = p->motor_viscous_nms * p->motor_load_friction_share * self->load_speed_rad_s;
+        self->load_speed_rad_s += (shaft_nm - load_nm - friction_nm) * h_s / self->load_inertia_kgm2;
+        viscous_nms *= 1.0 - p->motor_load_friction_share;
     } else {
         torque_nm -= load_nm;
     }
-    const double decay = 0.5 * h_s * p->motor_viscous_nms / self->motor_inertia_kgm2; /* trapezoidal */
+    const double decay = 0.5 * h_s * viscous_nms / self->motor_inertia_kgm2; /* trapezoidal */
     const double free = ((speed * (1.0 - decay)) + (torque_nm * h_s / self->motor_inertia_kgm2)) / (1.0 + decay);
     self->speed_rad_s = with_dry_friction(self, free, h_s);
+}
+
+/* Differential inductances at the present current; cosine and sine of the rotor's electrical angle. */
+static void saturate(const referee_machine_t *self, double c, double s, double *l_mean_h, double *l_swing_h)
+{
+    const double per_a = 1.0 / self->p->inductance_saturation_i_sat_a;
+    const double d = ((self->i_a.x * c) + (self->i_a.y * s)) * per_a;
+    const double q = ((self->i_a.y * c) - (self->i_a.x * s)) * per_a;
+    if (self->p->inductance_saturation_per_axis == 0.0) {
+        const double soft = 1.0 / (1.0 + (d * d) + (q * q));
+        *l_mean_h *= soft;
+        *l_swing_h *= soft;
+        return;
+    }
+    const double ld_h = self->p->motor_ld_h / (1.0 + (d * d));
+    const double lq_h = self->p->motor_lq_h / (1.0 + (q * q));
+    *l_mean_h = 0.5 * (ld_h + lq_h);
+    *l_swing_h = 0.5 * (ld_h - lq_h);
 }
 
 void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t v_v, double load_torque_nm, double t_s)
@@ -152,20 +173,20 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     const referee_vector_t flux = {(flux_d * c) - (flux_q * s), (flux_d * s) + (flux_q * c)};
 
     /* Inductance matrix [a b; b d], how it turns [g k; k -g], and its fall with the current. */
+    double l_mean_h = self->l_mean_h;
+    double l_swing_h = self->l_swing_h;
+    if (p->inductance_saturation_i_sat_a > 0.0) {
+        saturate(self, c, s, &l_mean_h, &l_swing_h);
+    }
     const double c2 = (c * c) - (s * s);
     const double s2 = 2.0 * s * c;
-    const double turn = 2.0 * speed_e_rad_s * self->l_swing_h;
+    const double turn = 2.0 * speed_e_rad_s * l_swing_h;
     const double g = -turn * s2;
     const double k = turn * c2;
-    double       soft = 1.0 / h_s;
-    if (p->inductance_saturation_i_sat_a > 0.0) {
-        const double square = ((self->i_a.x * self->i_a.x) + (self->i_a.y * self->i_a.y))
-            / (p->inductance_saturation_i_sat_a * p->inductance_saturation_i_sat_a);
-        soft /= 1.0 + square;
-    }
-    const double a = (self->l_mean_h + (self->l_swing_h * c2)) * soft;
-    const double b = self->l_swing_h * s2 * soft;
-    const double d = (self->l_mean_h - (self->l_swing_h * c2)) * soft;
+    const double per_s = 1.0 / h_s;
+    const double a = (l_mean_h + (l_swing_h * c2)) * per_s;
+    const double b = l_swing_h * s2 * per_s;
+    const double d = (l_mean_h - (l_swing_h * c2)) * per_s;
     const double r = 0.5 * self->resistance_ohm;
     const double r_a = r * (1.0 + ((2.0 / 3.0) * p->phase_unbalance_rise_rel)); /* phase a lies on alpha */
 
@@ -185,7 +206,7 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     const double iy = 0.5 * (i.y + self->i_a.y);
     const double id = (ix * c) + (iy * s);
     const double iq = (iy * c) - (ix * s);
-    self->torque_nm = 1.5 * p->motor_pole_pairs * ((flux_q * iq) + (flux_d * id) + (2.0 * self->l_swing_h * id * iq));
+    self->torque_nm = 1.5 * p->motor_pole_pairs * ((flux_q * iq) + (flux_d * id) + (2.0 * l_swing_h * id * iq));
 
     if (p->current_filter_tau_s > 0.0) {
         const double share = h_s / (p->current_filter_tau_s + (0.5 * h_s));

@@ -66,6 +66,39 @@ void test_referee_machine_saturated_current_rises_as_the_differential_inductance
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 4.0 * tan(10.0 * 2e-3 / (5e-3 * 4.0)), machine.i_a.x);
 }
 
+void test_referee_machine_axes_may_saturate_for_themselves(void)
+{
+    p.motor_locked = 1.0;
+    p.motor_resistance_ohm = 0.0;
+    p.inductance_saturation_i_sat_a = 4.0;
+    p.inductance_saturation_per_axis = 1.0;
+    referee_machine_init(&machine, &p);
+
+    for (int n = 0; n < 400; n++) { /* 10 V in d, 5 V in q */
+        referee_machine_step(&machine, H_S, (referee_vector_t){10.0, 5.0}, 0.0, 0.0);
+    }
+
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 4.0 * tan(1.0), machine.i_a.x);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 4.0 * tan(0.5), machine.i_a.y);
+}
+
+void test_referee_machine_friction_at_the_load_brakes_the_load(void)
+{
+    p.motor_resistance_ohm = 1e6;
+    p.two_mass_f_res_hz = 100.0;
+    p.two_mass_damping_ratio = 0.1;
+    p.motor_viscous_nms = 2e-3;
+    p.motor_load_friction_share = 1.0;
+    referee_machine_init(&machine, &p);
+    machine.speed_rad_s = 60.0;
+    machine.load_speed_rad_s = 60.0;
+
+    run(0.5, 0.0, 0.0);
+
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 60.0 * exp(-1.0), machine.speed_rad_s);
+    TEST_ASSERT_TRUE(machine.theta_rad > machine.load_theta_rad); /* the rotor pulls the load that is braked */
+}
+
 void test_referee_machine_viscous_friction_coasts_exponentially(void)
 {
     p.motor_resistance_ohm = 1e6; /* hardly any braking current */

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from evenspin.errors import InputError
-from evenspin.gap.blind.score import markdown, parameter_errors, parameter_table, score_set
+from evenspin.gap.blind.score import markdown, parameter_errors, parameter_table, score_set, size_table
 from evenspin.gap.blind.truth import Truth
 
 COGGING = {"name": "cogging", "parameters": {"amplitude_nm": 0.05, "phase_rad": 6.2, "order": 24.0}}
@@ -145,6 +145,16 @@ def test_the_markdown_has_the_summary_the_matrix_and_the_parameters(tmp_path: Pa
     assert "| exact set right, one effect hidden | 100.0 % | >= 92% |" in text
     assert "| cogging | 1 |  |  |" in text
     assert [row[0] for row in parameter_table(score)][:2] == ["cogging.amplitude_nm", "cogging.order"]
+
+
+def test_sizes_are_counted_apart(tmp_path: Path) -> None:
+    truths = {case: Truth([COGGING], size=size) for case, size in (("a", "large"), ("b", "small"), ("c", "small"))}
+    verdicts = {"a": {"verdict": ["cogging"]}, "b": {"verdict": ["cogging"]}, "c": {"verdict": ["inertia"]}}
+
+    assert size_table(score_set(truths, written(tmp_path, verdicts))) == [
+        ("single", "small", 2, 0.5),
+        ("single", "large", 1, 1.0),
+    ]
 
 
 def test_a_verdict_that_is_no_list_is_one_line(tmp_path: Path) -> None:

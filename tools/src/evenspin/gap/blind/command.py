@@ -152,7 +152,7 @@ def _counts(kind: str, count: int | None) -> dict[str, int]:
 
 
 def _json(result: Any) -> dict[str, Any]:
-    from evenspin.gap.blind.score import parameter_table
+    from evenspin.gap.blind.score import parameter_table, size_table
 
     def number(value: float) -> float | None:
         return None if value != value else value
@@ -164,6 +164,10 @@ def _json(result: Any) -> dict[str, Any]:
         "parameters": [
             {"parameter": key, "cases": n, "median": mid, "largest": most}
             for key, n, mid, most in parameter_table(result)
+        ],
+        "sizes": [
+            {"kind": what, "size": size, "cases": n, "exactly_right": share}
+            for what, size, n, share in size_table(result)
         ],
         "cases": [
             {
@@ -182,7 +186,7 @@ def _json(result: Any) -> dict[str, Any]:
 
 
 def _print(result: Any) -> None:
-    from evenspin.gap.blind.score import GOALS, SAYS, parameter_table, percent
+    from evenspin.gap.blind.score import GOALS, SAYS, parameter_table, percent, size_table
     from evenspin.tableview import TableView, print_table
 
     screen = console()
@@ -194,7 +198,10 @@ def _print(result: Any) -> None:
     if rows:
         header = ("case", "kind", "size", "hidden", "said", "gap closed")
         print_table(TableView("Not exactly right", "", header, rows, left=5), screen)
-    rows = [(key, n, percent(mid), percent(most)) for key, n, mid, most in parameter_table(result)]
+    rows = [(what, size, str(n), percent(share)) for what, size, n, share in size_table(result)]
+    if rows:
+        print_table(TableView("By size", "", ("hidden", "size", "cases", "exactly right"), rows, left=2), screen)
+    rows = [(key, str(n), percent(mid), percent(most)) for key, n, mid, most in parameter_table(result)]
     if rows:
         print_table(
             TableView("Parameter errors", "", ("parameter", "cases", "median", "largest"), rows, left=1), screen

@@ -14,7 +14,7 @@ import numpy as np
 
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.blind.truth import Truth
-from evenspin.gap.blind.vocabulary import EFFECTS, UNKNOWN
+from evenspin.gap.blind.vocabulary import EFFECTS, SIZES, UNKNOWN
 
 NONE = "none"
 MISSED = "(no result)"
@@ -227,6 +227,16 @@ def parameter_table(score: Score) -> list[tuple[str, int, float, float]]:
     return [(key, len(found[key]), float(np.median(found[key])), max(found[key])) for key in order]
 
 
+def size_table(score: Score) -> list[tuple[str, str, int, float]]:
+    """Kind, size, cases, share that is exactly right."""
+    rights: dict[tuple[str, str], list[bool]] = {}
+    for case in score.cases:
+        if case.size:
+            rights.setdefault((case.what, case.size), []).append(case.right)
+    order = sorted(rights, key=lambda key: (("single", "pair", "outside").index(key[0]), SIZES.index(key[1])))
+    return [(what, size, len(rights[what, size]), _share(rights[what, size])) for what, size in order]
+
+
 def markdown(score: Score) -> str:
     """The tables for docs/."""
     counts = Counter(case.what for case in score.cases)
@@ -245,6 +255,8 @@ def markdown(score: Score) -> str:
     for hidden, row in score.confusion.items():
         cells = (str(row[name]) if name in row else "" for name in said)
         lines.append(f"| {hidden} | " + " | ".join(cells) + " |")
+    lines += ["", "| hidden | size | cases | exactly right |", "|---|---|---|---|"]
+    lines += [f"| {what} | {size} | {n} | {percent(share)} |" for what, size, n, share in size_table(score)]
     lines += ["", "| parameter | cases | median error | largest |", "|---|---|---|---|"]
     lines += [f"| {key} | {n} | {percent(mid)} | {percent(most)} |" for key, n, mid, most in parameter_table(score)]
     return "\n".join(lines) + "\n"

@@ -3,6 +3,7 @@
 {case: {"effects": [{"name", "parameters"}, ...],     strongest first
         "outside": [the same],                        what no name of the vocabulary explains
         "kind", "size", "inverter", "unit",           how the case was drawn
+        "left_open": {parameter: value},              what the vocabulary does not say about the effects
         "gap_alone": {name: gap that it opens},       noise-free, on the validation records
         "gap_nominal", "gap_named", "gap_floor"}}     of the log: to the nominal model, to that with the true effects,
                                                       and to the unit itself without noise
@@ -31,6 +32,7 @@ class Truth:
     size: str = ""
     inverter: str = ""
     unit: Mapping[str, float] = field(default_factory=dict)
+    left_open: Mapping[str, float] = field(default_factory=dict)
     gap_alone: Mapping[str, float] = field(default_factory=dict)
     gap_nominal: float = float("nan")
     gap_named: float = float("nan")
