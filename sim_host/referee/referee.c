@@ -67,7 +67,7 @@ const char *referee_signal_name(size_t index)
     return (index < SIGNALS) ? SIGNAL_NAMES[index] : NULL;
 }
 
-/* The first parameter that makes no sense, plus one; 0: all do. */
+/* The first parameter that makes no sense, plus one; 0: all do. Places count from motor.pole_pairs, the first. */
 static int first_bad(const double *values, const referee_parameters_t *p)
 {
     for (int k = 0; k < PARAMETERS; k++) {
