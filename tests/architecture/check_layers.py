@@ -47,9 +47,10 @@ LAYERS = (
     Layer("firmware", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),  # a main knows its port
     Layer("sim_host/plant", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/effects", ("sim_host/plant", "sim_host/effects"), STANDARD),
-    Layer("sim_host/board", ("control", "hal", "firmware", "sim_host"), None),
-    Layer("sim_host/capi", ("control", "hal", "firmware", "sim_host"), None),
-    Layer("sim_host", ("control", "sim_host"), None),
+    Layer("sim_host/board", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
+    Layer("sim_host/capi", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
+    Layer("sim_host/referee", ("sim_host/referee",), STANDARD),  # shares nothing with what it judges
+    Layer("sim_host", ("control", "sim_host"), None, closed=("sim_host/referee",)),
 )
 OUR_FOLDERS = frozenset({"control", "hal", "firmware", "sim_host", "tests", "tools"})
 TARGET_FOLDERS = ("control", "firmware", "hal/include", "hal/f28379d")

@@ -84,6 +84,13 @@ class Includes(unittest.TestCase):
             self.assert_allowed("sim_host/capi/capi.c", include)
             self.assert_refused("sim_host/other/x.c", include)
 
+    def test_the_referee_shares_nothing_with_what_it_judges(self) -> None:
+        self.assert_allowed("sim_host/referee/x.c", '"sim_host/referee/machine.h"')
+        for include in ('"sim_host/plant/plant.h"', '"control/motor/pi.h"', '"firmware/app/drive.h"'):
+            self.assert_refused("sim_host/referee/x.c", include)
+        for folder in ("plant", "effects", "board", "capi"):
+            self.assert_refused(f"sim_host/{folder}/x.c", '"sim_host/referee/machine.h"')
+
     def test_headers_are_named_from_the_root(self) -> None:
         self.assert_refused("control/motor/pi.c", '"pi.h"')
         self.assert_refused("control/motor/pi.c", '"control/../firmware/app/app.h"')

@@ -75,7 +75,7 @@ def test_declarations_leave_out_what_is_not_c():
 
 
 def test_a_missing_library_says_what_to_do(monkeypatch, tmp_path):
-    monkeypatch.setattr(library, "_library_folder", lambda: tmp_path)
+    monkeypatch.setattr(library, "library_folder", lambda header: tmp_path)
 
     with pytest.raises(NativeError, match="make setup"):
         library.load.__wrapped__("float")

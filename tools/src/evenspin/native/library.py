@@ -37,7 +37,7 @@ def load(numeric: str = "float") -> Library:
 
     if numeric not in NUMERICS:
         raise NativeError(f"numeric = {numeric!r}: must be float or fixed; {did_you_mean(numeric, NUMERICS)}")
-    folder = _library_folder()
+    folder = library_folder(HEADER)
     path = _library_file(folder, numeric)
     ffi = FFI()
     try:
@@ -61,15 +61,15 @@ def declarations(header: str) -> str:
     return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
 
 
-def _library_folder() -> Path:
-    """evenspin/_lib. An editable installation keeps it in site-packages, away from the Python sources."""
+def library_folder(header: str) -> Path:
+    """evenspin/_lib, with this header in it; an editable installation keeps it in site-packages."""
     import evenspin
 
     candidates = [Path(entry) / "_lib" for entry in evenspin.__path__] + _installed_folders()
     for candidate in candidates:
-        if (candidate / HEADER).is_file():
+        if (candidate / header).is_file():
             return candidate
-    raise NativeError(f"evenspin/_lib/{HEADER} is not installed; {REINSTALL}")
+    raise NativeError(f"evenspin/_lib/{header} is not installed; {REINSTALL}")
 
 
 def _installed_folders() -> list[Path]:
