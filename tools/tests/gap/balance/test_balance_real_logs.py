@@ -95,7 +95,8 @@ def test_the_model_that_is_written_loads_and_explains_the_log(free_run: Real, tm
     again = run_balance(recordings.REAL / "acc_current.csv.gz", path, tmp_path)
 
     assert machine.torque_per_a_nm == pytest.approx(1.0)
-    assert again.verdict["verdict"] == []
+    assert again.verdict["verdict"] == ["unknown"]  # what is left at low speed has no name
+    assert again.verdict["parameters"] == {}
     assert again.verdict["gap_before"] == pytest.approx(free_run[0].verdict["gap_after"], rel=0.01)
 
 
@@ -152,6 +153,38 @@ def test_without_a_model_the_log_tells_its_own_inertia(free_run: Real, tmp_path:
     assert alone["speed_ripple"]["ratio"] == pytest.approx(1.0, abs=0.25)
     # another experiment, another frequency (70 Hz instead of 2), the same rotor
     assert alone["identified"]["inertia.inertia_as2_per_rad"]["value"] == pytest.approx(swept, rel=0.1)
+
+
+def test_the_angle_alone_gives_the_same_cogging(speed_test: Real, tmp_path: Path) -> None:
+    """Another way to speed and acceleration, through no filter of the drive."""
+    columns = recordings.read(recordings.REAL / "speed_test.csv.gz")
+    del columns["speed_rad_s"]
+
+    alone = run_balance(recordings.write(tmp_path / "log.csv", columns), None, None).verdict
+
+    expected = speed_test[0].verdict["parameters"]["cogging"]
+    assert alone["parameters"]["cogging"]["order"] == expected["order"]
+    assert alone["parameters"]["cogging"]["amplitude_a_equiv"] == pytest.approx(expected["amplitude_a_equiv"], rel=0.05)
+
+
+def test_an_angle_that_loses_its_zero_is_told(tmp_path: Path) -> None:
+    """The first half with an angle that is off by 0.03 rad, a third of a period of order 72."""
+    columns = recordings.read(recordings.REAL / "speed_test.csv.gz")
+    columns["theta_m_rad"][: len(columns["t_s"]) // 2] += 0.03
+
+    verdict = run_balance(recordings.write(tmp_path / "log.csv", columns), None, None).verdict
+
+    assert verdict["verdict"] == ["unknown"]
+    assert any("at another phase" in text for text in verdict["unexplained"])
+
+
+def test_lines_of_a_model_at_another_zero_of_the_angle_do_no_harm(
+    free_run: Real, speed_test: Real, tmp_path: Path
+) -> None:
+    """The encoder counts from where it was switched on: phases of one recording are not those of another."""
+    verdict = run_balance(recordings.REAL / "acc_current.csv.gz", speed_test[1] / "model.toml", None).verdict
+
+    assert verdict["gap_before"] < 1.05 * free_run[0].verdict["gap_after"]
 
 
 def test_the_start_against_a_stop_is_told_and_not_fitted(speed_test: Real) -> None:

@@ -177,6 +177,24 @@ def test_a_line_that_is_not_tied_to_the_shaft_is_unknown(tmp_path: Path) -> None
     assert any("10.5" in text for text in verdict["unexplained"])
 
 
+def test_a_motor_that_does_not_turn_is_refused(tmp_path: Path) -> None:
+    columns = {name: np.zeros(2000) for name in ("theta_m_rad", "speed_rad_s", "iq_a")}
+
+    with pytest.raises(InputError, match="one turn"):
+        verdict_of(tmp_path, {"t_s": 1e-3 * np.arange(2000)} | columns)
+
+
+def test_a_log_that_allows_no_judgement_says_so(tmp_path: Path) -> None:
+    columns = recordings.level(COULOMB)
+    del columns["theta_m_rad"]
+
+    result = run_balance(recordings.write(tmp_path / "log.csv", columns), None, None)
+
+    assert result.verdict["verdict"] == []
+    assert any("does not mean that none is missing" in text for text in result.warnings)
+    assert "no judgement" in result.summary[0]
+
+
 def test_angle_and_speed_that_disagree_are_refused(tmp_path: Path) -> None:
     columns = recordings.sweep({})
     columns["theta_m_rad"] = np.degrees(np.unwrap(columns["theta_m_rad"]))

@@ -108,10 +108,13 @@ def _sweeps(grid: Grid) -> bool:
 
 
 def _friction(grid: Grid, lag: Lag, nominal: Nominal | None) -> tuple[FrictionResult, dict[str, float]]:
+    shift_s = ALIGNMENT_ROWS * grid.period_s
+    if "speed_rad_s" in grid.columns and not lag.known:
+        lag, shift_s = replace(lag, delay_s=ASSUMED_LAG_S), ASSUMED_LAG_S
     found = weigh_friction(motion_of(grid, FRICTION_SIGMA_S, lag), nominal)
     half = dict.fromkeys(found.final.names, 0.0)
     for side in (-1.0, 1.0):
-        moved = motion_of(grid, FRICTION_SIGMA_S, lag, side * ALIGNMENT_ROWS * grid.period_s)
+        moved = motion_of(grid, FRICTION_SIGMA_S, lag, side * shift_s)
         other = weigh_friction(moved, nominal)
         for name in half:
             if name in other.final.names:
@@ -157,14 +160,13 @@ def _angle_sigma(grid: Grid, friction: FrictionResult | None) -> float:
     if friction is not None:
         return max(SIGMA_S, SIGMA_ROWS * grid.period_s)
     if "speed_rad_s" in grid.columns:
-        usual = float(np.median(np.abs(grid.column("speed_rad_s"))))
+        speed = grid.column("speed_rad_s")
     else:
-        usual = abs(float(grid.column("theta_m_rad")[-1] - grid.column("theta_m_rad")[0])) / (
-            grid.t_s[-1] - grid.t_s[0]
-        )
+        speed = Smoother(SIGMA_S, grid.period_s).rate(grid.column("theta_m_rad"))
+    usual = float(np.median(np.abs(speed)))
     highest_hz = 1.6 * HIGHEST * usual / TURN
     sigma_s = np.sqrt(7.0) / (TURN * max(highest_hz, 1e-6))
-    return float(np.clip(sigma_s, SIGMA_ROWS * grid.period_s, 2.0 * SIGMA_S))
+    return float(np.clip(sigma_s, SIGMA_ROWS * grid.period_s, SIGMA_S))
 
 
 def plant_of(angle: AngleResult, friction: FrictionResult | None, nominal: Nominal | None) -> Plant:

@@ -62,6 +62,7 @@ class FoundLine:
     half_a: float
     noise_a: float
     agree: float  # difference of the two halves of the log, relative
+    both: bool  # stands out in each of them, at whatever phase
     validated: bool
 
 
@@ -331,10 +332,11 @@ def _line(k: int, found: Fit, on_first: Fit, on_second: Fit, spectrum: OrderSpec
     amplitude = float(np.hypot(s, c))
     half = max(found.half(f"sin_{k}"), found.half(f"cos_{k}"))
     parts = [complex(f[f"sin_{k}"], f[f"cos_{k}"]) for f in (on_first, on_second)]
+    noise_a = _noise_at(spectrum, k)
     agree = abs(parts[0] - parts[1]) / amplitude
-    return FoundLine(
-        Line(float(k), amplitude, float(np.arctan2(c, s))), half, _noise_at(spectrum, k), agree, agree < AGREE
-    )
+    both = min(map(abs, parts)) > ABOVE_NOISE * noise_a
+    line = Line(float(k), amplitude, float(np.arctan2(c, s)))
+    return FoundLine(line, half, noise_a, agree, both, agree < AGREE)
 
 
 def _strongest(lines: Sequence[FoundLine]) -> float:

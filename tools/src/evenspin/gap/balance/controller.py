@@ -104,7 +104,10 @@ def _parts(grid: Grid, added: Array, iq: Array) -> tuple[Part, ...]:
     levels = rms(added[:cut]), rms(added[cut:])
     if max(levels) < RATIO * min(levels):
         return (_part(grid, added, iq, slice(0, n)),)
-    return _part(grid, added, iq, slice(0, cut)), _part(grid, added, iq, slice(cut, n))
+    parts = _part(grid, added, iq, slice(0, cut)), _part(grid, added, iq, slice(cut, n))
+    if parts[0].plain and parts[1].plain:
+        return (_part(grid, added, iq, slice(0, n)),)
+    return parts
 
 
 def _part(grid: Grid, added: Array, iq: Array, rows: slice) -> Part:

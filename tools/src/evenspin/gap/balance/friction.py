@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from evenspin.gap.balance import terms
+from evenspin.gap.balance.angle_zero import find_zero, with_zero
 from evenspin.gap.balance.grid import Flags
 from evenspin.gap.balance.motion import Motion
 from evenspin.gap.balance.nominal import Nominal
@@ -24,6 +25,7 @@ CHANCE = 1e-4  # a term is significant when chance would do as well less often t
 SHARE = 0.05  # of the residue on the half that fits: less is not worth a name
 VALID_SHARE = 0.03  # of the residue on the half that validates
 STILL_SHARE = 0.01  # of the highest speed: a rotor slower than this for long may stick, and friction is then anything
+SLOW_SHARE = 0.2  # of the highest speed
 BINS = 12  # of speed, for what is left
 
 
@@ -50,6 +52,9 @@ class Remainder:
     curvature: float  # A per (rad/s)^2: below 0 friction grows less than linearly
     drift_share: float  # change of the dry friction over the log, relative
     drift_p: float
+    slow_below_rad_s: float
+    slow_rms_a: float  # of the residue below that speed
+    fast_rms_a: float  # and above
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +70,7 @@ class FrictionResult:
     before_rms_a: float
     after_rms_a: float
     remainder: Remainder
-    left: tuple[str, ...] = field(default=())
+    lines_seen: bool  # of the model, at some zero of the angle
 
 
 def halves(rows: Flags) -> tuple[Flags, Flags]:
@@ -99,6 +104,9 @@ def known_part(motion: Motion, nominal: Nominal | None) -> Array:
 def weigh_friction(motion: Motion, nominal: Nominal | None) -> FrictionResult:
     rows = moving_rows(motion)
     first, second = halves(rows)
+    if nominal is not None and nominal.lines:
+        bare = motion.iq_a - known_part(motion, with_zero(nominal, None))
+        nominal = with_zero(nominal, find_zero(motion, nominal.lines, bare, first))
     y = motion.iq_a - known_part(motion, nominal)
     base = [terms.inertia(motion), terms.viscous(motion)]
     families = _families(motion)
@@ -119,6 +127,7 @@ def weigh_friction(motion: Motion, nominal: Nominal | None) -> FrictionResult:
         *_told(motion, after, first, second),
         *_curved(base + chosen, motion, y, rows),
         *_drift(base + chosen, motion, y, rows, nominal),
+        *_slow_and_fast(motion, after, second),
     )
     return FrictionResult(
         motion,
@@ -132,6 +141,7 @@ def weigh_friction(motion: Motion, nominal: Nominal | None) -> FrictionResult:
         rms(before[second]),
         rms(after[second]),
         left,
+        nominal is not None and bool(nominal.lines),
     )
 
 
@@ -248,6 +258,13 @@ def _told(motion: Motion, after: Array, first: Flags, second: Flags) -> tuple[fl
             told[cell == number] = np.mean(after[inside])
     gain = rms(after[second]) ** 2 - rms((after - told)[second]) ** 2
     return (float(np.sqrt(max(gain, 0.0))),)
+
+
+def _slow_and_fast(motion: Motion, after: Array, second: Flags) -> tuple[float, float, float]:
+    speed = np.abs(motion.speed_rad_s)
+    limit = SLOW_SHARE * float(np.quantile(speed[second], 0.99))
+    slow = speed < limit
+    return limit, rms(after[second & slow]), rms(after[second & ~slow])
 
 
 def _curved(used: list[Term], motion: Motion, y: Array, rows: Flags) -> tuple[float, float]:

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 LAG_SIGMA_S = 2.5e-3  # smoothing for the comparison of angle and speed
 UNIT_BAND = (0.93, 1.07)  # speed over rate of the angle; outside, one of them is not in rad
 SURE_S = 1e-3  # a delay known worse than this is not used
+LEAST_RAD = 2.0 * np.pi
 MOST_DELAY_S = 0.05
 ORDERS = 3  # derivatives of the logged speed that may be needed to undo its filter
 CHANCE = 1e-4
@@ -53,6 +54,7 @@ class Motion:
 
 def speed_lag(log: Log, grid: Grid) -> Lag:
     """dtheta/dt = gain w + delay dw/dt + ..., by least squares. A gain other than 1 is a wrong unit."""
+    _check_motion(log)
     if "theta_m_rad" not in grid.columns or "speed_rad_s" not in grid.columns:
         return Lag(0.0, 0.0, 1.0, known=False)
     smooth = Smoother(max(LAG_SIGMA_S, 2.0 * grid.period_s), grid.period_s)
@@ -74,6 +76,18 @@ def speed_lag(log: Log, grid: Grid) -> Lag:
     known = half_s < SURE_S and abs(delay_s) < MOST_DELAY_S
     undo = tuple(float(value) for value in found.value[1:]) if known else ()
     return Lag(delay_s if known else 0.0, half_s, found["gain"], known, undo)
+
+
+def _check_motion(log: Log) -> None:
+    """A rotor at rest tells nothing about torque."""
+    if log.theta_m_rad is not None:
+        turned_rad = float(np.ptp(log.theta_m_rad))
+    else:
+        assert log.speed_rad_s is not None
+        turned_rad = float(np.sum(np.abs(log.speed_rad_s[1:]) * np.diff(log.t_s)))
+    if turned_rad < LEAST_RAD:
+        must = f"at least {LEAST_RAD:.2f} rad, one turn"
+        raise InputError(log.path, "way of the rotor", f"{turned_rad:.3g} rad", must, "record a motor that turns")
 
 
 def _check_units(log: Log, gain: float, half: float) -> None:

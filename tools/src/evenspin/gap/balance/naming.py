@@ -9,7 +9,7 @@ import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.angle_orders import FoundLine
-from evenspin.gap.balance.friction import CHANCE, VALID_SHARE
+from evenspin.gap.balance.friction import CHANCE, VALID_SHARE, Remainder
 from evenspin.gap.balance.nominal import Nominal
 from evenspin.native import tables
 
@@ -21,6 +21,10 @@ INERTIA_EDGE, VISCOUS_EDGE = 0.032, 0.10
 MODEL_EDGE = 0.2  # a line or a friction of the model that is found again within this is not missing
 TOLD_SHARE = 0.5  # of the residue's rms that speed and acceleration tell: with nothing named, something is missing
 DRIFT_EDGE = 0.2
+MUCH = 0.3  # of the residue, rms, in one line
+FEW_ODD = 3  # stretches that are told one by one
+SLOW_RATIO = 3.0  # of the residue at low speed to that at high speed, to be worth a word
+NOISE_LSB_A = 1e-3  # below a few of these it is the resolution of a current sensor
 STRIBECK_SIGMAS = 4.0  # widths of the smoothing that low speed must last
 LOWEST_COGGING = 3  # lower mechanical orders are misalignment
 MAIN_LINES = 3  # that are told in words
@@ -63,6 +67,8 @@ def judge(analysis: Analysis) -> Verdict:
         verdict.warnings.append(
             "too few turns at low speed for orders of the angle: record a slow run at constant speed"
         )
+    if analysis.friction is None and analysis.angle is None:
+        verdict.warnings.append("nothing could be judged: that no effect is named does not mean that none is missing")
     _alignment(analysis, verdict)
     _controller(analysis, verdict)
     if not verdict.names and verdict.unexplained and _significant(analysis):
@@ -163,20 +169,33 @@ def _left_by_friction(analysis: Analysis, verdict: Verdict) -> None:
             f"of {1e3 * left.rms_a:.2f} mA rms that are left, {1e3 * left.told_rms_a:.2f} mA follow speed and "
             "acceleration"
         )
+    if _at_low_speed(left):
+        verdict.unexplained.append(
+            f"below {left.slow_below_rad_s:.0f} rad/s {1e3 * left.slow_rms_a:.1f} mA rms are left, above only "
+            f"{1e3 * left.fast_rms_a:.1f} mA: torque tied to the angle looks like that where the speed passes zero; a "
+            "slow run "
+            "at constant speed would tell its orders"
+        )
     if left.drift_p < CHANCE and abs(left.drift_share) > DRIFT_EDGE:
         verdict.unexplained.append(
             f"the dry friction changes by {100.0 * left.drift_share:+.0f} % over the log (drift)"
         )
 
 
+def _at_low_speed(left: Remainder) -> bool:
+    return left.slow_rms_a > SLOW_RATIO * max(left.fast_rms_a, NOISE_LSB_A)
+
+
 def _significant(analysis: Analysis) -> bool:
     """Is what is left more than noise, with nothing named?"""
     if analysis.friction is not None:
         left = analysis.friction.remainder
+        if _at_low_speed(left):
+            return True
         drifts = left.drift_p < CHANCE and abs(left.drift_share) > DRIFT_EDGE
         if left.told_rms_a > TOLD_SHARE * left.rms_a or drifts:
             return True
-    return analysis.angle is not None and bool(analysis.angle.strange)
+    return analysis.angle is not None and bool(analysis.angle.strange or moved_lines(analysis))
 
 
 def _misalignment(phasors: Sequence[complex]) -> Numbers:
@@ -212,12 +231,19 @@ def _angle(analysis: Analysis, verdict: Verdict) -> None:
         verdict.unexplained.append(
             f"a line at order {order:g}, {1e3 * amplitude:.1f} mA: not a whole order, so not tied to this shaft"
         )
-    for start_s, end_s, off_a in angle.odd_s:
+    if len(angle.odd_s) > FEW_ODD:
+        verdict.unexplained.append(
+            f"{len(angle.odd_s)} stretches between {angle.odd_s[0][0]:.2f} and {angle.odd_s[-1][1]:.2f} s follow no "
+            "line and "
+            "are left out of the fit (an angle that jumps, say once per turn at its index, looks like that)"
+        )
+    for start_s, end_s, off_a in angle.odd_s[: 0 if len(angle.odd_s) > FEW_ODD else None]:
         verdict.unexplained.append(
             f"from {start_s:.2f} to {end_s:.2f} s the balance is off by {off_a:.2f} A rms, far beyond the rest: left "
             "out of the "
             "fit (a start against a stop or an alignment looks like that)"
         )
+    _moved(analysis, verdict)
     lines = missing_lines(analysis)
     drop = 1.0 - angle.after_rms_a / angle.before_rms_a if angle.before_rms_a > 0.0 else 0.0
     if not lines or drop < VALID_SHARE:
@@ -255,6 +281,28 @@ def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine], drop: float) ->
     if not lines:
         return "the lines are those of the model"
     return f"the lines take only {100.0 * drop:.1f} % off the residue of the validation half"
+
+
+def moved_lines(analysis: Analysis) -> list[FoundLine]:
+    """Lines that make up much of the residue and stand out in both halves of the log, at another phase.
+
+    Only in a log of one speed: the few slow rows of a sweep make lines of their own.
+    """
+    angle = analysis.angle
+    if angle is None or analysis.sweeps:
+        return []
+    least_a = np.sqrt(2.0) * MUCH * angle.before_rms_a
+    return [each for each in angle.lines if each.both and not each.validated and each.line.amplitude_a > least_a]
+
+
+def _moved(analysis: Analysis, verdict: Verdict) -> None:
+    orders = ", ".join(f"{each.line.order:g}" for each in moved_lines(analysis))
+    if orders:
+        verdict.unexplained.append(
+            f"order {orders} stands out in both halves of the log, at another phase: the angle has lost counts or its "
+            "zero has "
+            "moved, or this is not torque of the shaft; cut the log where that happens"
+        )
 
 
 def _confidence(each: FoundLine) -> float:
@@ -331,7 +379,11 @@ def _alignment(analysis: Analysis, verdict: Verdict) -> None:
 
 def _controller(analysis: Analysis, verdict: Verdict) -> None:
     if analysis.controller is None:
-        if analysis.log.speed_ref_rad_s is not None:
+        if analysis.log.speed_ref_rad_s is not None and analysis.log.speed_rad_s is None:
+            verdict.warnings.append(
+                "the speed controller cannot be found without speed_rad_s: no closed loop is simulated"
+            )
+        elif analysis.log.speed_ref_rad_s is not None:
             verdict.warnings.append(
                 "the current is not a gain times the speed error anywhere: the speed controller is another one, or "
                 "something "

@@ -59,7 +59,7 @@ class Fit:
 def fit(names: Sequence[str], columns: Sequence[Array], y: Array, blocks: int = BLOCKS) -> Fit:
     """Columns and y are the rows to use, in the order of time; they may have holes."""
     x = np.column_stack(columns) if columns else np.empty((len(y), 0))
-    scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
+    scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-30  # a column of zeros stays one
     z = x / scale
     # The columns are scaled and close to orthogonal, or nearly collinear and then cut: the normal equations are good
     # enough.

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.naming import MAIN_LINES, Verdict, missing_lines
 from evenspin.gap.balance.pictures import pictures
+from evenspin.gap.balance.regression import rms
 from evenspin.gap.balance.verdict_file import gap_of, identified
 from evenspin.report.page import Page
 from evenspin.tableview import TableView, number
 
+SPEED_BANDS = 5  # per direction
 LABELS = {
     "inertia.inertia_as2_per_rad": ("J/Kt", "A s^2/rad"),
     "viscous_friction.viscous_as_per_rad": ("B/Kt", "A s/rad"),
@@ -25,7 +29,10 @@ LABELS = {
 def summary_of(analysis: Analysis, verdict: Verdict) -> list[str]:
     """The story in a few sentences."""
     before, after = gap_of(analysis)
-    said = [f"Verdict: {', '.join(verdict.names) or 'nothing that stands out is missing'}."]
+    nothing = "nothing that stands out is missing"
+    if analysis.friction is None and analysis.angle is None:
+        nothing = "none; this log allows no judgement"
+    said = [f"Verdict: {', '.join(verdict.names) or nothing}."]
     if math.isfinite(before):
         share = after / before if before > 0.0 else 1.0
         said.append(
@@ -64,7 +71,8 @@ def summary_of(analysis: Analysis, verdict: Verdict) -> list[str]:
 
 
 def tables_of(analysis: Analysis, verdict: Verdict) -> list[TableView]:
-    tables = [_found(verdict), _shaft(analysis)]
+    tables = [_where(analysis)] if analysis.friction is not None or analysis.controller is not None else []
+    tables += [_found(verdict), _shaft(analysis)]
     if analysis.angle is not None and analysis.angle.lines:
         tables.append(_orders(analysis))
     if analysis.windings:
@@ -75,6 +83,30 @@ def tables_of(analysis: Analysis, verdict: Verdict) -> list[TableView]:
         TableView("What to know", "Repairs, limits, warnings, and what is left unexplained.", ("", ""), notes)
     )
     return tables
+
+
+def _where(analysis: Analysis) -> TableView:
+    """Where the gap is, largest first."""
+    rows: list[tuple[float, tuple[str, str, str, str]]] = []
+    if analysis.friction is not None:
+        found = analysis.friction
+        speed = found.motion.speed_rad_s
+        edges = np.linspace(0.0, float(np.max(np.abs(speed[found.validation_rows]))) + 1e-9, SPEED_BANDS + 1)
+        for sign, word in ((1.0, "forward"), (-1.0, "backward")):
+            for low, high in zip(edges[:-1], edges[1:], strict=True):
+                inside = found.validation_rows & (sign * speed >= low) & (sign * speed < high)
+                if np.count_nonzero(inside) > 20:
+                    values = rms(found.before[inside]), rms(found.after[inside])
+                    place = f"{word}, {low:.0f} to {high:.0f} rad/s"
+                    rows.append((values[0], ("torque balance", place, *(f"{1e3 * v:.1f}" for v in values))))
+    if analysis.controller is not None:
+        for part in analysis.controller.parts:
+            place = f"{part.start_s:.2f} to {part.end_s:.2f} s, " + ("uncompensated" if part.plain else "compensated")
+            said = f"speed {part.speed_ripple_rad_s:.2f} rad/s", f"beside the controller {1e3 * part.added_a:.0f} mA"
+            rows.append((part.speed_ripple_rad_s, ("ripple rms", place, *said)))
+    ranked = [row for _, row in sorted(rows, key=lambda each: -each[0])]
+    text = "Residue on the validation half by speed and direction, mA rms, and the ripple of each part, largest first."
+    return TableView("Where the gap is", text, ("what", "where", "before", "after"), ranked)
 
 
 def _found(verdict: Verdict) -> TableView:

@@ -167,6 +167,9 @@ def _remainder(analysis: Analysis) -> dict[str, Any] | None:
     left = analysis.friction.remainder
     return {
         "rms_a": left.rms_a,
+        "below_rad_s": left.slow_below_rad_s,
+        "below_rms_a": left.slow_rms_a,
+        "above_rms_a": left.fast_rms_a,
         "follows_speed_and_acceleration_a": left.told_rms_a,
         "curvature_a_per_rad2_s2": left.curvature,
         "curvature_p": left.curvature_p,
