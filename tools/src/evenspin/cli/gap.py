@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from evenspin.cli.options import JsonFlag, OutFolder
 from evenspin.cli.output import STDOUT, command_line, console, write_json
+from evenspin.gap.blind.command import app as blind
 
 if TYPE_CHECKING:
     from evenspin.gap.result import CaseResult
@@ -39,12 +40,8 @@ Workers = Annotated[
 
 
 def register(parent: typer.Typer) -> None:
-    parent.add_typer(app, name="gap")
-    try:
-        from evenspin.gap.blind.command import app as blind
-    except ModuleNotFoundError:
-        return
     app.add_typer(blind, name="blind")
+    parent.add_typer(app, name="gap")
 
 
 @app.command(ONE)

@@ -88,14 +88,15 @@ def investigate(
     try:
         finding = investigation.run()
         say("validating", 0.9)
-        return _result(case, investigation, finding, warnings, started)
+        return result_of(case, investigation, finding, warnings, started)
     finally:
         investigation.forward.close()
 
 
-def _result(
-    case: Case, investigation: Investigation, finding: Finding, warnings: tuple[str, ...], started: float
+def result_of(
+    case: Case, investigation: Investigation, finding: Finding, warnings: tuple[str, ...] = (), started: float = 0.0
 ) -> CaseResult:
+    """The validation of a finding; `started`: time.monotonic() when the work began."""
     search, model = investigation.search, finding.model
     effects = NO_EFFECT if finding.unknown else search.effects(model.z)
     # where nothing known explains the log, what the fit did to the machine explains nothing either

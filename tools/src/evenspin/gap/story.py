@@ -82,8 +82,8 @@ def _where(result: CaseResult) -> Chapter:
     spots = ranked(result.investigation.forward, result.residual_before, result.residual_after)[:SPOTS]
     text = (
         "The log is boiled down to features: mean, trend and angle orders of every steady stretch, short bins "
-        "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal machine, and the "
-        "difference is told in standard deviations of what sound units scatter. The validation records take no part."
+        "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal "
+        "machine, and the difference is told in standard deviations of what sound units scatter. The validation records take no part."
     )
     return Chapter("Where is the gap?", text, [_spots(spots), *where_pictures(result)])
 
@@ -130,8 +130,8 @@ def _effects(result: CaseResult) -> TableView:
             )
         )
     text = (
-        f"cost: what the residual grows by without the effect ({GAIN_MIN:g} is the least that counts). size: in units of "
-        "the largest deviation that tolerance and format call no effect. Intervals are 95 %."
+        f"cost: what the residual grows by without the effect ({GAIN_MIN:g} is the least that counts). size: in "
+        "units of the largest deviation that tolerance and format call no effect. Intervals are 95 %."
     )
     header = ("effect", "parameters", "may also be", "confidence", "cost", "size")
     return TableView("Named, strongest first", text, header, rows, left=3)

@@ -1,0 +1,321 @@
+"""A small case of this project's own drive, from the plan to the files: two short records, two hypotheses.
+
+What is hidden is Coulomb friction of 0.06 N m; it comes from the model file below, not from the code under test.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from evenspin.compare import Unit
+from evenspin.gap import investigate as core
+from evenspin.gap.check import checked_case
+from evenspin.gap.folder import write_result, write_steps
+from evenspin.gap.hypotheses import hypotheses
+from evenspin.gap.intervals import Interval, Intervals, _of_effect
+from evenspin.gap.outcome import Validation, floor_gap
+from evenspin.gap.plan import meta, perform, plan
+from evenspin.gap.result import CaseResult, result_of
+from evenspin.gap.story import page_of, tables_of
+from evenspin.gap.tolerance import SIGMA
+from evenspin.gap.verdict import verdict_json
+from evenspin.gap.where import heat_map, ranked
+from evenspin.log import write_case
+from evenspin.model import load_machine
+
+TORQUE_NM = 0.06
+MACHINE = """\
+name = "small"
+[plant]
+pole_pairs = 3
+resistance_ohm = 0.9
+ld_h = 2.4e-3
+lq_h = 2.4e-3
+psi_wb = 0.1
+inertia_kgm2 = 8e-4
+viscous_nms = 2e-3
+rated_current_a = 5.0
+rated_torque_nm = 2.2
+slots = 18
+dc_link_v = 150.0
+counts_per_rev = 4000
+current_noise_a = 0.015
+current_lsb_a = 0.009765625
+[drive]
+current_kp_v_per_a = 6.0
+current_ki_v_per_as = 2260.0
+speed_kp_a_per_unit = 0.134
+speed_ki_a_per_unit_s = 2.02
+speed_error_gain = 1.0
+iq_limit_a = 8.0
+over_current_a = 20.0
+over_voltage_v = 200.0
+[effects.coulomb_friction]
+torque_nm = 0.06
+"""
+SECONDS = {"staircase_load": 2.2, "validation": 1.0}
+
+
+@pytest.fixture(scope="session")
+def machine_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("machine") / "small.toml"
+    path.write_text(MACHINE)
+    return path
+
+
+@pytest.fixture(scope="session")
+def small_case(machine_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("case")
+    chosen = [
+        replace(e, setup=replace(e.setup, duration_s=SECONDS[e.name]))
+        for e in plan(load_machine(machine_file))
+        if e.name in SECONDS
+    ]
+    write_case(folder, meta(chosen, "small"), {e.name: perform(e) for e in chosen})
+    return folder
+
+
+@pytest.fixture(scope="session")
+def result(small_case: Path) -> CaseResult:
+    few = ("coulomb_friction", "viscous_friction")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(core, "hypotheses", lambda *a: {k: h for k, h in hypotheses(*a).items() if k in few})
+        case, said = checked_case(small_case)
+        investigation = core.Investigation(case, 2)
+        return result_of(case, investigation, investigation.run(), said)
+
+
+@pytest.fixture(scope="session")
+def written(result: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("written")
+    write_result(folder, result, "evenspin gap")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def unknown(result: CaseResult) -> CaseResult:
+    """The same, had the best explanation not been good enough."""
+    finding = replace(result.finding, unknown=True, named=())
+    return result_of(result.case, result.investigation, finding)
+
+
+def test_the_hidden_effect_is_named_with_its_size(result: CaseResult) -> None:
+    said = verdict_json(result)
+
+    assert said["verdict"] == ["coulomb_friction"]
+    assert said["parameters"] == {"coulomb_friction": {"torque_nm": pytest.approx(TORQUE_NM, rel=0.05)}}
+
+
+def test_the_verdict_is_json_with_the_keys_of_the_result_format(result: CaseResult) -> None:
+    said = json.loads(json.dumps(verdict_json(result), allow_nan=False))
+
+    assert said["case"] == "small"
+    assert 0.9 < said["confidence"]["coulomb_friction"] <= 1.0
+    assert all(isinstance(name, str) and 0.0 <= weight <= 1.0 for name, weight in said["alternatives"])
+    assert said["gap_before"] > said["gap_after"] > 0.0
+
+
+def test_the_gap_closes_to_the_noise_floor_of_the_found_machine(result: CaseResult) -> None:
+    # one second of five noisy signals: their rms is known to a few percent
+    assert result.after.gap == pytest.approx(floor_gap(result.floor), rel=0.1)
+    assert result.closed == pytest.approx(1.0, abs=0.1)
+
+
+def test_missing_experiments_are_said_to_limit_the_verdict(result: CaseResult) -> None:
+    assert any("without standstill_steps" in warning and "current_filter" in warning for warning in result.warnings)
+    assert any("without coast_down" in warning for warning in result.warnings)
+    assert not any("without staircase_load" in warning for warning in result.warnings)
+    assert "viscous_friction" in verdict_json(result)["cannot_separate"]["coulomb_friction"]
+
+
+def test_the_interval_holds_the_truth_and_is_wider_than_the_plain_fit(result: CaseResult) -> None:
+    (interval,) = result.intervals.of("coulomb_friction")
+
+    assert abs(interval.value - TORQUE_NM) < 2.0 * interval.half
+    assert 1e-4 < interval.half < 0.1 * TORQUE_NM
+    assert result.intervals.inflation >= 1.0
+
+
+def test_the_model_file_simulates_to_the_same_gap(result: CaseResult, written: Path) -> None:
+    machine = load_machine(written / "model.toml")
+    nominal = result.case.meta["motor"]
+
+    factors = {key: machine.plant[key] / nominal[key] for key in ("resistance_ohm", "psi_wb", "inertia_kgm2")}
+    factors |= {key: machine.plant[key] / nominal[key] for key in ("ld_h", "lq_h", "viscous_nms")}
+    again = Validation(result.case).outcome(Unit(machine.effects, factors))
+
+    # nine digits in the file; a count of the encoder may still fall the other way
+    assert again.gap == pytest.approx(result.after.gap, rel=0.01)
+
+
+def test_the_model_file_says_what_was_added_and_what_is_tolerance(written: Path) -> None:
+    text = (written / "model.toml").read_text()
+
+    assert "[effects.coulomb_friction] # added: " in text
+    assert "of the tolerance's standard deviation" in text
+    assert text.startswith("# Missing in the model: coulomb_friction")
+
+
+def test_each_step_of_the_loop_has_its_own_before_and_after(result: CaseResult, tmp_path: Path) -> None:
+    write_steps(tmp_path, result)
+    step = json.loads((tmp_path / "step_1" / "verdict.json").read_text())
+
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["step_1"]
+    assert step["added"] == ["coulomb_friction"]
+    assert step["gap_before"] == pytest.approx(result.before.gap)
+    assert step["gap_after"] < step["gap_before"]
+    assert (tmp_path / "step_1" / "small.after.csv").is_file()
+
+
+def test_unknown_names_nothing_and_changes_nothing(unknown: CaseResult, tmp_path: Path) -> None:
+    write_result(tmp_path, unknown, "evenspin gap")
+    said = json.loads((tmp_path / "verdict.json").read_text())
+
+    assert said["verdict"] == ["unknown"]
+    assert said["parameters"] == {}
+    assert said["gap_after"] == said["gap_before"]
+    assert said["details"]["nearest"]["gap"] < said["gap_before"]
+    assert load_machine(tmp_path / "model.toml").effects == {}
+
+
+def test_without_validation_records_the_gap_is_not_known_and_that_is_said(result: CaseResult, tmp_path: Path) -> None:
+    case = replace(result.case, experiments={"staircase_load": result.case.experiments["staircase_load"]})
+    blindly = result_of(case, result.investigation, result.finding)
+
+    write_result(tmp_path, blindly, "evenspin gap")
+    said = json.loads((tmp_path / "verdict.json").read_text())
+
+    assert said["gap_before"] is None
+    assert any("no validation record" in warning for warning in said["warnings"])
+
+
+def test_the_report_shows_warnings_before_the_story(result: CaseResult) -> None:
+    page = page_of(result, "evenspin gap")
+
+    assert [table.title for table in page.tables] == ["What to know"]
+    assert len(page.tables[0].rows) == len(result.warnings)
+    assert [chapter.title for chapter in page.chapters] == [
+        "Where is the gap?",
+        "What explains it?",
+        "How much does it shrink?",
+        "What is left?",
+    ]
+    assert all(len(row) == len(view.header) for view in tables_of(result) for row in view.rows)
+
+
+def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: CaseResult) -> None:
+    forward = result.investigation.forward
+    spots = ranked(forward, result.residual_before, result.residual_after)
+    heat = heat_map(forward, result.residual_before, result.residual_after)
+
+    assert sum(spot.share for spot in spots) == pytest.approx(1.0)
+    assert spots[0].signal in ("iq_a", "speed_rad_s")  # friction is a torque
+    assert np.nanmax(heat.before) > 10.0
+    assert np.nanmax(heat.after) < 4.0
+
+
+def test_the_interval_of_a_polar_pair_is_that_of_the_plane(result: CaseResult) -> None:
+    """sine and cosine of like variance s^2: amplitude has s, phase s / amplitude."""
+    motor = result.case.meta["motor"]
+    cogging = hypotheses(motor, 4000.0)["cogging"]
+    s = 1e-3
+
+    found = {i.parameter: i for i in _of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}
+
+    assert found["amplitude_nm"].value == pytest.approx(0.05)
+    assert found["amplitude_nm"].half == pytest.approx(1.96 * s, rel=1e-3)
+    assert found["phase_rad"].half == pytest.approx(1.96 * s / 0.05, rel=1e-3)
+    assert found["order"].half == 0.0
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "said"),
+    [
+        ("inertia", [("factor", 1.2, 0.1)], False),
+        ("inertia", [("factor", 1.2, 0.3)], True),
+        ("current_offset", [("offset_a_a", 0.2, 0.02), ("offset_b_a", 0.001, 0.02)], False),
+        ("cogging", [("phase_rad", 6.0, 1.5)], True),
+        ("misalignment", [("second_rel", 0.02, 0.1)], False),
+        ("coulomb_friction", [("torque_nm", 0.06, 0.07)], True),
+    ],
+)
+def test_a_parameter_that_its_interval_swallows_is_called_not_identifiable(
+    effect: str, values: list[tuple[str, float, float]], said: bool
+) -> None:
+    found = Intervals(tuple(Interval(effect, *value) for value in values), 1.0)
+
+    assert bool(found.warnings()) == said
+
+
+def test_the_plan_covers_every_experiment_and_its_records_are_a_sound_case(
+    machine_file: Path, small_case: Path
+) -> None:
+    experiments = plan(load_machine(machine_file))
+    served = {effect for e in experiments for effect in e.serves}
+
+    assert [e.name for e in experiments][-2:] == ["validation", "validation_steps"]
+    assert len(served) == 20  # the whole vocabulary
+    assert checked_case(small_case)[1] == ()
+    assert math.isclose(sum(e.setup.duration_s for e in experiments), 43.08, abs_tol=0.01)
+
+
+def test_deviations_beyond_the_tolerance_are_said(result: CaseResult) -> None:
+    far = np.zeros(len(SIGMA))
+    far[0] = 5.0 * SIGMA[0]
+    finding = replace(result.finding, model=replace(result.finding.model, delta=far))
+
+    said = result_of(result.case, result.investigation, finding).warnings
+
+    assert any("resistance: this unit is 5.0 standard deviations" in warning for warning in said)
+
+
+def test_a_missing_folder_and_a_model_for_a_case_are_one_line(
+    evenspin: Callable[..., Any], small_case: Path, tmp_path: Path
+) -> None:
+    for words in (
+        (tmp_path / "gone", "--out", tmp_path / "a"),
+        (small_case, "--model", "guo2024", "--out", tmp_path / "b"),
+    ):
+        said = evenspin("gap", *words)
+
+        assert said.status == 2
+        assert said.err.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == []
+
+
+def test_the_plan_command_writes_a_case(evenspin: Callable[..., Any], machine_file: Path, tmp_path: Path) -> None:
+    said = evenspin("gap", "plan", "--model", machine_file, "--json")
+
+    assert said.status == 0
+    listed = json.loads(said.out)
+    assert [e["name"] for e in listed["experiments"]][0] == "staircase"
+    assert listed["drive_changed"] == {"speed_inline": "false -> true", "speed_source": "mt -> pll"}
+
+
+def test_a_batch_tells_a_broken_case_and_goes_on(
+    evenspin: Callable[..., Any], small_case: Path, tmp_path: Path
+) -> None:
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "meta.json").write_text("{}")
+
+    said = evenspin("gap", "batch", broken, "--out", tmp_path / "out")
+
+    assert said.status == 1
+    assert "no verdict on broken" in said.err
+    (line,) = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert "experiments" in line["error"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["summary.json"]
+
+
+def test_a_batch_of_nothing_is_one_line(evenspin: Callable[..., Any], tmp_path: Path) -> None:
+    said = evenspin("gap", "batch", tmp_path, "--out", tmp_path / "out")
+
+    assert (said.status, said.err.count("\n")) == (2, 1)
