@@ -1,4 +1,4 @@
-"""What is said about recordings of a real servo motor. Bounds come from the task, not from what was printed."""
+"""What is said about recordings of a real servo motor. Bounds were set before anything was printed."""
 
 from __future__ import annotations
 

@@ -137,6 +137,19 @@ def test_the_effects_of_the_model_are_not_missing(tmp_path: Path) -> None:
     assert verdict["verdict"] == []
 
 
+@pytest.mark.parametrize(("torque_a", "named"), [(0.055, []), (0.08, ["coulomb_friction"])])
+def test_friction_off_the_model_is_named_when_it_is_far_off(tmp_path: Path, torque_a: float, named: list[str]) -> None:
+    path = model_of(tmp_path)
+    path.write_text(path.read_text() + "[effects.coulomb_friction]\ntorque_nm = 0.05\n")
+    columns = recordings.sweep({"coulomb_friction": {"torque_nm": torque_a}})
+
+    verdict = verdict_of(tmp_path, columns, path)
+
+    assert verdict["verdict"] == named
+    found = verdict["identified"]["coulomb_friction.torque_a_equiv"]["value"]  # whole, not what is beyond the model
+    assert found == pytest.approx(torque_a, rel=0.03)
+
+
 def test_a_speed_estimate_of_second_order_does_not_bend_the_friction(tmp_path: Path) -> None:
     """The tracking filter smears a reversal; undone, nothing is left that would look like curvature."""
     verdict = verdict_of(tmp_path, recordings.sweep({"coulomb_friction": {"torque_nm": 0.08}}))

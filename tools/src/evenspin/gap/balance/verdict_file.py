@@ -9,7 +9,7 @@ from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.naming import Verdict
 
 UNITS = {
-    "torque_a_equiv": "A of q current that makes this torque (torque over torque constant)",
+    "torque_a_equiv": "A of q current that makes this torque; beyond the model, where there is one",
     "amplitude_a_equiv": "A of q current that makes this torque",
     "amplitude_half_a_equiv": "A, half of the 95 % interval",
     "inertia_as2_per_rad": "A s^2/rad, J over Kt",
