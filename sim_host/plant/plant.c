@@ -13,6 +13,7 @@
 #define WITHIN inline __attribute__((always_inline)) /* and this is that code */
 
 #define TURNS_BEFORE_ANEW 256
+#define BRIDGE_STEPS 8 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 #define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
 /* floor for |x| < 2^62, without a call */
@@ -106,15 +107,18 @@ static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PA
 /* One step has a relative error of (h / tau)^5 / 120 in a transient, and angle^6 / 720 in the turned voltage: 0.4 and
  * 0.3 rad keep both near 1e-6 at the speed where the back-EMF fills the dc link, and far below it at ordinary ones.
  * A swinging shaft loses angle^6 / 144 of its amplitude a step: 0.3 rad add 2e-5 to its damping ratio. */
-static int needed_substeps(const sim_model_t *m, const sim_coupling_t *coupling, double period_s)
+static int needed_substeps(const sim_plant_t *s)
 {
+    const sim_model_t *const m = &s->model;
     const double l_min = (m->ld_h < m->lq_h) ? m->ld_h : m->lq_h;
-    const double decay = m->resistance_ohm / l_min * period_s / 0.4;
+    const double decay = m->resistance_ohm / l_min * s->period_s / 0.4;
     const double flux = (m->psi_wb > 1e-9) ? m->psi_wb : 1e-9;
-    const double turn = m->dc_link_v / SQRT3 / flux * period_s / 0.3;
-    const double swing = coupling->on ? coupling->resonance_rad_s * period_s / 0.3 : 0.0;
-    const double most = (decay > turn) ? decay : turn;
-    const double need = ceil((most > swing) ? most : swing);
+    const double turn = m->dc_link_v / SQRT3 / flux * s->period_s / 0.3;
+    const double swing = s->coupling.on ? s->coupling.resonance_rad_s * s->period_s / 0.3 : 0.0;
+    const double bridge = (s->voltage_count > 0) ? BRIDGE_STEPS : 1.0;
+    double       need = (decay > turn) ? decay : turn;
+    need = (swing > need) ? swing : need;
+    need = ceil((bridge > need) ? bridge : need);
     return (need < 1.0) ? 1 : ((need > 100.0) ? 100 : (int)need);
 }
 
@@ -136,7 +140,7 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
                            s->parts.damping_ratio, s->parts.has_play, s->parts.play_rad);
     }
     sim_delay_start(&s->delay, s->parts.delay_periods);
-    s->substeps = (s->model.substeps > 0.0) ? (int)s->model.substeps : needed_substeps(&s->model, &s->coupling, s->period_s);
+    s->substeps = (s->model.substeps > 0.0) ? (int)s->model.substeps : needed_substeps(s);
     s->inv_ld = 1.0 / s->model.ld_h;
     s->inv_lq = 1.0 / s->model.lq_h;
     s->inv_inertia = s->coupling.on ? s->coupling.inv_rotor : 1.0 / s->model.inertia_kgm2;
@@ -649,14 +653,24 @@ static void to_alpha_beta(const double v[3], double ab[2])
     ab[1] = (v[1] - v[2]) / SQRT3;
 }
 
-static void bridge_voltage(const sim_plant_t *s, const double duty[3], double ab[2])
+static double most_inverse_inductance(const sim_plant_t *s)
+{
+    linkage_t f = {.inv_d = s->inv_ld, .inv_q = s->inv_lq};
+    if (s->saturation != NULL) {
+        f = linkage(s, &s->x);
+    }
+    return (f.inv_d > f.inv_q) ? f.inv_d : f.inv_q;
+}
+
+static void bridge_voltage(const sim_plant_t *s, const double duty[3], double h, double ab[2])
 {
     double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
     if (s->voltage_count > 0) {
-        double i[3];
+        const sim_bridge_t bridge = {s->model.pwm_hz, s->outside.dc_link_v, h * most_inverse_inductance(s)};
+        double             i[3];
         sim_plant_phase_currents(s, i);
         for (int k = 0; k < s->voltage_count; k++) {
-            s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &s->model, i, v);
+            s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &bridge, i, v);
         }
     }
     to_alpha_beta(v, ab);
@@ -786,7 +800,7 @@ static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, dou
 
     for (int k = 0; k < steps; k++) {
         if (armed && ((k == 0) || (s->voltage_count > 0))) {
-            bridge_voltage(s, duty, ab);
+            bridge_voltage(s, duty, h, ab);
         }
         double left = h;
         for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {
