@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench lint target-report clean
+.PHONY: help setup build test host asan fixed arm coverage python demo bench lint target-report blind clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -49,6 +49,16 @@ lint: setup ## ruff and the rules of the layers
 
 target-report: setup ## flash and RAM of every block, from the build for Cortex-M4F
 	@$(PYTHON) tests/target/report.py .
+
+BLIND_CASES ?= 120
+BLIND_SEED  ?= 1
+BLIND       := out/blind-$(BLIND_SEED)
+
+blind: setup ## hidden effects from another simulator: make, solve, score, write docs/blind.md (hours)
+	@rm -rf $(BLIND)
+	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
+	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
+	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

@@ -88,7 +88,7 @@ def _heat(result: CaseResult) -> Picture:
 def _explanations(result: CaseResult) -> Picture:
     names, costs = tried_costs(result)
     finding = result.finding
-    figure, axes = subplots(height=0.6 + 0.27 * len(names))
+    figure, axes = subplots(height=max(1.9, 0.9 + 0.27 * len(names)))
     panel = axes[0, 0]
     chosen = " + ".join(finding.model.names) or "nothing"
     colours = [AFTER if name == chosen else FLOOR for name in names]
@@ -102,7 +102,7 @@ def _explanations(result: CaseResult) -> Picture:
     panel.set_xlim(0.5 * min(*costs, floor.mean), None)
     panel.invert_yaxis()
     panel.grid(False, axis="y")
-    panel.legend(loc="lower right")
+    figure.legend(*panel.get_legend_handles_labels(), loc="outside upper right")
     text = (
         "Every explanation that was refined with the simulation in the loop; the band is where a right model ends up."
     )

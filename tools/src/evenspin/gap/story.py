@@ -21,6 +21,7 @@ from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
 from evenspin.gap.verdict import because
 from evenspin.gap.where import Spot, ranked
 from evenspin.native import tables
+from evenspin.report.figures import Picture
 from evenspin.report.page import Chapter, Page
 from evenspin.tableview import TableView, number
 
@@ -83,18 +84,23 @@ def _where(result: CaseResult) -> Chapter:
     text = (
         "The log is boiled down to features: mean, trend and angle orders of every steady stretch, short bins "
         "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal "
-        "machine, and the difference is told in standard deviations of what sound units scatter. The validation records take no part."
+        "machine, and the difference is told in standard deviations of what sound units scatter. The validation "
+        "records take no part."
     )
-    return Chapter("Where is the gap?", text, [_spots(spots), *where_pictures(result)])
+    table = _spots(spots, result)
+    return Chapter("Where is the gap?", text, [table, *where_pictures(result)])
 
 
-def _spots(spots: list[Spot]) -> TableView:
+def _spots(spots: list[Spot], result: CaseResult) -> TableView:
     rows = [
         (s.record, s.signal, s.what, s.strongest or "-", f"{100.0 * s.share:.1f}", number(s.before), number(s.after))
         for s in spots
     ]
     header = ("record", "signal", "what", "strongest at", "share of excess %", "before sigma", "after sigma")
-    return TableView("Ranked by share of the excess", "sigma: rms residual; 1 is noise.", header, rows, left=4)
+    beyond = result.finding.floor.excess(result.finding.before)
+    noise = "" if result.finding.unknown or result.finding.named else " All of it is within noise."
+    text = f"sigma: rms residual; 1 is noise. The nominal machine costs {beyond:.0f} more than sound units do.{noise}"
+    return TableView("Ranked by share of the excess", text, header, rows, left=4)
 
 
 def _what(result: CaseResult) -> Chapter:
@@ -109,8 +115,9 @@ def _what(result: CaseResult) -> Chapter:
         text = (
             "No effect earns a place: none explains a share of the residual and is larger than the tolerance at once."
         )
-    parts = [_effects(result)] if result.finding.named else []
-    return Chapter("What explains it?", text, [*parts, _candidates(result), *what_pictures(result), _weighed(result)])
+    parts: list[TableView | Picture] = [_effects(result)] if result.finding.named else []
+    parts += [_candidates(result), *what_pictures(result), _weighed(result)]
+    return Chapter("What explains it?", text, [part for part in parts if not isinstance(part, TableView) or part.rows])
 
 
 def _effects(result: CaseResult) -> TableView:
@@ -166,7 +173,7 @@ def _candidates(result: CaseResult) -> TableView:
 def _weighed(result: CaseResult) -> TableView:
     """What each effect in question shows, and what would separate it from its neighbours."""
     names = list(result.finding.model.names)
-    for other, _ in result.other[:3]:
+    for other in (*(names for names, _ in result.other[:3]), *(model.names for model in result.finding.tried[:2])):
         names += [name for name in other if name not in names]
     names += [n for name in result.finding.named for n in known(name).confused_with if n not in names]
     rows = [
@@ -183,6 +190,11 @@ def _how_much(result: CaseResult) -> Chapter:
         return Chapter("How much does it shrink?", "There is no validation record: this is not known.")
     closed = f"{100.0 * result.closed:.0f} % of what is above the noise floor is closed." if _open(result) else ""
     text = f"On the validation records the gap goes from {result.before.gap:.3f} to {result.after.gap:.3f}. {closed}"
+    if result.nearest is not None and result.finding.model.z:
+        text = (
+            f"The gap on the validation records stays at {result.before.gap:.3f}: nothing was added. What comes "
+            f"nearest, {' and '.join(result.finding.model.names)}, would make it {result.nearest.gap:.3f}."
+        )
     return Chapter("How much does it shrink?", text, [_gap_table(result), _steps(result), *much_pictures(result)])
 
 

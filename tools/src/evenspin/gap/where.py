@@ -16,6 +16,7 @@ from evenspin.gap.forward import Forward
 from evenspin.gap.layout import Layout, Stretch
 
 RPM = math.pi / 30.0
+LOAD_SHARE = 0.02  # of the largest load: less is the offset of a torque sensor
 WORDS = {
     "mean": "mean level",
     "trend": "trend within a level",
@@ -95,10 +96,11 @@ def ranked(forward: Forward, before: Array, after: Array) -> list[Spot]:
     where = places(forward)
     for i, place in enumerate(where):
         groups[(place.record, place.signal, place.what)].append(i)
+    loaded = LOAD_SHARE * max((abs(p.stretch.load_nm) for p in where if p.stretch), default=0.0)
     excess = {key: _excess(before[rows]) for key, rows in groups.items()}
     total = sum(excess.values()) or 1.0
     spots = [
-        Spot(*key, _strongest(rows, where, before), excess[key] / total, _rms(before[rows]), _rms(after[rows]))
+        Spot(*key, _strongest(rows, where, before, loaded), excess[key] / total, _rms(before[rows]), _rms(after[rows]))
         for key, rows in groups.items()
     ]
     return sorted(spots, key=lambda spot: -spot.share)
@@ -147,13 +149,13 @@ def _rms(residual: Array) -> float:
     return float(np.sqrt(np.mean(residual**2)))
 
 
-def _strongest(rows: Iterable[int], where: Sequence[Place], residual: Array) -> str:
-    """At which speed and load; nothing where the group has none."""
+def _strongest(rows: Iterable[int], where: Sequence[Place], residual: Array, loaded_nm: float) -> str:
+    """At which speed and load (above `loaded_nm`); nothing where the group has none."""
     by_level: dict[str, list[float]] = defaultdict(list)
     for i in rows:
         stretch = where[i].stretch
         if stretch is not None:
-            load = f", {stretch.load_nm:.2g} N m" if abs(stretch.load_nm) > 1e-3 else ""
+            load = f", {stretch.load_nm:.2g} N m" if abs(stretch.load_nm) > loaded_nm else ""
             coasting = "coasting at " if stretch.coasting else ""
             by_level[f"{coasting}{stretch.speed_rad_s / RPM:.0f} rpm{load}"].append(float(residual[i] ** 2))
     return max(by_level, key=lambda level: float(np.mean(by_level[level])), default="")
