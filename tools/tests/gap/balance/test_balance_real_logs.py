@@ -187,6 +187,13 @@ def test_lines_of_a_model_at_another_zero_of_the_angle_do_no_harm(
     assert verdict["gap_before"] < 1.05 * free_run[0].verdict["gap_after"]
 
 
+def test_the_model_with_the_orders_explains_the_log_that_gave_them(speed_test: Real, tmp_path: Path) -> None:
+    verdict = run_balance(recordings.REAL / "speed_test.csv.gz", speed_test[1] / "model.toml", None).verdict
+
+    assert "cogging" not in verdict["verdict"]
+    assert verdict["gap_before"] < 0.3 * speed_test[0].verdict["gap_before"]  # six orders of nine are in the model
+
+
 def test_the_start_against_a_stop_is_told_and_not_fitted(speed_test: Real) -> None:
     assert any("0.10 to 0.30 s" in text for text in speed_test[0].verdict["unexplained"])
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.gap.balance.angle_zero import at_zero, find_zero
 from evenspin.gap.balance.controller import vertex
 from evenspin.gap.balance.friction import Flags, halves, known_part
 from evenspin.gap.balance.grid import Grid, Smoother
@@ -174,7 +175,8 @@ def weigh_orders(
     lines = tuple(_line(k, found, on_first, on_second, spectrum) for k in orders)
     kept = [int(each.line.order) for each in lines if each.validated]
     fitted = _fit(bank, base, kept, y, first)
-    before = y - _explained(bank, base, [], _fit(bank, base, [], y, first))
+    unexplained = y - _known_lines(motion, nominal, y, first)  # before the drag: the lines bend it
+    before = unexplained - _explained(bank, base, [], _fit(bank, base, [], unexplained, first))
     if "inertia" in base:  # the same inertia before and after: the one that the lines do not bend
         before = y - fitted["inertia"] * motion.accel_rad_s2
         drag = _fit(bank, {"drag": base["drag"]}, [], before, first)
@@ -259,6 +261,14 @@ def _without_lines(nominal: Nominal) -> Nominal:
     from dataclasses import replace
 
     return replace(nominal, lines=())
+
+
+def _known_lines(motion: Motion, nominal: Nominal | None, rest: Array, first: Flags) -> Array:
+    """What the model's own lines explain, at the zero of the angle that fits."""
+    zero_rad = find_zero(motion, nominal.lines, rest, first) if nominal is not None else None
+    if nominal is None or zero_rad is None:
+        return np.zeros_like(rest)
+    return motion.smooth(sum(line(motion.theta_rad) for line in at_zero(nominal.lines, zero_rad)))
 
 
 def _base(motion: Motion, *, free_inertia: bool) -> dict[str, Array]:
