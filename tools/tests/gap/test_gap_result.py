@@ -22,7 +22,7 @@ from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.intervals import Interval, Intervals, _of_effect
 from evenspin.gap.outcome import Validation, floor_gap
 from evenspin.gap.plan import meta, perform, plan
-from evenspin.gap.result import CaseResult, result_of
+from evenspin.gap.result import CaseResult, confidence, result_of
 from evenspin.gap.story import page_of, tables_of
 from evenspin.gap.tolerance import SIGMA
 from evenspin.gap.verdict import verdict_json
@@ -149,6 +149,7 @@ def test_the_model_file_simulates_to_the_same_gap(result: CaseResult, written: P
 
     factors = {key: machine.plant[key] / nominal[key] for key in ("resistance_ohm", "psi_wb", "inertia_kgm2")}
     factors |= {key: machine.plant[key] / nominal[key] for key in ("ld_h", "lq_h", "viscous_nms")}
+    assert factors == pytest.approx(dict(result.unit.factors), rel=1e-6)
     again = Validation(result.case).outcome(Unit(machine.effects, factors))
 
     # nine digits in the file; a count of the encoder may still fall the other way
@@ -319,3 +320,42 @@ def test_a_batch_of_nothing_is_one_line(evenspin: Callable[..., Any], tmp_path: 
     said = evenspin("gap", "batch", tmp_path, "--out", tmp_path / "out")
 
     assert (said.status, said.err.count("\n")) == (2, 1)
+
+
+SOUND = core.Floor(mean=6800.0, sigma=200.0)
+
+
+def sure(result: CaseResult, weights: dict[str, float], cost: float = 6800.0, **changes: Any) -> dict[str, float]:
+    finding = replace(
+        result.finding,
+        model=replace(result.finding.model, cost=cost),
+        floor=SOUND,
+        named=tuple(weights),
+        weights=weights,
+        **changes,
+    )
+    return confidence(finding, ())
+
+
+def test_a_second_effect_that_adds_next_to_nothing_is_given_little_confidence(result: CaseResult) -> None:
+    little = sure(result, {"dead_time": 64_000.0, "current_loop_delay": 500.0})
+    enough = sure(result, {"dead_time": 64_000.0, "current_loop_delay": 6_400.0})
+
+    assert little["current_loop_delay"] < 0.6 < 0.95 < enough["current_loop_delay"] < 1.0
+    assert little["dead_time"] > 0.95
+
+
+def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseResult) -> None:
+    limit = max(core.EXCESS_SIGMAS * SOUND.sigma, core.EXCESS_SHARE * SOUND.mean)
+    at, beyond = (6800.0 + share * limit for share in (0.99, 3.0))
+
+    assert sure(result, {"inertia": 5000.0}, at)["inertia"] < 0.55
+    assert sure(result, {"inertia": 5000.0})["inertia"] > 0.95
+    assert sure(result, {}, beyond, unknown=True)["unknown"] > 0.95
+
+
+def test_another_explanation_that_does_without_the_name_takes_its_weight(result: CaseResult) -> None:
+    alone = confidence(result.finding, ())["coulomb_friction"]
+    shared = confidence(result.finding, ((("viscous_friction",), 0.3),))["coulomb_friction"]
+
+    assert shared == pytest.approx(0.7 * alone)

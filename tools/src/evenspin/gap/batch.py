@@ -19,6 +19,7 @@ from evenspin.tableview import TableView
 
 SUMMARY = "summary.json"
 EXTRA = "pip install 'evenspin[batch]'"
+BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")  # one a process: there is a process per core already
 KEYS = ("verdict", "confidence", "gap_before", "gap_after", "gap_floor", "gap_closed", "warnings")
 
 
@@ -124,6 +125,7 @@ def _pool(
         # a fresh interpreter each: the threads of this one are not copied into them
         context = multiprocessing.get_context("spawn")
         pool = ProcessPoolExecutor(count, mp_context=context)
+        os.environ.update({name: os.environ.get(name, "1") for name in BLAS_THREADS})  # read when NumPy is loaded
         try:
             yield lambda todo: (future.result() for future in as_completed([pool.submit(solve, job) for job in todo]))
         finally:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from evenspin.compare import RecordGap, Unit
 from evenspin.gap.intervals import Intervals, intervals
-from evenspin.gap.investigate import GAIN_MIN, Finding, Investigation, alternatives
+from evenspin.gap.investigate import EXCESS_SHARE, EXCESS_SIGMAS, GAIN_MIN, Finding, Investigation, alternatives
 from evenspin.gap.knowledge import Blind, blind_spots, known
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.search import Model
@@ -22,6 +22,8 @@ from evenspin.log.case import Case
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
 TOLERATED = 3.0  # standard deviations: a unit beyond is worth a warning
+CEILING = 0.98  # nothing is surer than that: share of clear verdicts on blind cases that are right
+LEFTOVER_SHARE = 0.01  # of what all effects take away: a large one that is modelled a little differently leaves that
 NO_EFFECT: Mapping[str, Mapping[str, float]] = {}
 
 
@@ -152,15 +154,22 @@ def _intolerant(delta: Array) -> list[str]:
 
 
 def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...]) -> dict[str, float]:
-    """Weight of all explanations that have the name, times the chance that its gain is none."""
+    """How likely each name is right. `evenspin gap blind score` holds it against the truth of blind cases.
+
+    A name stands less firm when other explanations do without it, when what it takes away could be chance or what a
+    larger effect leaves because the machine has it a little differently, and when the rest is nearly too much for noise.
+    """
+    excess = finding.floor.excess(finding.model.cost)
+    nearly = excess / max(EXCESS_SIGMAS * finding.floor.sigma, EXCESS_SHARE * finding.floor.mean, 1.0)
     if finding.unknown:
-        beyond = finding.floor.excess(finding.model.cost) / max(finding.floor.sigma, 1.0)
-        return {"unknown": 1.0 - 0.5 * math.exp(-max(0.0, beyond) / 6.0)}
+        return {"unknown": CEILING * (1.0 - 0.5 * math.exp(-2.0 * max(0.0, nearly - 1.0)))}
+    total = sum(max(gain, 0.0) for gain in finding.weights.values()) or 1.0
     out = {}
     for name in finding.named:
         against = sum(weight for names, weight in other if name not in names)
-        gain = finding.weights.get(name, 0.0)
-        out[name] = (1.0 - against) * (1.0 - math.exp(-gain / GAIN_MIN))
+        gain = max(finding.weights.get(name, 0.0), 0.0)
+        real = (1.0 - math.exp(-gain / GAIN_MIN)) * (1.0 - math.exp(-gain / (LEFTOVER_SHARE * total)))
+        out[name] = CEILING * (1.0 - against) * real * (1.0 - 0.5 * min(max(nearly, 0.0), 1.0) ** 2)
     return out
 
 

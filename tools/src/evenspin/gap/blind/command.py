@@ -11,6 +11,8 @@ import typer
 from evenspin.cli.options import JsonFlag
 from evenspin.cli.output import STDOUT, console, write_json
 
+MADE = "<!-- Made by `make blind`. Do not edit. -->\n\n# Verdicts on blind cases\n\n"
+
 app = typer.Typer(no_args_is_help=True, help="Blind cases: make them, and score the verdicts on them.")
 
 
@@ -76,6 +78,7 @@ def score(
     Example: `evenspin gap blind score --truth out/blind_truth.json --results out/verdicts`
     """
     from evenspin.errors import CheckFailedError, InputError
+    from evenspin.gap.blind import calibration as calibrating
     from evenspin.gap.blind import score as scoring
     from evenspin.gap.blind.truth import read_truth
 
@@ -85,8 +88,10 @@ def score(
         if not truths:
             raise InputError("--cases", "folder", str(cases), "one with cases of the truth file", "see --truth")
     result = scoring.score_set(truths, results)
+    calibration = calibrating.calibrate(truths, results)
     if markdown is not None:
-        markdown.write_text(scoring.markdown(result), encoding="utf-8")
+        text = MADE + scoring.markdown(result) + calibrating.markdown(calibration)
+        markdown.write_text(text, encoding="utf-8")
     if as_json:
         write_json(_json(result), STDOUT)
     else:
