@@ -1,21 +1,37 @@
+#include <math.h>
+
 #include "sim_host/plant/effect.h"
 
-/* The loss goes over linearly between the directions, within this many times the current that it moves in one step: a
- * current that only the loss drives falls to a third with each step and never passes zero, so that one which the rest
- * of the voltage cannot carry out of zero rests there, as behind blocking diodes, instead of chattering around it. */
-#define PASSAGE_STEPS 1.5
+#define SWEEPS 3 /* over the phases, which their star point ties together; each leaves a third of the error at most */
+#define FAR 2.0  /* a current that the loss cannot bring near zero even with the star point against it */
 
-static double direction(double i_a, double passage_a)
-{
-    return (i_a >= passage_a) ? 1.0 : ((i_a <= -passage_a) ? -1.0 : (i_a / passage_a));
-}
+static double within_one(double x) { return (x > 1.0) ? 1.0 : ((x < -1.0) ? -1.0 : x); }
 
-static void phase_voltage(const double *p, const sim_bridge_t *bridge, const double i_abc_a[3], double v_abc_v[3])
+/* The loss opposes the current that would be there at the end of the step, and takes it to zero at most: there it
+ * stays while the rest of the voltage is smaller than the loss, as behind blocking diodes, instead of chattering. */
+static void phase_voltage(const double *p, const sim_bridge_t *bridge, double v_abc_v[3])
 {
     const double loss_v = p[0] * bridge->pwm_hz * bridge->dc_link_v;
-    const double passage_a = PASSAGE_STEPS * loss_v * bridge->reach_a_per_v;
+    const double loss_a = loss_v * bridge->reach_a_per_v;
+    if (!(loss_a > 0.0)) {
+        return;
+    }
+    double steps[3]; /* to zero */
+    double direction[3];
+    bool   near = false;
     for (int k = 0; k < 3; k++) {
-        v_abc_v[k] -= loss_v * direction(i_abc_a[k], passage_a);
+        steps[k] = bridge->end_a[k] / loss_a;
+        direction[k] = within_one(steps[k]);
+        near = near || (fabs(steps[k]) < FAR);
+    }
+    for (int n = 0; near && (n < SWEEPS); n++) {
+        for (int k = 0; k < 3; k++) { /* wanted: steps[k] = direction[k] - mean of all three */
+            const double others = direction[(k + 1) % 3] + direction[(k + 2) % 3];
+            direction[k] = within_one(1.5 * steps[k] + 0.5 * others);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        v_abc_v[k] -= loss_v * direction[k];
     }
 }
 

@@ -28,7 +28,8 @@ typedef struct {
 /** The bridge as an effect sees it, over one integration step. */
 typedef struct {
     double pwm_hz, dc_link_v;
-    double reach_a_per_v; /**< Phase current that a volt moves within the step, at most. */
+    double end_a[3];      /**< Phase currents at the end of the step, were there no effect on the voltage. */
+    double reach_a_per_v; /**< What a volt moves of them, at most. */
 } sim_bridge_t;
 
 /** Parts that the usual machine does not have. All 0: it has none of them. */
@@ -64,7 +65,7 @@ typedef struct {
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft);            /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s);            /**< Size of a torque that opposes any motion, >= 0. */
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);
-    void (*phase_voltage)(const double *p, const sim_bridge_t *bridge, const double i_abc_a[3], double v_abc_v[3]);
+    void (*phase_voltage)(const double *p, const sim_bridge_t *bridge, double v_abc_v[3]);
     void (*current_sensor)(const double *p, double i_ab_a[2]);                 /**< Phases a and b, before noise. */
     double (*angle_sensor)(const double *p, const sim_model_t *m, double theta_m_rad); /**< Angle that the encoder sees. */
 } sim_effect_t;

@@ -13,7 +13,7 @@
 #define WITHIN inline __attribute__((always_inline)) /* and this is that code */
 
 #define TURNS_BEFORE_ANEW 256
-#define BRIDGE_STEPS 8 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
+#define BRIDGE_STEPS 2 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 #define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
 /* floor for |x| < 2^62, without a call */
@@ -662,16 +662,26 @@ static double most_inverse_inductance(const sim_plant_t *s)
     return (f.inv_d > f.inv_q) ? f.inv_d : f.inv_q;
 }
 
+APART static void distort(const sim_plant_t *s, double h, double v[3])
+{
+    sim_bridge_t bridge = {
+        .pwm_hz = s->model.pwm_hz, .dc_link_v = s->outside.dc_link_v, .reach_a_per_v = h * most_inverse_inductance(s)};
+    double ab[2];
+    to_alpha_beta(v, ab);
+    const step_t  step = begin(s, ab);
+    const still_t now = stator_view(s, &step);
+    to_phases(now.i[0] + h * now.slope[0], now.i[1] + h * now.slope[1], bridge.end_a);
+    for (int k = 0; k < s->voltage_count; k++) {
+        s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &bridge, v);
+    }
+}
+
+/** Voltage over the next @p h. */
 static void bridge_voltage(const sim_plant_t *s, const double duty[3], double h, double ab[2])
 {
     double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
     if (s->voltage_count > 0) {
-        const sim_bridge_t bridge = {s->model.pwm_hz, s->outside.dc_link_v, h * most_inverse_inductance(s)};
-        double             i[3];
-        sim_plant_phase_currents(s, i);
-        for (int k = 0; k < s->voltage_count; k++) {
-            s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &bridge, i, v);
-        }
+        distort(s, h, v);
     }
     to_alpha_beta(v, ab);
 }

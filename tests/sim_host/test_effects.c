@@ -476,29 +476,61 @@ void test_effects_dead_time_takes_its_average_voltage_from_every_phase(void)
     }
 }
 
+static void lose(const double end_a[3], double v[3])
+{
+    const double dead_time_s = 2e-6; /* 0.48 V, which move 0.048 A */
+    sim_bridge_t bridge = {.pwm_hz = 10e3, .dc_link_v = 24.0, .reach_a_per_v = 0.1};
+    memcpy(bridge.end_a, end_a, sizeof bridge.end_a);
+    v[0] = v[1] = v[2] = 12.0;
+    sim_effects[machine_effect("dead_time")]->phase_voltage(&dead_time_s, &bridge, v);
+}
+
 void test_effects_dead_time_leaves_a_phase_without_current_alone(void)
 {
-    const double       i[3] = {2.0, 0.0, -2.0};
-    double             v[3] = {12.0, 12.0, 12.0};
-    const double       dead_time_s = 2e-6;
-    const sim_bridge_t bridge = {.pwm_hz = 10e3, .dc_link_v = 24.0, .reach_a_per_v = 0.1};
-    sim_effects[machine_effect("dead_time")]->phase_voltage(&dead_time_s, &bridge, i, v);
+    double v[3];
+    lose((const double[3]){2.0, 0.0, -2.0}, v);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 - 0.48, v[0]);
     TEST_ASSERT_EQUAL_DOUBLE(12.0, v[1]);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 + 0.48, v[2]);
 }
 
-/* A lossless bridge: 0.3 V is less than the 0.64 V above, so that diodes would block and no current would flow. */
-void test_effects_dead_time_holds_a_voltage_smaller_than_its_own_near_no_current(void)
+/* The star point takes a third of what a lone phase gives: 0.01 A need 0.1 V, so 0.15 V at this phase. */
+void test_effects_dead_time_takes_a_small_current_to_zero_and_not_beyond(void)
+{
+    double v[3];
+    lose((const double[3]){2.0, 0.01, -2.01}, v);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 - 0.48, v[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 - 0.15, v[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 12.0 + 0.48, v[2]);
+    lose((const double[3]){0.02, -0.01, -0.01}, v); /* all three: mean 0 again */
+    const double mean = (v[0] + v[1] + v[2]) / 3.0;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.2, v[0] - mean);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.1, v[1] - mean);
+}
+
+/* 0.3 V is less than the 0.64 V above: the diodes block. Without the effect 0.83 A would flow. */
+void test_effects_dead_time_lets_no_current_flow_below_its_own_voltage(void)
+{
+    machine_set("dead_time", "dead_time_s", 2e-6);
+    model.rotor_locked = 1.0;
+    for (int k = 0; k < 12; k++) {
+        machine_start();
+        plant.x.id_a = 0.2; /* what flows at first goes */
+        for (int n = 0; n < 20; n++) {
+            machine_voltage(0.3 * cos(0.5 * k), 0.3 * sin(0.5 * k), 1);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, plant.x.id_a);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, plant.x.iq_a);
+    }
+}
+
+/* The phase of a current that just passes zero loses its full voltage again. */
+void test_effects_dead_time_opposes_a_current_that_the_voltage_carries_through_zero(void)
 {
     machine_set("dead_time", "dead_time_s", 2e-6);
     model.rotor_locked = 1.0;
     machine_start();
-    machine_voltage(0.3, 0.0, 300);
-    const double rest_a = plant.x.id_a;
-    TEST_ASSERT_DOUBLE_WITHIN(0.06, 0.0, rest_a); /* 0.3 / 0.36 = 0.83 A without the effect */
-    for (int k = 0; k < 50; k++) {                /* and it rests there: no chatter */
-        machine_voltage(0.3, 0.0, 1);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-9, rest_a, plant.x.id_a);
-    }
+    plant.x.id_a = -0.2;
+    machine_voltage(1.8, 0.0, 300);
+    ASSERT_REL(1e-9, (1.8 - 0.64) / 0.36, plant.x.id_a, "above zero");
 }
