@@ -3,6 +3,7 @@
  * Storage holds two slots. A save goes to the older one: erase, data, and last the header, whose check sum covers
  * everything; a slot without a good header does not exist. So a power failure leaves the older save. */
 #include "firmware/app/internal.h"
+#include "firmware/app/storage_map.h"
 #include "hal/hal_storage.h"
 
 #define SLOTS 2U
@@ -59,7 +60,11 @@ bool drive_memory_clear(drive_t *d)
 
 /* ---- storage ------------------------------------------------------------------------------------------------------- */
 
-static uint16_t pages_per_slot(void) { return (uint16_t)(hal_storage_pages() / SLOTS); }
+static uint16_t pages_per_slot(void)
+{
+    const uint16_t pages = hal_storage_pages();
+    return (pages > STORAGE_PARAMETER_PAGES) ? (uint16_t)((pages - STORAGE_PARAMETER_PAGES) / SLOTS) : 0U;
+}
 
 static bool table_fits(const drive_t *d)
 {

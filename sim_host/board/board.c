@@ -161,6 +161,8 @@ uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
     return n;
 }
 
+uint32_t hal_link_lost(void) { return 0U; } /* a full pipe takes nothing more, see es_sim_link_write */
+
 /* ---- hal_storage ------------------------------------------------------------------------------------------------------------------ */
 
 static bool storage_has(uint16_t page, uint16_t offset, uint16_t count)

@@ -15,7 +15,7 @@
 
 #define SIM_CLOCK_HZ 200000000.0
 #define SIM_LINK_OCTETS 4096
-#define SIM_STORAGE_PAGES 8
+#define SIM_STORAGE_PAGES 10
 #define SIM_STORAGE_WORDS 1024
 
 /** Disturbances of the electronics, for tests and scenarios. */
