@@ -23,8 +23,8 @@ BLOCKS = {
 # Prefetch runs ahead of code: these words must not hold any (errata).
 KEPT_EMPTY = ((0x0007F8, 0x000800), (0x01BFF8, 0x01C000), (0x0BFFF0, 0x0C0000))
 SECTIONS = (
-    "codestart .text .cinit .init_array .const .switch .TI.ramfunc .stack .bss .data .bss:output drive_memory capture_memory "
-    "black_box_memory .reset"
+    "codestart .text .cinit .init_array .const .switch .TI.ramfunc .stack .bss .data .bss:output drive_memory "
+    "capture_memory black_box_memory .reset"
 ).split()
 
 

@@ -1,6 +1,8 @@
 /* The program of the board, from power-on to a turning motor, through the registers of the fake chip. */
 #include <math.h>
 
+#include "firmware/link/frame.h"
+#include "firmware/link/protocol.h"
 #include "tests/hal/support/virtual_chip.h"
 
 #define CALIBRATION 4200 /* periods: 4096, and some */
@@ -230,4 +232,38 @@ void test_virtual_chip_main_itself_comes_to_ready(void)
     }
 
     TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
+}
+
+void test_virtual_chip_answers_the_bench_through_its_serial_port(void)
+{
+    frame_t         request;
+    frame_decoder_t decoder;
+    uint16_t        wire[FRAME_WIRE_MAX];
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+    world_run(10);
+    frame_begin(&request, LINK_alive, 77U);
+    const uint16_t count = frame_end(&request, wire);
+    for (uint16_t i = 0U; i < count; i++) {
+        chip.rx[i] = wire[i];
+    }
+    chip.rx_count = count; /* 9 octets: within the FIFO */
+    chip.tx_count = 0U;
+
+    for (int k = 0; k < 10; k++) {
+        chip.tx_room = 16U;
+        world_run(1);
+    }
+
+    uint16_t good = 0U;
+    frame_decoder_reset(&decoder);
+    for (uint16_t i = 0U; i < chip.tx_count; i++) {
+        good += (frame_decode(&decoder, chip.tx[i]) == FRAME_GOOD) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL_UINT16(1U, good);
+    TEST_ASSERT_EQUAL_HEX16(LINK_alive + LINK_ANSWER, frame_type(&decoder));
+    TEST_ASSERT_EQUAL_UINT16(77U, frame_seq(&decoder));
+    codec_reader_t   r = frame_payload(&decoder);
+    const uint32_t counter = codec_get_u32(&r);
+    TEST_ASSERT_TRUE((counter > 10U) && (counter <= 20U)); /* periods since the start */
+    TEST_ASSERT_EQUAL_UINT16(DRIVE_OFFSET_CALIBRATION, codec_get_u8(&r));
 }
