@@ -29,7 +29,9 @@ link_refusal_t request_hello(services_t *s, codec_reader_t *in, codec_writer_t *
                               .timed_out = n->timed_out,
                               .timeout_ms = SERVICES_TIMEOUT_MS,
                               .alive_at = n->alive_at,
-                              .storing_seq = n->storing_seq};
+                              .storing_seq = n->storing_seq,
+                              .stored = n->stored,
+                              .stored_status = n->stored_status};
     *n = fresh;
     stream_configure(&s->stream, s->stream.signal, 0U, 1U, 0U);
 

@@ -171,7 +171,7 @@ static link_refusal_t home(services_t *s)
 static link_refusal_t when_idle(services_t *s, uint16_t command)
 {
     drive_t *const d = s->setup.drive;
-    if (s->store.active) {
+    if (s->store.active || s->session.stored) { /* one save, one answer */
         return LINK_NO_busy;
     }
     if (!is_idle(s)) {

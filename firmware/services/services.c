@@ -255,14 +255,23 @@ static void post_stream(services_t *s)
     }
 }
 
-/* One step of a save; its last one answers. Only while nothing else is going out. */
+/* One step of a save. */
 static void go_on_storing(services_t *s)
 {
-    const hal_status_t status = param_store_step(&s->store);
-    if (status == HAL_BUSY) {
+    if (!s->store.active) {
         return;
     }
-    const link_refusal_t why = services_stored(s, status);
+    const hal_status_t status = param_store_step(&s->store);
+    if (status != HAL_BUSY) {
+        s->session.stored = true;
+        s->session.stored_status = status;
+    }
+}
+
+static void post_stored(services_t *s)
+{
+    const link_refusal_t why = services_stored(s, s->session.stored_status);
+    s->session.stored = false;
     if (why == LINK_FINE) {
         frame_begin(&s->frame, LINK_command + LINK_ANSWER, s->session.storing_seq);
         codec_put_u16(&s->frame.payload, LINK_CMD_save);
@@ -296,12 +305,13 @@ void services_pass(services_t *s)
 {
     time_the_pass(s);
     watch(s);
+    go_on_storing(s);
     send(s);
     if (!is_sending(s)) {
         receive(s);
     }
-    if (!is_sending(s) && s->store.active) {
-        go_on_storing(s);
+    if (!is_sending(s) && s->session.stored) {
+        post_stored(s);
     }
     if (!is_sending(s) && s->session.event_wanted && s->session.greeted) {
         post_event(s);

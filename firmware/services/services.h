@@ -46,6 +46,8 @@ typedef struct {
     uint32_t alive_at;   /**< Counter at the last good frame. */
     bool     staging;    /**< A set of parameters is open in `staged`. */
     uint16_t storing_seq; /**< Number of the request to save, which is answered when it is done. */
+    bool     stored;      /**< The save is over, its answer waits. */
+    hal_status_t stored_status;
     bool     event_wanted;
     uint16_t event_seq, stream_seq;
 } session_t;
