@@ -383,16 +383,17 @@ class Drive:
 
     def _await_run(self, progress: Callable[[State], None] | None) -> None:
         clock = self.link.transport.clock
-        until_s = clock() + START_S
+        until_s, seen = clock() + START_S, False
         while clock() < until_s:
             now = self.state()
-            if now.state == State.RUN:
+            if now.state == State.RUN and seen:
                 return
+            seen = now.state == State.RUN  # look twice: what protects a running bridge trips in its first period
             if now.state == State.FAULT:
                 raise DriveFaultError(messages.fault_text(self.schema, now.fault, now.detail))
             if progress is not None:
                 progress(now.state)
-            self.sleep(0.005)
+            self.sleep(0.002)
         raise DriveFaultError(f"start: not running after {START_S:g} s; the state is {now.state.name.lower()}")
 
     def run_speed(self, speed_rad_s: float) -> None:
@@ -466,7 +467,10 @@ class Drive:
         level: float = 0.0,
         decimation: int = 1,
     ) -> int:
-        """Start recording at the full rate; `rows` with `pre` of them before the trigger. Returns the rows."""
+        """Start recording at the full rate; `rows` with `pre` of them before the trigger. Returns the rows.
+
+        Comes back when the rows before the trigger are there: what happens from now on is seen.
+        """
         if not 1 <= len(names) <= self.info.recorder_signals:
             must = f"1 to {self.info.recorder_signals} names"
             raise InputError("bench", "signals", len(names), must, "leave some out")
@@ -479,6 +483,10 @@ class Drive:
         payload = struct.pack("<BHHHBHfB", CAPTURES, decimation, pre, rows - pre, trigger, watched, level, len(numbers))
         payload += struct.pack(f"<{len(numbers)}H", *numbers)
         answer = self._ask(Ask.CAPTURE_CONFIGURE, payload, "capture").payload
+        if pre > 0:
+            self.sleep(pre * decimation / self.info.pwm_hz)
+            while self.capture_state().status == CaptureStatus.FILLING_PRE:
+                self.sleep(0.002)
         return int(Reader(answer).take("BBH")[2])
 
     def capture_rows(self, signals: int) -> int:

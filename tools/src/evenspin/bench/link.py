@@ -113,17 +113,26 @@ class Link:
             self._last_sent_s = self.transport.clock()
 
     def _answer(self, seq: int, kind: Ask, payload: bytes, timeout_s: float) -> Frame:
-        for tries in range(TRIES):
-            if self.wait(lambda seq=seq: self._answers.get(seq) is not None, timeout_s):
-                frame = self._answers.pop(seq)
-                assert frame is not None
-                return frame
-            self._answers.pop(seq, None)
-            if tries + 1 < TRIES:
-                seq = self._send(kind, payload)
+        """Ask again when nothing comes; an answer that was only late is as good."""
+        asked = [seq]
+
+        def arrived() -> Frame | None:
+            return next((frame for seq in asked if (frame := self._answers.get(seq)) is not None), None)
+
+        try:
+            for tries in range(TRIES):
+                if self.wait(lambda: arrived() is not None, timeout_s):
+                    frame = arrived()
+                    assert frame is not None
+                    return frame
+                if tries + 1 < TRIES:
+                    asked.append(self._send(kind, payload))
+        finally:
+            for seq in asked:
+                self._answers.pop(seq, None)
         raise NoDeviceError(
             f"{self.transport.name}: no answer to {kind.name.lower()}, asked {TRIES} times; is it an evenspin drive, "
-            "switched on, at the right baud rate?"
+            "switched on, at the right baud rate, and the line not overloaded?"
         )
 
     # ---- reading
