@@ -16,10 +16,11 @@ void stream_configure(stream_t *s, const uint16_t *signals, uint16_t count, uint
     }
     s->count = count;
     s->decimation = decimation;
-    const uint16_t fit = (count > 0U) ? (uint16_t)((STREAM_FRAME_OCTETS / 4U) / count) : 1U;
+    const uint16_t each = (count > 0U) ? count : (uint16_t)1U;
+    const uint16_t fit = (uint16_t)((STREAM_FRAME_OCTETS / 4U) / each);
     s->frame_rows = ((rows > 0U) && (rows < fit)) ? rows : fit;
-    const uint16_t room = (count > 0U) ? (uint16_t)(STREAM_VALUES / count) : STREAM_ROWS;
-    s->rows = (room < STREAM_ROWS) ? room : STREAM_ROWS;
+    const uint16_t room = (uint16_t)(STREAM_VALUES / each);
+    s->rows = (room < STREAM_ROWS) ? room : (uint16_t)STREAM_ROWS;
     s->config = (s->config + 1U) & 0xFFU;
     s->frame = 0U;
     s->fresh = true;
