@@ -242,6 +242,9 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
  * @return cells written to @p amps (at most @p room; 0 unless method = aro).
  */
 uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room);
+/** Its number of cells (0 unless method = aro), and one of them; 0 beyond. */
+uint16_t drive_memory_cells(const drive_t *d);
+float    drive_memory_cell(const drive_t *d, uint16_t cell);
 /** Replace it. Refused (false) while running, with another number of cells, or with a value that is not finite. */
 bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells);
 /** Forget it, the repetitive controller's memory included. Refused while running. */

@@ -13,15 +13,20 @@
 static bool has_table(const drive_t *d) { return d->setup.observer_used && (d->setup.observer.kind == CTL_OBSERVER_ARO); }
 static bool is_idle(const drive_t *d) { return (d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT); }
 
+uint16_t drive_memory_cells(const drive_t *d) { return has_table(d) ? d->observer.observer.state.memory.state.grid.cells : (uint16_t)0U; }
+
+float drive_memory_cell(const drive_t *d, uint16_t cell)
+{
+    const ctl_grid_t *const grid = &d->observer.observer.state.memory.state.grid;
+    return (cell < drive_memory_cells(d)) ? (num_to_float(grid->cell[cell]) * d->scale.current_a) : 0.0f;
+}
+
 uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room)
 {
-    if (!has_table(d)) {
-        return 0U;
-    }
-    const ctl_grid_t *const grid = &d->observer.observer.state.memory.state.grid;
-    const uint16_t          n = (grid->cells < room) ? grid->cells : room;
+    const uint16_t cells = drive_memory_cells(d);
+    const uint16_t n = (cells < room) ? cells : room;
     for (uint16_t i = 0U; i < n; i++) {
-        amps[i] = num_to_float(grid->cell[i]) * d->scale.current_a;
+        amps[i] = drive_memory_cell(d, i);
     }
     return n;
 }

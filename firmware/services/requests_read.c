@@ -208,6 +208,33 @@ link_refusal_t request_fault(services_t *s, codec_reader_t *in, codec_writer_t *
     return LINK_FINE;
 }
 
+link_refusal_t request_learned(services_t *s, codec_reader_t *in, codec_writer_t *out)
+{
+    const drive_t *const d = s->setup.drive;
+    const uint16_t       cells = drive_memory_cells(d);
+    const uint16_t       first = codec_get_u16(in);
+    const uint16_t       count = codec_get_u8(in);
+    if ((count == 0U) || (count > GET_MOST)) {
+        return services_refuse(s, LINK_NO_too_many, count, 1.0f, (float)GET_MOST);
+    }
+    if (cells == 0U) {
+        return LINK_NO_unsupported;
+    }
+    const link_refusal_t no = services_index(s, first, cells);
+    if (no != LINK_FINE) {
+        return no;
+    }
+    const uint16_t left = (uint16_t)(cells - first);
+    const uint16_t n = (left < count) ? left : count;
+    codec_put_u16(out, cells);
+    codec_put_u16(out, first);
+    codec_put_u8(out, n);
+    for (uint16_t i = 0U; i < n; i++) {
+        codec_put_f32(out, drive_memory_cell(d, (uint16_t)(first + i)));
+    }
+    return LINK_FINE;
+}
+
 link_refusal_t request_timing(services_t *s, codec_reader_t *in, codec_writer_t *out)
 {
     const bool     reset = codec_get_u8(in) != 0U;

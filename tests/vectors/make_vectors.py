@@ -87,6 +87,7 @@ def examples() -> dict[str, tuple[int, int, bytes]]:
         "capture_control": (0x34, 16, b"\x00\x02"),
         "fault": (0x35, 17, b""),
         "timing": (0x36, 18, b"\x01"),
+        "learned": (0x37, 19, pack("<HB", 120, 60)),
         "event": (0x41, 0, pack("<IBHHH", 123456, 5, 1, 0, 8)),
         "refused_range": (0xFF, 7, pack("<BBHff", 0x11, 4, 300, 0.0, 1000.0)),
         "shortest": (0x04, 0, b""),

@@ -496,6 +496,40 @@ void test_session_fault_sends_an_event_disarms_and_freezes_what_was_before_it(vo
     TEST_ASSERT_EQUAL_INT(RECORDER_FILLING, services.recorder[SERVICES_BLACK_BOX].status); /* for the next one */
 }
 
+/* ---- what was learned --------------------------------------------------------------------------------------------------------- */
+
+void test_session_shows_what_the_angle_observer_has_learned(void)
+{
+    static float amps[200];
+    codec_writer_t *w = line_begin(LINK_learned);
+    codec_put_u16(w, 0U);
+    codec_put_u8(w, 60U);
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_unsupported, line_refusal(LINK_learned));
+    line_defaults.method = DRIVE_METHOD_ARO;
+    line_restart();
+    for (uint16_t i = 0U; i < 200U; i++) {
+        amps[i] = 0.015625f * (float)i;
+    }
+    TEST_ASSERT_TRUE(drive_memory_write(&drive, amps, 200U));
+    for (uint16_t first = 0U; first < 200U; first += 60U) {
+        w = line_begin(LINK_learned);
+        codec_put_u16(w, first);
+        codec_put_u8(w, 60U);
+        TEST_ASSERT_EQUAL_HEX16(LINK_learned + LINK_ANSWER, line_ask());
+        TEST_ASSERT_EQUAL_UINT16(200U, codec_get_u16(&line.in));
+        TEST_ASSERT_EQUAL_UINT16(first, codec_get_u16(&line.in));
+        const uint16_t n = codec_get_u8(&line.in);
+        TEST_ASSERT_EQUAL_UINT16((first == 180U) ? 20U : 60U, n);
+        for (uint16_t i = 0U; i < n; i++) {
+            TEST_ASSERT_FLOAT_WITHIN(1e-6f, amps[first + i], codec_get_f32(&line.in)); /* Q7.24 of 10 A: 6e-7 A */
+        }
+    }
+    w = line_begin(LINK_learned);
+    codec_put_u16(w, 200U);
+    codec_put_u8(w, 1U);
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_index, line_refusal(LINK_learned));
+}
+
 /* ---- storage --------------------------------------------------------------------------------------------------------------- */
 
 void test_session_saved_parameters_come_back_after_a_power_cycle(void)
