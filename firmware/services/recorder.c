@@ -12,7 +12,8 @@ void recorder_init(recorder_t *r, float *memory, uint16_t values)
     r->held = 0U;
 }
 
-static void begin(recorder_t *r)
+/* Through a volatile view: the status comes last. */
+static void begin(volatile recorder_t *r)
 {
     r->by_hand = 0U;
     r->end = (uint16_t)((r->config.pre + r->config.post) * r->config.count); /* within `values` */
@@ -26,9 +27,10 @@ static void begin(recorder_t *r)
     r->status = (r->config.pre > 0U) ? RECORDER_FILLING : RECORDER_WAITING;
 }
 
-void recorder_start(recorder_t *r, const recorder_config_t *config)
+void recorder_start(recorder_t *recorder, const recorder_config_t *config)
 {
-    r->status = RECORDER_STOPPED;
+    volatile recorder_t *const r = recorder;
+    r->status = RECORDER_STOPPED; /* from here on the interrupt leaves it alone */
     r->config = *config;
     r->number = (r->number + 1U) & 0xFFU;
     begin(r);

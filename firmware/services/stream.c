@@ -8,8 +8,10 @@ void stream_init(stream_t *s)
     stream_configure(s, s->signal, 0U, 1U, 0U);
 }
 
-void stream_configure(stream_t *s, const uint16_t *signals, uint16_t count, uint16_t decimation, uint16_t rows)
+/* Through a volatile view: what lies between the two writes of `on` must not move past them. */
+void stream_configure(stream_t *stream, const uint16_t *signals, uint16_t count, uint16_t decimation, uint16_t rows)
 {
+    volatile stream_t *const s = stream;
     s->on = 0U;
     for (uint16_t i = 0U; i < count; i++) {
         s->signal[i] = signals[i];
@@ -100,7 +102,7 @@ bool stream_take(stream_t *s, uint32_t counter, codec_writer_t *w)
     codec_put_u16(w, s->frame);
     codec_put_u32(w, s->counter[s->read_slot]);
     for (uint16_t r = 0U; r < rows; r++) {
-        const float *const row = &s->value[(uint16_t)(s->read_slot * s->count)];
+        const volatile float *const row = &s->value[(uint16_t)(s->read_slot * s->count)]; /* after `written` was read */
         for (uint16_t i = 0U; i < s->count; i++) {
             codec_put_f32(w, row[i]);
         }
