@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from evenspin.cli import bench_log
+from evenspin.cli import bench_calibrate, bench_log
 from evenspin.cli.bench_port import PortOption, connected
 from evenspin.cli.options import JsonFile
 from evenspin.cli.output import check_json_file, console, write_json
@@ -31,6 +31,7 @@ def register(parent: typer.Typer) -> None:
     for command in (pull, push, diff):
         config.command(command.__name__)(command)
     bench_log.register(app)
+    bench_calibrate.register(app)
 
 
 def ports(json_file: JsonFile = None) -> None:
