@@ -36,6 +36,8 @@ num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
 #define DRIVE_AXIS_BOUND 1.0e6f
 #endif
 
+/** state_machine.c: the first parameter that would change and must not now, or PARAM_COUNT. */
+uint16_t drive_held_param(const drive_t *d, const drive_params_t *params);
 /** current_isr.c: controllers at rest, for a start. */
 void drive_rest(drive_t *d);
 
