@@ -45,6 +45,8 @@ void drive_rest(drive_t *d);
 void drive_trip(drive_t *d, drive_fault_t fault);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
+/** protection.c: at the current limit without motion, in speed mode. Speed interrupt. */
+void drive_check_stall(drive_t *d);
 /** protection.c: encoder against its tracking filter, speed. Current interrupt. */
 void drive_check_motion(drive_t *d);
 
