@@ -241,13 +241,13 @@ link_refusal_t request_timing(services_t *s, codec_reader_t *in, codec_writer_t 
     drive_t *const d = s->setup.drive;
     codec_put_u32(out, hal_clock_hz());
     codec_put_u32(out, d->setup.period_cyc);
-    codec_put_u32(out, d->isr_last_cyc);
-    codec_put_u32(out, d->isr_max_cyc);
+    codec_put_u32(out, d->timing.current.last_cyc);
+    codec_put_u32(out, d->timing.current.max_cyc);
     codec_put_u32(out, s->sample_last_cyc);
     codec_put_u32(out, s->sample_max_cyc);
     codec_put_u32(out, s->pass_max_cyc);
     if (reset) { /* the interrupt may write one of them in between: then that one is not forgotten */
-        d->isr_max_cyc = 0U;
+        drive_restart_timing(d);
         s->sample_max_cyc = 0U;
         s->pass_max_cyc = 0U;
     }

@@ -16,6 +16,7 @@ from evenspin.cli import (
     demo,
     design,
     drive,
+    doctor,
     identify,
     lists,
     memory,
@@ -36,7 +37,9 @@ app = typer.Typer(
     "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
 )
 
-for module in (run, reproduce, design, identify, compare, memory, drive, bench, lists, demo, benchmark, cycles, pages):
+for module in (
+    run, reproduce, design, identify, compare, memory, drive, bench, lists, demo, benchmark, cycles, doctor, pages,
+):  # fmt: skip
     module.register(app)
 
 
