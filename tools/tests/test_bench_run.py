@@ -171,3 +171,23 @@ def test_a_dry_run_moves_nothing_and_writes_nothing(evenspin, experiments: Path,
     assert said.status == 0
     assert "staircase_load" in said.out and "load machine" in said.out
     assert not (tmp_path / "case").exists()
+
+
+def test_what_is_complete_is_kept_when_the_drive_trips(
+    evenspin, experiments: Path, model: Path, tmp_path: Path
+) -> None:
+    model.write_text(model.read_text().replace("[drive]", "[drive]\nover_speed_rad_s = 60.0"))
+    text = experiments.read_text()
+    first = text.index("[[experiment]]")
+    step = text.index("[[experiment]]", text.index('name = "load_step"') - 40)
+    experiments.write_text(text[:first] + text[step:] + text[first:step])  # load_step, at half speed, comes first
+    out = tmp_path / "case"
+
+    said = evenspin("bench", "run", experiments, "--port", f"sim:{model}", "--out", out)
+
+    assert said.status == 1
+    assert "over_speed" in said.err and "are kept" in said.out
+    meta = json.loads((out / "meta.json").read_text())
+    assert meta["experiments"] and set(meta["experiments"]) < set(EIGHT)
+    assert "over_speed" in meta["ended_by"]
+    assert read_case(out).experiments.keys() == set(meta["experiments"])

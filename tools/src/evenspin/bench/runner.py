@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.bench.client import Drive
-from evenspin.bench.errors import DriveFaultError, LostSamplesError, NoDeviceError
+from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesError
 from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
 from evenspin.bench.hand import Hand
 from evenspin.bench.messages import Mode, State, Trigger
 from evenspin.bench.stream import Block
-from evenspin.errors import InputError
+from evenspin.errors import EvenspinError, InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.meta import meta_of
 from evenspin.model import Setup
@@ -54,50 +54,56 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Performed:
-    """Records by name, what meta.json says, and what was left out with its reason."""
+    """Records by name, what meta.json says, what was left out with its reason, and what ended the list early."""
 
     records: Mapping[str, Record]
     meta: Mapping[str, Any]
     left_out: Mapping[str, str]
+    ended_by: BaseException | None
 
 
 def perform(drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, say: Say) -> Performed:
-    """Do them all. A tripped drive ends the list: a person must look first."""
+    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept."""
     records: dict[str, Record] = {}
     left_out: dict[str, str] = {}
     rates: dict[str, float] = {}
     ways: dict[str, str] = {}
+    ended_by: BaseException | None = None
     done_s = 0.0
     with _log_controller(drive) as parameters:
         for experiment in what.experiments:
             progress(experiment.name, done_s)
-            if experiment.needs_load_machine and not hand.has_load_machine:
-                left_out[experiment.name] = "it needs a load machine"
-            else:
+            try:
+                if experiment.needs_load_machine and not hand.has_load_machine:
+                    raise LeftOutError("it needs a load machine")
                 way = how_to_log(drive, experiment)
                 if way.note:
                     say(f"{experiment.name}: {way.note}")
                 run = _by_captures if way.captures else _by_stream
-                try:
-                    base_s = done_s
-                    records[experiment.name] = run(
-                        drive, hand, experiment, way.rate_hz, lambda s, n=experiment.name, b=base_s: progress(n, b + s)
-                    )
-                    rates[experiment.name] = way.rate_hz
-                    ways[experiment.name] = "captures" if way.captures else "stream"
-                except NoDeviceError as error:
-                    if drive.link.lost:
-                        raise
-                    left_out[experiment.name] = str(error)
-            if experiment.name in left_out:
-                say(f"{experiment.name}: left out: {left_out[experiment.name]}")
+
+                def told(seconds: float, name: str = experiment.name, before_s: float = done_s) -> None:
+                    progress(name, before_s + seconds)
+
+                records[experiment.name] = run(drive, hand, experiment, way.rate_hz, told)
+                rates[experiment.name] = way.rate_hz
+                ways[experiment.name] = "captures" if way.captures else "stream"
+            except LeftOutError as error:
+                left_out[experiment.name] = str(error)
+                say(f"{experiment.name}: left out: {error}")
+            except (EvenspinError, KeyboardInterrupt) as error:
+                if not records:
+                    raise
+                ended_by = error
+                break
             done_s += experiment.duration_s
     if not records:
         raise InputError("bench run", "experiments", len(what.experiments), "at least one that this bench can do",
                          "a load machine or another list")  # fmt: skip
     meta = _meta(drive, what, parameters, list(records))
     meta |= {"log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
-    return Performed(records, meta, left_out)
+    if ended_by is not None:
+        meta["ended_by"] = str(ended_by) or "interrupted"
+    return Performed(records, meta, left_out, ended_by)
 
 
 # ---- what the line can carry
