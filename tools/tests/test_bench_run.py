@@ -123,6 +123,12 @@ def test_a_case_has_what_the_format_asks_for(evenspin, experiments: Path, model:
     steps = case.experiments["standstill_steps"]
     assert np.ptp(steps["theta_m_rad"]) == 0.0
     assert steps["id_ref_a"][round(0.3 * 10_000) - 1] == pytest.approx(4.5)  # 0.9 of 5 A, just before it ends
+    wanted = next(e for e in plan(load_machine(model)) if e.name == "standstill_steps")
+    for name in ("id_ref_a", "iq_ref_a"):
+        for row in range(0, len(steps), 100):
+            for near in (row, row - 1):  # a step is in the row at which it was due, not before and not after
+                if near >= 0:
+                    assert steps[name][near] == pytest.approx(wanted.value(name, near / 10_000)), (name, near)
     coast = case.experiments["coast_down"]
     assert np.abs(coast["iq_a"][2600:]).max() < 0.1 < np.abs(coast["iq_a"][:2400]).max()
 
