@@ -41,6 +41,7 @@ LOG_CONTROLLER = {
     "voltage_limit_v": "0",
 }
 SETPOINT_S = 0.005  # between two points of a ramp
+SYNC_S = 0.1
 LINE_LOAD = 0.9  # of a serial line, for a stream
 STREAM_OCTETS_S = 150e3  # of any link: the drive begins one frame in a pass of its main loop, and other work needs some
 RATES_HZ = (2000.0, 1000.0, 500.0)
@@ -100,7 +101,8 @@ def perform(drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, 
         raise InputError("bench run", "experiments", len(what.experiments), "at least one that this bench can do",
                          "a load machine or another list")  # fmt: skip
     meta = _meta(drive, what, parameters, list(records))
-    meta |= {"log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
+    switched = {e.name: e.current_from_s for e in what.experiments if e.current_from_s is not None}
+    meta |= {"current_mode_from_s": switched, "log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
     if ended_by is not None:
         meta["ended_by"] = str(ended_by) or "interrupted"
     return Performed(records, meta, left_out, ended_by)
@@ -150,6 +152,8 @@ def _by_stream(
     drive: Drive, hand: Hand, experiment: Experiment, rate_hz: float, progress: Callable[[float], None]
 ) -> Record:
     _prepare(drive, hand, experiment)
+    if experiment.mode == "current":
+        drive.setpoint(Mode.CURRENT)  # the first step comes when rows do
     blocks: list[Block] = []
     with drive.stream(STREAMED, rate_hz=rate_hz) as stream:
         started = _start(drive)
@@ -276,17 +280,12 @@ def _command_through(
     progress: Callable[[float], None],
 ) -> None:
     """Send references and loads when they are due, by the drive's own time."""
-    clock = drive.link.transport.clock
-    ahead_s = drive.state().counter / drive.info.pwm_hz - clock()  # drive time less our clock
-
-    def now_s() -> float:
-        return clock() + ahead_s - first / drive.info.pwm_hz
-
+    time = _DriveTime(drive, first)
     sent: tuple[float, ...] | None = None
     load_nm = experiment.value("load_torque_nm", 0.0)
     told_s = 0.0
     for t_s in _instants(experiment):
-        while (wait_s := t_s - now_s()) > 0.0:
+        while (wait_s := t_s - time.now_s()) > 0.0:
             drive.sleep(min(wait_s, 0.05))
             collect()
         wanted = _reference(experiment, t_s)
@@ -300,10 +299,31 @@ def _command_through(
         if t_s - told_s > 0.2:
             told_s = t_s
             progress(t_s)
-            drive.need_no_fault()
-    while now_s() < experiment.duration_s:
+    while time.now_s() < experiment.duration_s:
         drive.sleep(0.05)
         collect()
+
+
+class _DriveTime:
+    """Time of the drive since the start of a record. Asked for now and then: a virtual drive on a busy machine lags."""
+
+    def __init__(self, drive: Drive, first: int) -> None:
+        self._drive, self._first = drive, first
+        self._sync()
+
+    def _sync(self) -> None:
+        now = self._drive.state()
+        if now.state != State.RUN:
+            self._drive.need_no_fault()
+            raise DriveFaultError("the drive has stopped by itself; was the link silent for too long?")
+        self._asked_s = self._drive.link.transport.clock()
+        self._ahead_s = (now.counter - self._first) / self._drive.info.pwm_hz - self._asked_s
+
+    def now_s(self) -> float:
+        clock = self._drive.link.transport.clock
+        if clock() - self._asked_s > SYNC_S:
+            self._sync()
+        return clock() + self._ahead_s
 
 
 def _instants(experiment: Experiment) -> Iterator[float]:
