@@ -123,6 +123,12 @@ def test_a_case_has_what_the_format_asks_for(evenspin, experiments: Path, model:
     steps = case.experiments["standstill_steps"]
     assert np.ptp(steps["theta_m_rad"]) == 0.0
     assert steps["id_ref_a"][round(0.3 * 10_000) - 1] == pytest.approx(4.5)  # 0.9 of 5 A, just before it ends
+    wanted = next(e for e in plan(load_machine(model)) if e.name == "standstill_steps")
+    for name in ("id_ref_a", "iq_ref_a"):
+        for row in range(0, len(steps), 100):
+            for near in (row, row - 1):  # a step is in the row at which it was due, not before and not after
+                if near >= 0:
+                    assert steps[name][near] == pytest.approx(wanted.value(name, near / 10_000)), (name, near)
     coast = case.experiments["coast_down"]
     assert np.abs(coast["iq_a"][2600:]).max() < 0.1 < np.abs(coast["iq_a"][:2400]).max()
 
@@ -171,3 +177,23 @@ def test_a_dry_run_moves_nothing_and_writes_nothing(evenspin, experiments: Path,
     assert said.status == 0
     assert "staircase_load" in said.out and "load machine" in said.out
     assert not (tmp_path / "case").exists()
+
+
+def test_what_is_complete_is_kept_when_the_drive_trips(
+    evenspin, experiments: Path, model: Path, tmp_path: Path
+) -> None:
+    model.write_text(model.read_text().replace("[drive]", "[drive]\nover_speed_rad_s = 60.0"))
+    text = experiments.read_text()
+    first = text.index("[[experiment]]")
+    step = text.index("[[experiment]]", text.index('name = "load_step"') - 40)
+    experiments.write_text(text[:first] + text[step:] + text[first:step])  # load_step, at half speed, comes first
+    out = tmp_path / "case"
+
+    said = evenspin("bench", "run", experiments, "--port", f"sim:{model}", "--out", out)
+
+    assert said.status == 1
+    assert "over_speed" in said.err and "are kept" in said.out
+    meta = json.loads((out / "meta.json").read_text())
+    assert meta["experiments"] and set(meta["experiments"]) < set(EIGHT)
+    assert "over_speed" in meta["ended_by"]
+    assert read_case(out).experiments.keys() == set(meta["experiments"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -67,6 +68,22 @@ def test_lockstep_time_stands_still_unless_it_is_asked_for() -> None:
             before = drive.state().counter
             time.sleep(0.3)
             assert drive.state().counter - before < 200  # some passes for the answers, not 3000
+
+
+def test_lockstep_waits_for_the_octets_that_were_sent_before() -> None:
+    with served(lockstep=True) as (server, note):
+        host, _, port = note.port.removeprefix("socket://").rpartition(":")
+        with socket.create_connection((host, int(port))) as link:
+            hand = ControlClient(note.control)
+            asked = threading.Thread(target=hand.ask, args=({"do": "advance", "ms": 5, "octets": 3},))
+            asked.start()
+            asked.join(0.3)
+            assert asked.is_alive() and server.drive.periods == 0
+
+            link.sendall(b"\x00\x00\x00")
+            asked.join(5.0)
+
+            assert not asked.is_alive() and server.drive.periods == 50
 
 
 @pytest.mark.parametrize("tcp", [True, False], ids=["tcp", "pty"])

@@ -353,6 +353,11 @@ class Drive:
             self.link.keep_alive = False
         return State(payload[2])
 
+    def set_timeout(self, milliseconds: int) -> None:
+        """Silence after which the drive stops, for this session; 0: never. 500 after every connect."""
+        self._need_write("timeout")
+        self._ask(Ask.TIMEOUT, struct.pack("<H", milliseconds), "timeout")
+
     def setpoint(
         self,
         mode: Mode = Mode.SPEED,
@@ -416,7 +421,8 @@ class Drive:
     # ---- streaming
 
     def stream(self, names: Sequence[str], *, rate_hz: float = 1000.0) -> Stream:
-        """Rows of these signals, evenly spaced at a whole part of the PWM frequency."""
+        """Rows of these signals, evenly spaced at a whole part of the PWM frequency. There is one stream at a time: a
+        new one ends the one before."""
         decimation = max(1, round(self.info.pwm_hz / rate_hz)) if rate_hz > 0.0 else 0
         if not decimation or abs(self.info.pwm_hz / decimation - rate_hz) > 0.01 * rate_hz:
             hint = f"for example {self.info.pwm_hz / 10:g} or {self.info.pwm_hz / 5:g}"

@@ -33,3 +33,7 @@ class LostSamplesError(EvenspinError):
     """A stream with gaps, where every sample was needed."""
 
     exit_code = 1
+
+
+class LeftOutError(EvenspinError):
+    """This bench cannot do the experiment; the next one may go on."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from evenspin.bench.errors import NoDeviceError
+from evenspin.bench.errors import LeftOutError
 from evenspin.bench.ports import note_of
 from evenspin.bench.transport import ControlClient, LocalTransport, Transport
 
@@ -78,14 +78,14 @@ class PersonHand:
 
     def load(self, torque_nm: float) -> None:
         if torque_nm != 0.0:
-            raise NoDeviceError("load machine: this bench has none; leave out the experiments that need it")
+            raise LeftOutError("load machine: this bench has none; leave out the experiments that need it")
 
     def lock(self, locked: bool) -> None:
         if locked == self._locked:
             return
         request = "Lock the rotor mechanically" if locked else "Release the rotor; it is going to turn"
         if not self._ask(request):
-            raise NoDeviceError("rotor lock: it was not confirmed; the experiment is left out")
+            raise LeftOutError("rotor lock: it was not confirmed; the experiment is left out")
         self._locked = locked
 
     def loads(self, since: int) -> LoadSteps:

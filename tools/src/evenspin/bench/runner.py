@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.bench.client import Drive
-from evenspin.bench.errors import DriveFaultError, LostSamplesError, NoDeviceError
+from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesError
 from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
 from evenspin.bench.hand import Hand
 from evenspin.bench.messages import Mode, State, Trigger
 from evenspin.bench.stream import Block
-from evenspin.errors import InputError
+from evenspin.errors import EvenspinError, InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.meta import meta_of
 from evenspin.model import Setup
@@ -41,6 +41,7 @@ LOG_CONTROLLER = {
     "voltage_limit_v": "0",
 }
 SETPOINT_S = 0.005  # between two points of a ramp
+SYNC_S = 0.1
 LINE_LOAD = 0.9  # of a serial line, for a stream
 STREAM_OCTETS_S = 150e3  # of any link: the drive begins one frame in a pass of its main loop, and other work needs some
 RATES_HZ = (2000.0, 1000.0, 500.0)
@@ -54,50 +55,57 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Performed:
-    """Records by name, what meta.json says, and what was left out with its reason."""
+    """Records by name, what meta.json says, what was left out with its reason, and what ended the list early."""
 
     records: Mapping[str, Record]
     meta: Mapping[str, Any]
     left_out: Mapping[str, str]
+    ended_by: BaseException | None
 
 
 def perform(drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, say: Say) -> Performed:
-    """Do them all. A tripped drive ends the list: a person must look first."""
+    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept."""
     records: dict[str, Record] = {}
     left_out: dict[str, str] = {}
     rates: dict[str, float] = {}
     ways: dict[str, str] = {}
+    ended_by: BaseException | None = None
     done_s = 0.0
     with _log_controller(drive) as parameters:
         for experiment in what.experiments:
             progress(experiment.name, done_s)
-            if experiment.needs_load_machine and not hand.has_load_machine:
-                left_out[experiment.name] = "it needs a load machine"
-            else:
+            try:
+                if experiment.needs_load_machine and not hand.has_load_machine:
+                    raise LeftOutError("it needs a load machine")
                 way = how_to_log(drive, experiment)
                 if way.note:
                     say(f"{experiment.name}: {way.note}")
                 run = _by_captures if way.captures else _by_stream
-                try:
-                    base_s = done_s
-                    records[experiment.name] = run(
-                        drive, hand, experiment, way.rate_hz, lambda s, n=experiment.name, b=base_s: progress(n, b + s)
-                    )
-                    rates[experiment.name] = way.rate_hz
-                    ways[experiment.name] = "captures" if way.captures else "stream"
-                except NoDeviceError as error:
-                    if drive.link.lost:
-                        raise
-                    left_out[experiment.name] = str(error)
-            if experiment.name in left_out:
-                say(f"{experiment.name}: left out: {left_out[experiment.name]}")
+
+                def told(seconds: float, name: str = experiment.name, before_s: float = done_s) -> None:
+                    progress(name, before_s + seconds)
+
+                records[experiment.name] = run(drive, hand, experiment, way.rate_hz, told)
+                rates[experiment.name] = way.rate_hz
+                ways[experiment.name] = "captures" if way.captures else "stream"
+            except LeftOutError as error:
+                left_out[experiment.name] = str(error)
+                say(f"{experiment.name}: left out: {error}")
+            except (EvenspinError, KeyboardInterrupt) as error:
+                if not records:
+                    raise
+                ended_by = error
+                break
             done_s += experiment.duration_s
     if not records:
         raise InputError("bench run", "experiments", len(what.experiments), "at least one that this bench can do",
                          "a load machine or another list")  # fmt: skip
     meta = _meta(drive, what, parameters, list(records))
-    meta |= {"log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
-    return Performed(records, meta, left_out)
+    switched = {e.name: e.current_from_s for e in what.experiments if e.current_from_s is not None}
+    meta |= {"current_mode_from_s": switched, "log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
+    if ended_by is not None:
+        meta["ended_by"] = str(ended_by) or "interrupted"
+    return Performed(records, meta, left_out, ended_by)
 
 
 # ---- what the line can carry
@@ -144,6 +152,8 @@ def _by_stream(
     drive: Drive, hand: Hand, experiment: Experiment, rate_hz: float, progress: Callable[[float], None]
 ) -> Record:
     _prepare(drive, hand, experiment)
+    if experiment.mode == "current":
+        drive.setpoint(Mode.CURRENT)  # the first step comes when rows do
     blocks: list[Block] = []
     with drive.stream(STREAMED, rate_hz=rate_hz) as stream:
         started = _start(drive)
@@ -270,17 +280,12 @@ def _command_through(
     progress: Callable[[float], None],
 ) -> None:
     """Send references and loads when they are due, by the drive's own time."""
-    clock = drive.link.transport.clock
-    ahead_s = drive.state().counter / drive.info.pwm_hz - clock()  # drive time less our clock
-
-    def now_s() -> float:
-        return clock() + ahead_s - first / drive.info.pwm_hz
-
+    time = _DriveTime(drive, first)
     sent: tuple[float, ...] | None = None
     load_nm = experiment.value("load_torque_nm", 0.0)
     told_s = 0.0
     for t_s in _instants(experiment):
-        while (wait_s := t_s - now_s()) > 0.0:
+        while (wait_s := t_s - time.now_s()) > 0.0:
             drive.sleep(min(wait_s, 0.05))
             collect()
         wanted = _reference(experiment, t_s)
@@ -294,10 +299,31 @@ def _command_through(
         if t_s - told_s > 0.2:
             told_s = t_s
             progress(t_s)
-            drive.need_no_fault()
-    while now_s() < experiment.duration_s:
+    while time.now_s() < experiment.duration_s:
         drive.sleep(0.05)
         collect()
+
+
+class _DriveTime:
+    """Time of the drive since the start of a record. Asked for now and then: a virtual drive on a busy machine lags."""
+
+    def __init__(self, drive: Drive, first: int) -> None:
+        self._drive, self._first = drive, first
+        self._sync()
+
+    def _sync(self) -> None:
+        now = self._drive.state()
+        if now.state != State.RUN:
+            self._drive.need_no_fault()
+            raise DriveFaultError("the drive has stopped by itself; was the link silent for too long?")
+        self._asked_s = self._drive.link.transport.clock()
+        self._ahead_s = (now.counter - self._first) / self._drive.info.pwm_hz - self._asked_s
+
+    def now_s(self) -> float:
+        clock = self._drive.link.transport.clock
+        if clock() - self._asked_s > SYNC_S:
+            self._sync()
+        return clock() + self._ahead_s
 
 
 def _instants(experiment: Experiment) -> Iterator[float]:

@@ -256,6 +256,9 @@ def run(
     for name, record in done.records.items():
         screen.print(f"{name:18} {len(record):6} rows, {done.meta['log_rate_hz'][name]:g} Hz")
     screen.print(f"{out}", style="bold")
+    if done.ended_by is not None:
+        screen.print(f"The list ended early, after {len(done.records)} of {len(wanted.experiments)}; they are kept.")
+        raise done.ended_by
 
 
 def soak(
