@@ -89,6 +89,17 @@ def test_cogging_is_found_as_the_line_that_it_is(port: str) -> None:
     assert stored["rdc_line1_rad"] == pytest.approx(0.7, abs=0.3)
 
 
+def test_the_angle_observer_learns_and_the_speed_gets_even() -> None:
+    with Drive.connect("sim:tang2020-rig1") as drive:
+        done = perform(drive, "learning")
+        method = drive.get(["method"])["method"]
+
+    uneven, even = (verdict.value for verdict in done.found.verdicts)
+    assert done.found.good and even < 0.5 * uneven
+    assert drive.parameters["method"].choices[int(method)] == "aro"
+    assert drive.parameters["method"].choices[int(done.before["method"])] == "pi"
+
+
 @pytest.mark.parametrize(("offset_a", "good"), [(0.01, True), (0.2, False)])
 def test_offsets_are_judged_without_a_move(port: str, offset_a: float, good: bool) -> None:
     with Drive.connect(f"{port}?current_offset.offset_a_a={offset_a}") as drive:

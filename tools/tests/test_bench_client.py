@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from evenspin.bench import Drive, Mode, State, Trigger, client
+from evenspin.bench import Drive, Info, Mode, State, Trigger, client
 from evenspin.bench.errors import DriveFaultError, LinkLostError, NoDeviceError, ReadOnlyError, RefusedError
 from evenspin.bench.schema import own_schema
 from evenspin.drive import PERIODS_PER_MS, VirtualDrive
@@ -338,3 +338,17 @@ def test_on_a_noisy_line_a_stream_knows_its_gaps_and_shows_nothing_wrong(drive: 
     truth = virtual(drive).recorded()
     rows = np.searchsorted(np.round(truth[:, 0] * 10_000).astype(int), counters)
     np.testing.assert_array_equal(np.concatenate([block.values for block in blocks]), truth[rows, 1:])
+
+
+def test_the_fixed_point_drive_talks_the_same_and_turns_as_fast() -> None:
+    with Drive.connect(f"{PORT}?numeric=fixed") as drive:
+        assert drive.info.numeric == "fixed" and drive.info.may_write
+        drive.run_speed(30.0)
+        drive.sleep(0.5)
+        assert virtual(drive).read("true_speed_rad_s") == pytest.approx(30.0, abs=2.0)
+
+
+@pytest.mark.parametrize("length", range(0, 30))
+def test_an_answer_that_is_cut_short_is_told(length: int) -> None:
+    with pytest.raises(NoDeviceError, match="ends early"):
+        Info.parse(bytes(length))

@@ -11,6 +11,7 @@ from bench_model import MODEL
 from evenspin.bench import Drive
 from evenspin.bench.experiments import ExperimentList, experiments_toml, plan, read_experiments
 from evenspin.bench.hand import PersonHand
+from evenspin.bench.raw import read_raw
 from evenspin.bench.runner import perform, stream_octets_s
 from evenspin.compare import case_gap
 from evenspin.errors import InputError
@@ -117,6 +118,9 @@ def test_a_case_has_what_the_format_asks_for(evenspin, experiments: Path, model:
         np.testing.assert_allclose(np.diff(record["t_s"]), 1.0 / experiment.log_rate_hz, rtol=1e-5)
         assert record["t_s"][0] == 0.0 and abs(record["speed_rad_s"][0]) < 0.5  # at rest
         assert np.isnan(record["load_torque_nm"]).all() != experiment.needs_load_machine
+    raw = read_raw(out / "raw" / "validation.mcap")  # as it came from the drive, from before the start to the stop
+    assert raw.whole and raw.lost_rows == 0 and len(raw.record) > 12_000
+    assert not (tmp_path / "case.raw").exists()
     staircase = case.experiments["staircase"]
     assert staircase["iq_ref_a"][0] > 0.1  # the first row is that of the first tick of the speed loop
     assert staircase["iq_a"][0] < 0.1

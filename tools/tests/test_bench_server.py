@@ -23,6 +23,7 @@ from evenspin.bench.transport import ControlClient
 from evenspin.drive import VirtualDrive
 from evenspin.drive.registry import Note, announced, running
 from evenspin.drive.server import Server
+from evenspin.log import read_case
 from evenspin.model.machine import builtin_models, load_machine
 
 SIGNALS = ("speed_ref_rad_s", "speed_rad_s", "theta_m_rad", "id_a", "iq_ref_a", "iq_a", "vd_v", "vq_v")
@@ -60,6 +61,20 @@ def test_lockstep_over_tcp_is_the_same_run_as_in_this_process() -> None:
 
     with served(lockstep=True) as (_, note):
         assert run(note.port) == run("sim:guo2024")
+
+
+def test_an_experiment_list_over_lockstep_tcp_leaves_the_same_bytes_as_in_process(evenspin, tmp_path: Path) -> None:
+    plan = tmp_path / "experiments.toml"
+    assert evenspin("bench", "plan", "guo2024", "--out", plan).status == 0
+    words = ("bench", "run", plan, "--only", "load_step", "--only", "validation_steps")
+    with served(lockstep=True) as (_, note):
+        assert evenspin(*words, "--port", note.port, "--out", tmp_path / "tcp").status == 0
+    assert evenspin(*words, "--port", "sim:guo2024", "--out", tmp_path / "here").status == 0
+
+    for name in ("load_step.csv", "validation_steps.csv", "meta.json"):
+        assert (tmp_path / "tcp" / name).read_bytes() == (tmp_path / "here" / name).read_bytes(), name
+    record = read_case(tmp_path / "tcp").experiments["load_step"]
+    assert set(np.unique(record["load_torque_nm"]).round(3)) == {-0.135, 0.0, 0.135}  # half of the rated 0.27 N m
 
 
 def test_lockstep_time_stands_still_unless_it_is_asked_for() -> None:

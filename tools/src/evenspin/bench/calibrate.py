@@ -46,6 +46,10 @@ FRICTION_PARTS = (0.1, 0.2, 0.4, 0.6, 0.8, 1.0)
 RAMPS, RAMP_S = 24, 0.1  # steep: the encoder's steps blur the acceleration
 RAMP_STEP_S = 0.004
 SLOW_RAD_S, SLOW_TURNS = 3.0, 8.0
+LEARNING = "learning"
+LEARN_PART, LEARN_TURNS, LEARN_PARTS = 0.25, 60.0, 20  # speed, of the top; how far; reports of progress
+LEARN_LIMIT = 0.7  # of the ripple without it
+RIPPLE_TURNS = 4.0
 SURE = 0.10
 STILL_RAD_S = 0.5
 
@@ -111,16 +115,23 @@ def calibrate(drive: Drive, hand: Hand, name: str, progress: Progress) -> Calibr
     """Do it; what was found is stored in the drive when it is good, and the motor is stopped."""
     wanted = procedure(name)
     drive.need_no_fault()
+    all_before = drive.get()
     try:
         found = wanted.work(drive, hand, progress)
     finally:
         if not drive.link.lost:
             _halt(drive)
             hand.lock(False)
-    before = drive.get(list(found.parameters))
-    if found.good:
-        drive.set(found.parameters)
+    before = {key: all_before[key] for key in found.parameters}
+    drive.set(found.parameters if found.good else before)
     return Calibration(name, found, before)
+
+
+def keep(drive: Drive, done: Calibration) -> None:
+    """Over a power cycle; what the angle observer has learned, too."""
+    drive.save()
+    if done.name == LEARNING:
+        drive.command("learn_save")
 
 
 # ---- the procedures
@@ -329,6 +340,43 @@ def _cogging(drive: Drive, hand: Hand, progress: Progress) -> Found:
     return Found(verdicts, cleared | lines, "acts with position_method = rdc")
 
 
+def _learning(drive: Drive, hand: Hand, progress: Progress) -> Found:
+    """The angle observer learns the torque ripple; how even the speed is without it and with it."""
+    pi, aro = (parse_value(drive.parameters["method"], word) for word in ("pi", "aro"))
+    before = drive.get(["method"])
+    speed = LEARN_PART * _top_speed(drive)
+    seconds = LEARN_TURNS * TURN_RAD / speed
+    try:
+        drive.set({"method": pi})
+        drive.run_speed(speed)
+        drive.sleep(1.0)
+        uneven = _ripple(drive, speed)
+        drive.set({"method": aro})
+        for part in range(LEARN_PARTS):
+            drive.sleep(seconds / LEARN_PARTS)
+            drive.need_no_fault()
+            progress((part + 1) / LEARN_PARTS)
+        even = _ripple(drive, speed)
+    except BaseException:
+        if not drive.link.lost:
+            drive.stop()
+            drive.set(before)
+        raise
+    verdicts = [
+        Verdict("speed ripple before, rms", uneven, "rad/s", 0.0, abs(speed)),
+        Verdict("speed ripple with what was learned, rms", even, "rad/s", 0.0, LEARN_LIMIT * uneven),
+    ]
+    note = "" if verdicts[1].good else "does observer_actuation_samples fit the current controller, is mechanics done?"
+    return Found(verdicts, {"method": aro}, note)
+
+
+def _ripple(drive: Drive, speed_rad_s: float) -> float:
+    """rms about the mean, over whole turns."""
+    with drive.stream(("speed_rad_s",), rate_hz=1000.0) as stream:
+        rows = round(RIPPLE_TURNS * TURN_RAD / speed_rad_s * 1000.0)
+        return float(stream.read_rows(rows)[:rows].astype(float).std())
+
+
 PROCEDURES = {
     each.name: each
     for each in (
@@ -348,6 +396,10 @@ PROCEDURES = {
         Procedure(
             "cogging", "Torque tied to the angle of the rotor. After mechanics.",
             "The rotor turns slowly for some turns. The shaft must be free.", _cogging,
+        ),
+        Procedure(
+            LEARNING, "Torque ripple over the angle, learned by the angle observer (method = aro). After mechanics.",
+            "The rotor turns for some ten turns. The shaft must be free.", _learning,
         ),
     )
 }  # fmt: skip

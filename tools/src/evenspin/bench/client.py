@@ -212,18 +212,21 @@ class Drive:
         and nothing starts it again but the caller."""
         if self.reconnect_s <= 0.0 or self._closed:
             return False
-        self.link.close()
-        until_s = time.monotonic() + self.reconnect_s
-        while time.monotonic() < until_s:
-            try:
-                self._open(open_transport(self.port))
-            except (NoDeviceError, OSError):
-                time.sleep(AGAIN_S)
-                continue
-            if self.streaming is not None:
-                self._configure(self.streaming)
-            return True
-        return False
+        with self._guard:
+            if not self.link.lost:
+                return True  # another thread was quicker
+            self.link.close()
+            until_s = time.monotonic() + self.reconnect_s
+            while time.monotonic() < until_s:
+                try:
+                    self._open(open_transport(self.port))
+                except (NoDeviceError, OSError):
+                    time.sleep(AGAIN_S)
+                    continue
+                if self.streaming is not None:
+                    self._configure(self.streaming)
+                return True
+            return False
 
     # ---- asking
 

@@ -6,7 +6,7 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
-from evenspin.bench.errors import ReadOnlyError, RefusedError
+from evenspin.bench.errors import NoDeviceError, ReadOnlyError, RefusedError
 from evenspin.bench.schema import KINDS, NO_FAULT, Schema
 from evenspin.native import Fault, Field
 
@@ -96,6 +96,8 @@ class Reader:
 
     def take(self, layout: str) -> tuple[float, ...]:
         layout = f"<{layout}"
+        if self._at + struct.calcsize(layout) > len(self._payload):
+            raise NoDeviceError(f"an answer of {len(self._payload)} octets ends early; is it an evenspin drive?")
         values = struct.unpack_from(layout, self._payload, self._at)
         self._at += struct.calcsize(layout)
         return values

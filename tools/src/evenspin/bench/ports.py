@@ -19,7 +19,7 @@ from evenspin.drive import VirtualDrive
 from evenspin.drive.registry import Note, running
 from evenspin.errors import InputError, did_you_mean
 from evenspin.model.machine import find_model, load_machine
-from evenspin.native import tables
+from evenspin.native import NUMERICS, tables
 
 SIM = "sim:"
 SOCKET = "socket://"
@@ -86,7 +86,11 @@ def virtual_drive(name: str) -> VirtualDrive:
     effects: dict[str, dict[str, float]] = {}
     plant: dict[str, float] = {}
     options: dict[str, float] = {}
+    numeric = NUMERICS[0]
     for key, text in parse_qsl(query, keep_blank_values=True):
+        if key == "numeric":
+            numeric = text
+            continue
         group, _, field = key.rpartition(".")
         try:
             value = float(text)
@@ -99,10 +103,11 @@ def virtual_drive(name: str) -> VirtualDrive:
         elif not group and field in ("seed", "baud"):
             options[field] = value
         else:
-            known = [*tables().effects, "plant", "seed", "baud"]
-            must = "an effect with its parameter, plant.FIELD, seed or baud"
+            known = [*tables().effects, "plant", "seed", "baud", "numeric"]
+            must = "an effect with its parameter, plant.FIELD, seed, baud or numeric"
             raise InputError("bench", "--port", key, must, did_you_mean(group or field, known))
-    return VirtualDrive(machine, effects, plant=plant, seed=int(options.get("seed", 1)), baud=options.get("baud"))
+    seed = int(options.get("seed", 1))
+    return VirtualDrive(machine, effects, plant=plant, seed=seed, numeric=numeric, baud=options.get("baud"))
 
 
 def _address(name: str) -> tuple[str, int]:

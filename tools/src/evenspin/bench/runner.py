@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,8 @@ from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesErro
 from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
 from evenspin.bench.hand import Hand
 from evenspin.bench.messages import Mode, State, Trigger
-from evenspin.bench.stream import Block
+from evenspin.bench.raw import RawWriter
+from evenspin.bench.stream import Block, Stream
 from evenspin.errors import EvenspinError, InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.meta import meta_of
@@ -63,8 +65,13 @@ class Performed:
     ended_by: BaseException | None
 
 
-def perform(drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, say: Say) -> Performed:
-    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept."""
+def perform(
+    drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, say: Say, raw: Path | None = None
+) -> Performed:
+    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept.
+
+    `raw`: a folder for NAME.mcap of each streamed experiment, written while it runs.
+    """
     records: dict[str, Record] = {}
     left_out: dict[str, str] = {}
     rates: dict[str, float] = {}
@@ -80,12 +87,14 @@ def perform(drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, 
                 way = how_to_log(drive, experiment)
                 if way.note:
                     say(f"{experiment.name}: {way.note}")
-                run = _by_captures if way.captures else _by_stream
 
                 def told(seconds: float, name: str = experiment.name, before_s: float = done_s) -> None:
                     progress(name, before_s + seconds)
 
-                records[experiment.name] = run(drive, hand, experiment, way.rate_hz, told)
+                if way.captures:
+                    records[experiment.name] = _by_captures(drive, hand, experiment, way.rate_hz, told)
+                else:
+                    records[experiment.name] = _by_stream(drive, hand, experiment, way.rate_hz, told, raw)
                 rates[experiment.name] = way.rate_hz
                 ways[experiment.name] = "captures" if way.captures else "stream"
             except LeftOutError as error:
@@ -149,21 +158,32 @@ def how_to_log(drive: Drive, experiment: Experiment) -> Way:
 
 
 def _by_stream(
-    drive: Drive, hand: Hand, experiment: Experiment, rate_hz: float, progress: Callable[[float], None]
+    drive: Drive,
+    hand: Hand,
+    experiment: Experiment,
+    rate_hz: float,
+    progress: Callable[[float], None],
+    raw: Path | None,
 ) -> Record:
     _prepare(drive, hand, experiment)
     if experiment.mode == "current":
         drive.setpoint(Mode.CURRENT)  # the first step comes when rows do
     blocks: list[Block] = []
-    with drive.stream(STREAMED, rate_hz=rate_hz) as stream:
+    with ExitStack() as open_files, drive.stream(STREAMED, rate_hz=rate_hz) as stream:
+        writer = open_files.enter_context(_raw_writer(drive, stream, raw, experiment.name)) if raw is not None else None
         started = _start(drive)
         first = _next_tick(drive, started)
         if experiment.needs_load_machine:
             hand.load(experiment.value("load_torque_nm", 0.0))
 
+        def keep(block: Block) -> None:
+            blocks.append(block)
+            if writer is not None:
+                writer.write(block)
+
         def collect() -> None:
             while (block := stream.read(0.0)) is not None:
-                blocks.append(block)
+                keep(block)
 
         _command_through(drive, hand, experiment, first, collect, progress)
         end = first + round(experiment.duration_s * drive.info.pwm_hz)
@@ -172,7 +192,7 @@ def _by_stream(
             if block is None:
                 drive.need_no_fault()
                 raise LostSamplesError(f"{experiment.name}: the stream ended early; is the link sound?")
-            blocks.append(block)
+            keep(block)
         lost = stream.lost_rows
     _rest(drive, hand)
     if lost:
@@ -182,6 +202,12 @@ def _by_stream(
     inside = (counters >= first) & (counters < end)
     columns = dict(zip(STREAMED, values[inside].T, strict=True))
     return _log(experiment, counters[inside], first, drive.info.pwm_hz, columns, hand)
+
+
+def _raw_writer(drive: Drive, stream: Stream, folder: Path, name: str) -> RawWriter:
+    units = [drive.signals[signal].unit for signal in STREAMED]
+    source = f"{drive.info.name} {drive.info.firmware} schema {drive.info.schema:08x}"
+    return RawWriter(folder / f"{name}.mcap", STREAMED, units, stream.decimation, stream.pwm_hz, source)
 
 
 def _by_captures(

@@ -132,6 +132,8 @@ class Stream:
                 self._sort(payload)
 
     def _sort(self, payload: bytes) -> None:
+        if len(payload) < HEAD.size:
+            return
         config, rows, frame, counter = HEAD.unpack_from(payload)
         count = len(self.names)
         if config != self._config or len(payload) != HEAD.size + 4 * rows * count:

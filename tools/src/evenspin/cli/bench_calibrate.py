@@ -18,7 +18,8 @@ def register(app: typer.Typer) -> None:
 
 def calibrate(
     name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="offsets, rl, encoder, mechanics or cogging; in this order.")
+        str | None,
+        typer.Argument(metavar="[NAME]", help="offsets, rl, encoder, mechanics, cogging or learning, in this order."),
     ] = None,
     port: PortOption = None,
     out: Annotated[
@@ -66,7 +67,7 @@ def calibrate(
             done = work.calibrate(drive, hand, name, bar.update)
         path.write_text(work.calibration_toml(done, drive), encoding="utf-8")
         if keep and done.found.good:
-            drive.save()
+            work.keep(drive, done)
     for verdict in done.found.verdicts:
         screen.print(str(verdict))
     if done.found.note:

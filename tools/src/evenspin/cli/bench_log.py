@@ -212,6 +212,7 @@ def run(
 
     Example: `evenspin bench run experiments.toml --port sim:guo2024 --out out/case`
     """
+    import shutil
     from dataclasses import replace
 
     from evenspin.bench.experiments import read_experiments
@@ -246,10 +247,13 @@ def run(
         question = "The motor is going to turn in both directions. Go on?"
         if not virtual and not yes and not typer.confirm(question, err=True):
             raise typer.Exit(1)
+        raw = out.absolute().parent / f"{out.name}.raw"  # outside: it must survive when this program does not
+        raw.mkdir(parents=True, exist_ok=True)
         with progress_bar("experiments", total_s) as bar:
-            done = perform(drive, hand, wanted, lambda name, seconds: bar.update(seconds), screen.print)
+            done = perform(drive, hand, wanted, lambda name, seconds: bar.update(seconds), screen.print, raw)
     with output as folder:
         write_case(folder, done.meta, done.records)
+        shutil.move(raw, folder / "raw")
     if json_file is not None:
         content = {name: len(record) for name, record in done.records.items()}
         write_json({"case": str(out), "rows": content, "left_out": dict(done.left_out)}, json_file)

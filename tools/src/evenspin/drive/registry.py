@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from evenspin.errors import InputError
+
 
 @dataclass(frozen=True, slots=True)
 class Note:
@@ -43,6 +45,8 @@ def folder() -> Path:
 def announced(note: Note) -> Iterator[None]:
     place = folder()
     place.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if place.stat().st_uid != os.getuid():
+        raise InputError("drive", "folder", str(place), "this user's own", "remove it, or set XDG_RUNTIME_DIR")
     path = place / f"{note.pid}.json"
     path.write_text(json.dumps(asdict(note)) + "\n")
     try:
