@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench lint target-report blind clean
+.PHONY: help setup build test host asan fixed arm coverage python demo bench soak lint target-report blind clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -43,12 +43,18 @@ demo: setup ## simulate, compare, report: out/demo
 bench: setup ## speed of the simulator on this machine
 	@.venv/bin/evenspin benchmark sim
 
+SOAK_S := 600
+
+soak: setup ## 10 minutes of 8 signals at 1 kHz over a 625000 baud link of a virtual drive; SOAK_S=60 is shorter
+	@export XDG_RUNTIME_DIR=$$(mktemp -d); .venv/bin/evenspin drive --pty --baud 625000 & drive=$$!; \
+	trap 'kill $$drive; rm -rf "$$XDG_RUNTIME_DIR"' EXIT; sleep 3; .venv/bin/evenspin bench soak --speed 30 --seconds $(SOAK_S)
+
 lint: setup ## ruff and the rules of the layers
 	@.venv/bin/ruff check .
 	@$(PYTHON) tests/architecture/check_layers.py .
 
-target-report: setup ## flash and RAM of every block, from the build for Cortex-M4F
-	@$(PYTHON) tests/target/report.py .
+target-report: setup ## flash and RAM of every block: build for Cortex-M4F, and TI's map file (MAP=FILE) if there is one
+	@$(PYTHON) tests/target/report.py . $(if $(MAP),--map $(MAP))
 
 BLIND_CASES ?= 120
 BLIND_SEED  ?= 1

@@ -3,6 +3,7 @@
  * Nothing but this file and hal/f28379d knows the board. The same file runs on the host in tests/hal, on a fake of the
  * driver library with the simulated motor behind it. */
 #include "firmware/app/drive.h"
+#include "firmware/services/services.h"
 #include "hal/f28379d/port.h"
 
 #if PORT_PWM_HZ != DRIVE_PWM_HZ
@@ -17,6 +18,21 @@
 static drive_t drive;
 typedef char drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= DRIVE_REGION_WORDS) ? 1 : -1];
 
+/* Recorders: the capture takes GS13..GS15, less in the RAM build, where data live there, too; the black box GS7. */
+#ifndef MAIN_CAPTURE_VALUES
+#define MAIN_CAPTURE_VALUES 6140U
+#endif
+#define MAIN_BLACK_BOX_VALUES 2048U
+#ifdef __TMS320C28XX__
+#pragma DATA_SECTION(capture, "capture_memory")
+#pragma DATA_SECTION(black_box, "black_box_memory")
+#endif
+static float capture[MAIN_CAPTURE_VALUES];
+static float black_box[MAIN_BLACK_BOX_VALUES];
+
+static services_t     services;
+static drive_params_t defaults; /* of this board */
+
 int           main(void);
 PORT_ISR void main_current_isr(void);
 PORT_ISR void main_speed_isr(void);
@@ -28,6 +44,7 @@ PORT_RAM_CODE PORT_ISR void main_current_isr(void)
 {
     port_current_begin();
     drive_current_isr(&drive);
+    services_sample(&services);
     port_current_end();
 }
 
@@ -48,15 +65,15 @@ port_status_t main_start(void)
     if (status != PORT_OK) {
         return status;
     }
-    static drive_params_t params; /* 260 words: the stack has 1016 */
-    port_limits_t  limits;
-    params_default(&params);
+    port_limits_t limits;
+    params_default(&defaults);
     port_limits(&limits);
-    params.encoder_counts = limits.encoder_counts;
-    params.offset_limit_a = limits.offset_limit_a;
-    params.over_current_a = limits.over_current_a;
-    params.over_voltage_v = limits.over_voltage_v;
-    drive_init(&drive, &params);
+    defaults.encoder_counts = limits.encoder_counts;
+    defaults.offset_limit_a = limits.offset_limit_a;
+    defaults.over_current_a = limits.over_current_a;
+    defaults.over_voltage_v = limits.over_voltage_v;
+    const services_setup_t setup = {&drive, &defaults, "LAUNCHXL-F28379D", capture, black_box, MAIN_CAPTURE_VALUES, MAIN_BLACK_BOX_VALUES};
+    services_start(&services, &setup);
     port_start(&main_current_isr, &main_speed_isr);
     return PORT_OK;
 }
@@ -65,6 +82,7 @@ port_status_t main_start(void)
 void main_pass(void)
 {
     drive_background(&drive);
+    services_pass(&services);
     port_background();
 }
 

@@ -11,7 +11,8 @@
  *   GS6           jump tables: read by interrupts.
  *   GS8 .. GS12   the drive: 6144 + 512 learned numbers of 2 words, and its state. Alone in its blocks, so that
  *                 its size shows in the map file, and neither code nor stack ever waits for it.
- *   GS7, GS13..15 free: data logger.
+ *   GS7           black box: 256 rows of 8 signals before and at the first fault.
+ *   GS13 .. GS15  capture: 767 rows of 8 signals, 77 ms at 10 kHz.
  *   M0            free above what the boot ROM uses.
  *
  * CPU2 is left in its boot loop; CPU1 owns all GS blocks from reset on. The CLA is not used; LS belongs to the CPU.
@@ -30,9 +31,9 @@ MEMORY
     RAM_CODE    : origin = 0x008000, length = 0x008000   /* LS0..LS5, D0, D1, GS0..GS3 */
     RAM_DATA    : origin = 0x010000, length = 0x002000   /* GS4, GS5 */
     RAM_TABLES  : origin = 0x012000, length = 0x001000   /* GS6 */
-    RAM_FREE    : origin = 0x013000, length = 0x001000   /* GS7 */
+    RAM_BOX     : origin = 0x013000, length = 0x001000   /* GS7 */
     RAM_DRIVE   : origin = 0x014000, length = 0x005000   /* GS8..GS12 */
-    RAM_LOGGER  : origin = 0x019000, length = 0x002FF8   /* GS13..GS15 without its last 8 words (errata) */
+    RAM_CAPTURE : origin = 0x019000, length = 0x002FF8   /* GS13..GS15 without its last 8 words (errata) */
 }
 
 SECTIONS
@@ -55,6 +56,8 @@ SECTIONS
     .data        : > RAM_DATA
     .bss:output  : > RAM_DATA
     drive_memory : > RAM_DRIVE
+    capture_memory   : > RAM_CAPTURE
+    black_box_memory : > RAM_BOX
 
     .reset       : > RESET, TYPE = DSECT                 /* in the boot ROM; not loaded */
 }

@@ -3,6 +3,7 @@
  * Storage holds two slots. A save goes to the older one: erase, data, and last the header, whose check sum covers
  * everything; a slot without a good header does not exist. So a power failure leaves the older save. */
 #include "firmware/app/internal.h"
+#include "firmware/app/storage_map.h"
 #include "hal/hal_storage.h"
 
 #define SLOTS 2U
@@ -12,15 +13,20 @@
 static bool has_table(const drive_t *d) { return d->setup.observer_used && (d->setup.observer.kind == CTL_OBSERVER_ARO); }
 static bool is_idle(const drive_t *d) { return (d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT); }
 
+uint16_t drive_memory_cells(const drive_t *d) { return has_table(d) ? d->observer.observer.state.memory.state.grid.cells : (uint16_t)0U; }
+
+float drive_memory_cell(const drive_t *d, uint16_t cell)
+{
+    const ctl_grid_t *const grid = &d->observer.observer.state.memory.state.grid;
+    return (cell < drive_memory_cells(d)) ? (num_to_float(grid->cell[cell]) * d->scale.current_a) : 0.0f;
+}
+
 uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room)
 {
-    if (!has_table(d)) {
-        return 0U;
-    }
-    const ctl_grid_t *const grid = &d->observer.observer.state.memory.state.grid;
-    const uint16_t          n = (grid->cells < room) ? grid->cells : room;
+    const uint16_t cells = drive_memory_cells(d);
+    const uint16_t n = (cells < room) ? cells : room;
     for (uint16_t i = 0U; i < n; i++) {
-        amps[i] = num_to_float(grid->cell[i]) * d->scale.current_a;
+        amps[i] = drive_memory_cell(d, i);
     }
     return n;
 }
@@ -59,7 +65,11 @@ bool drive_memory_clear(drive_t *d)
 
 /* ---- storage ------------------------------------------------------------------------------------------------------- */
 
-static uint16_t pages_per_slot(void) { return (uint16_t)(hal_storage_pages() / SLOTS); }
+static uint16_t pages_per_slot(void)
+{
+    const uint16_t pages = hal_storage_pages();
+    return (pages > STORAGE_PARAMETER_PAGES) ? (uint16_t)((pages - STORAGE_PARAMETER_PAGES) / SLOTS) : 0U;
+}
 
 static bool table_fits(const drive_t *d)
 {

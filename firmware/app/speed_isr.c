@@ -28,6 +28,7 @@ void drive_speed_step(drive_t *d)
     const drive_command_t *const cmd = drive_active_command(d);
     drive_speed_t *const         s = &d->speed;
 
+    drive_check_stall(d);
     s->meas = measure_speed(d);
     drive_position_measure(d);
     if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_POSITION)) {
@@ -53,10 +54,12 @@ void drive_speed_step(drive_t *d)
 
 void drive_speed_isr(drive_t *d)
 {
+    const uint32_t started = timing_own_clock(&d->timing);
     d->speed_busy = 1U;
     if (!d->setup.speed_inline) {
         drive_speed_step(d);
     }
+    timing_note(&d->timing.speed, d->timing.epoch, timing_own_clock(&d->timing) - started);
     d->speed_busy = 0U;
 }
 

@@ -108,7 +108,8 @@
 #define BOARD_SCI_BASE SCIA_BASE /* virtual COM port of the probe */
 #define BOARD_PIN_SCI_TX 42U
 #define BOARD_PIN_SCI_RX 43U
-#define BOARD_LINK_BAUD UINT32_C(115200) /* divider 53: +0.47 %. Exact at 50 MHz: 250000, 625000, 781250; not: 460800, 921600 */
+#define BOARD_LINK_BAUD UINT32_C(625000) /* divider 9, exact; so are 250000 and 781250, not 460800 and 921600. The probe divides
+                                            12 MHz by 19.25: -0.26 % [sheet] */
 #define BOARD_LINK_FIFO 16U
 #define BOARD_PIN_PROBE 67U /* high while the current interrupt runs */
 

@@ -51,6 +51,7 @@ BOARD_RAM_CODE void port_current_begin(void)
 
 BOARD_RAM_CODE void port_current_end(void)
 {
+    port_link_pump();
     port_watchdog_current_ran();
     GPIO_writePin(BOARD_PIN_PROBE, 0U);
     Interrupt_clearACKGroup(INTERRUPT_ACK_GROUP1);

@@ -50,6 +50,7 @@ hal_inverter_fault_t port_driver_reason(const port_driver_status_t *status);
 
 /* link.c */
 void port_link_init(void);
+void port_link_pump(void); /* current interrupt: octets between the FIFOs and the main loop */
 
 /* interrupts.c */
 void     port_interrupts_init(void);

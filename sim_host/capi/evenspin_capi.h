@@ -60,6 +60,9 @@ bool es_effect_info(int index, es_effect_t *out);
 bool es_effect_param_info(int effect, int param, es_field_t *out);
 int  es_fault_count(void);
 bool es_fault_info(int index, es_fault_t *out);
+int  es_command_count(void); /* commands of the bench link (firmware/link/protocol.def) */
+bool es_command_info(int index, es_field_t *out); /* name and doc */
+uint32_t es_schema_hash(void); /* of parameters, signals, faults and commands, see docs/protocol.md */
 
 /* ---- the simulated drive: the firmware on the plant -------------------------------------------------------------- */
 
@@ -95,6 +98,18 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value);
 int  es_sim_memory_read(const es_sim_t *sim, double *amps, int room);
 bool es_sim_memory_write(es_sim_t *sim, const double *amps, int cells);
 bool es_sim_memory_clear(es_sim_t *sim);
+
+/* ---- the bench link of the simulated drive (docs/protocol.md) ------------------------------------------------------ */
+
+/* Before es_sim_start: the services of the firmware run, too, once a period each for interrupt and main loop. The counter
+ * on the link is the number of the period. */
+bool es_sim_link_open(es_sim_t *sim);
+/* Octets to the drive: how many were taken (4096 wait at most); octets from it: how many came. Between calls of es_sim_run. */
+int es_sim_link_write(es_sim_t *sim, const uint8_t *octets, int count);
+int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room);
+/* The non-volatile storage. read: number of words there are. write: kept over the next starts, which else erase it. */
+int  es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room);
+bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count);
 
 /* ---- blocks -------------------------------------------------------------------------------------------------------- */
 

@@ -7,6 +7,8 @@
 
 #include "firmware/app/drive.h"
 #include "firmware/app/telemetry.h"
+#include "firmware/services/schema.h"
+#include "firmware/services/services.h"
 #include "sim_host/board/board.h"
 #include "sim_host/capi/evenspin_capi.h"
 
@@ -14,6 +16,8 @@
 #define PI 3.14159265358979323846
 #define EFFECTS_MAX SIM_EFFECTS_MAX
 #define MAIN_LOOP_PERIODS 10U /* one pass of the main loop per millisecond */
+#define CAPTURE_VALUES 6140   /* as on the chip, see linker/f28379d_flash.cmd */
+#define BLACK_BOX_VALUES 2048
 
 enum {
 #define INPUT(name, unit, def, lo, hi, doc) INPUT_##name,
@@ -52,6 +56,10 @@ struct es_sim {
     double         inputs_until; /* time at which an input changes next */
     int            signal[SIGNALS_MAX];
     int            signal_count;
+    bool           linked; /* the services run */
+    services_t     services;
+    float          capture[CAPTURE_VALUES], black_box[BLACK_BOX_VALUES];
+    bool           storage_kept; /* over the next start */
     char           error[256];
 };
 
@@ -178,6 +186,17 @@ bool es_fault_info(int index, es_fault_t *out)
     *out = row;
     return true;
 }
+
+int es_command_count(void) { return (int)schema_count(SCHEMA_COMMANDS); }
+bool es_command_info(int index, es_field_t *out)
+{
+    if ((index < 0) || (index >= es_command_count())) {
+        return false;
+    }
+    return fill(out, schema_name(SCHEMA_COMMANDS, (uint16_t)index), "", "", schema_text(SCHEMA_COMMANDS, (uint16_t)index, 0U), "", 0.0, 0.0, 0.0);
+}
+
+uint32_t es_schema_hash(void) { return schema_hash(); }
 
 /* ---- setting up --------------------------------------------------------------------------------------------------------------- */
 
@@ -397,6 +416,8 @@ static void apply_inputs(es_sim_t *s)
     d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;
     d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
+    s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];
+    s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];
 
     const double          turns = trunc(now[INPUT_position_ref_rad] / (2.0 * PI));
     const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5), (float)now[INPUT_speed_ref_rad_s], (float)now[INPUT_id_ref_a],
@@ -438,12 +459,23 @@ bool es_sim_start(es_sim_t *sim)
     if (bad != NULL) {
         return refuse(sim, bad, 0.0, "does not fit the plant");
     }
+    static _Thread_local uint16_t storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
+    memcpy(storage, sim->board.storage, sizeof storage);
     sim_board_start(&sim->board);
+    if (sim->storage_kept) {
+        memcpy(sim->board.storage, storage, sizeof storage);
+    }
     sim->inputs_until = -INFINITY;
     for (int i = 0; i < (int)INPUT_COUNT; i++) {
         sim->input[i].at = 0;
     }
-    drive_init(&sim->drive, &sim->params);
+    if (sim->linked) {
+        const services_setup_t setup = {&sim->drive,  &sim->params,   "simulator", sim->capture, sim->black_box,
+                                        CAPTURE_VALUES, BLACK_BOX_VALUES};
+        services_start(&sim->services, &setup);
+    } else {
+        drive_init(&sim->drive, &sim->params);
+    }
     if (sim->drive.fault == FAULT_configuration) {
         const param_info_t *const p = params_info(sim->drive.fault_detail);
         return refuse(sim, p->name, (double)params_get(&sim->params, sim->drive.fault_detail), "does not fit the other parameters; see docs/parameters.md");
@@ -491,12 +523,19 @@ bool es_sim_record(es_sim_t *sim, const char *const *signals, int count)
 static void interrupts(es_sim_t *s)
 {
     drive_current_isr(&s->drive);
-    if (s->board.speed_requested) {
-        s->board.speed_requested = false;
+    if (sim_board_speed_due(&s->board)) {
+        sim_board_speed_begin(&s->board);
         drive_speed_isr(&s->drive);
+        sim_board_speed_end(&s->board);
+    }
+    if (s->linked) {
+        services_sample(&s->services);
     }
     if ((s->board.periods % MAIN_LOOP_PERIODS) == 0U) {
         drive_background(&s->drive);
+    }
+    if (s->linked) {
+        services_pass(&s->services);
     }
 }
 
@@ -545,6 +584,9 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
     sim_board_select(&sim->board);
     uint16_t culprit = PARAM_COUNT;
     if (!drive_tune(&sim->drive, &p, &culprit)) {
+        if (drive_needs_rest(&sim->drive, culprit)) {
+            return refuse(sim, params_info(culprit)->name, value, "cannot change while the drive runs; stop it first");
+        }
         return refuse(sim, (culprit < (uint16_t)PARAM_COUNT) ? params_info(culprit)->name : param, value,
                       (culprit < (uint16_t)PARAM_COUNT) ? "does not fit the other parameters" : "an earlier change still waits");
     }
@@ -593,6 +635,68 @@ bool es_sim_memory_clear(es_sim_t *sim)
     if (sim->started && !drive_memory_clear(&sim->drive)) {
         return refuse(sim, "memory", 0.0, "cannot be cleared while the drive runs");
     }
+    return true;
+}
+
+/* ---- link -------------------------------------------------------------------------------------------------------------------- */
+
+bool es_sim_link_open(es_sim_t *sim)
+{
+    if (sim == NULL) {
+        return false;
+    }
+    if (sim->started) {
+        return refuse(sim, "link", 1.0, "is opened before the start");
+    }
+    sim->linked = true;
+    return true;
+}
+
+int es_sim_link_write(es_sim_t *sim, const uint8_t *octets, int count)
+{
+    if ((sim == NULL) || (octets == NULL) || !sim->linked || !sim->started) {
+        return 0;
+    }
+    sim_pipe_t *const p = &sim->board.to_drive;
+    int               n = 0;
+    while ((n < count) && ((p->head - p->tail) < SIM_LINK_OCTETS)) {
+        p->octet[p->head++ % SIM_LINK_OCTETS] = octets[n++];
+    }
+    return n;
+}
+
+int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room)
+{
+    if ((sim == NULL) || (octets == NULL) || !sim->linked || !sim->started) {
+        return 0;
+    }
+    sim_pipe_t *const p = &sim->board.from_drive;
+    int               n = 0;
+    while ((n < room) && (p->tail != p->head)) {
+        octets[n++] = (uint8_t)p->octet[p->tail++ % SIM_LINK_OCTETS];
+    }
+    return n;
+}
+
+int es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room)
+{
+    const int all = SIM_STORAGE_PAGES * SIM_STORAGE_WORDS;
+    if ((sim != NULL) && (words != NULL)) {
+        memcpy(words, sim->board.storage, (size_t)((room < 0) ? 0 : ((room < all) ? room : all)) * sizeof words[0]);
+    }
+    return all;
+}
+
+bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count)
+{
+    if ((sim == NULL) || (words == NULL)) {
+        return false;
+    }
+    if (count != SIM_STORAGE_PAGES * SIM_STORAGE_WORDS) {
+        return refuse(sim, "storage", (double)count, "is written as a whole: as many words as es_sim_storage_read says");
+    }
+    memcpy(sim->board.storage, words, (size_t)count * sizeof words[0]);
+    sim->storage_kept = true;
     return true;
 }
 

@@ -43,7 +43,12 @@ LAYERS = (
     Layer("hal/include", ("hal",), FREESTANDING),
     Layer("hal/f28379d", ("hal",), FREESTANDING | {"string.h"}, vendor=frozenset({"driverlib.h", "device.h"})),
     Layer("hal", ("hal",), None),
-    Layer("firmware/app", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}, closed=("hal/f28379d",)),
+    Layer("firmware/link", ("firmware/link",), FREESTANDING),
+    Layer(
+        "firmware/app", ("control", "hal", "firmware"), FREESTANDING | {"string.h"},
+        closed=("hal/f28379d", "firmware/link", "firmware/services"),
+    ),
+    Layer("firmware/services", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}, closed=("hal/f28379d",)),
     Layer("firmware", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),  # a main knows its port
     Layer("sim_host/plant", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/effects", ("sim_host/plant", "sim_host/effects"), STANDARD),

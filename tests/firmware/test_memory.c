@@ -1,4 +1,5 @@
 /* firmware/app/memory.c: what the angle observer learned, in and out, over a power cycle, and when the power fails. */
+#include "firmware/app/storage_map.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
@@ -12,7 +13,7 @@
 
 static uint16_t flash[PAGES][WORDS];
 static int32_t  writes_until_power_fails; /* negative: it does not */
-static uint16_t pages;
+static uint16_t pages; /* before those of the parameters, which nobody here may touch */
 static uint16_t page_words;
 static bool     tears; /* the power goes in the middle of a word or an erase */
 static noise_t  torn;
@@ -32,7 +33,7 @@ static uint16_t *cell_of(uint16_t page, uint16_t offset) { return &flash[0][0] +
 static uint16_t storage_pages(int calls)
 {
     (void)calls;
-    return pages;
+    return (uint16_t)(pages + STORAGE_PARAMETER_PAGES);
 }
 
 static uint16_t storage_page_words(int calls)

@@ -23,7 +23,8 @@ BLOCKS = {
 # Prefetch runs ahead of code: these words must not hold any (errata).
 KEPT_EMPTY = ((0x0007F8, 0x000800), (0x01BFF8, 0x01C000), (0x0BFFF0, 0x0C0000))
 SECTIONS = (
-    "codestart .text .cinit .init_array .const .switch .TI.ramfunc .stack .bss .data .bss:output drive_memory .reset"
+    "codestart .text .cinit .init_array .const .switch .TI.ramfunc .stack .bss .data .bss:output drive_memory "
+    "capture_memory black_box_memory .reset"
 ).split()
 
 
@@ -31,7 +32,7 @@ def without_comments(text: str) -> str:
     return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
 
 
-def faults(name: str, text: str, main: str, system: str) -> list[str]:
+def faults(name: str, text: str, main: str, system: str, build: str) -> list[str]:
     found = []
     text = without_comments(text)
     regions = {
@@ -58,6 +59,13 @@ def faults(name: str, text: str, main: str, system: str) -> list[str]:
     words = int(re.search(r"DRIVE_REGION_WORDS (0x\w+)U", main)[1], 16)
     if regions["RAM_DRIVE"][1] - regions["RAM_DRIVE"][0] != words:
         found.append("RAM_DRIVE: not the length that firmware/main_f28379d.c assumes")
+    values = int(re.search(r"MAIN_BLACK_BOX_VALUES (\d+)U", main)[1])
+    if regions["RAM_BOX"][1] - regions["RAM_BOX"][0] < 2 * values:
+        found.append("RAM_BOX: too small for the black box of firmware/main_f28379d.c")
+    given = re.search(r"MAIN_CAPTURE_VALUES=(\d+)U", build)[1] if "flash" not in name else None
+    values = int(given or re.search(r"MAIN_CAPTURE_VALUES (\d+)U", main)[1])
+    if regions["RAM_CAPTURE"][1] - regions["RAM_CAPTURE"][0] < 2 * values:
+        found.append("RAM_CAPTURE: too small for the capture of firmware/main_f28379d.c")
     if "flash" in name:
         for symbol in re.findall(r"extern uint16_t (.*);", system):
             for part in symbol.split(", "):
@@ -70,8 +78,9 @@ def main(arguments: list[str]) -> int:
     root = Path(arguments[0])
     program = (root / "firmware" / "main_f28379d.c").read_text(encoding="utf-8")
     system = (root / "hal" / "f28379d" / "system.c").read_text(encoding="utf-8")
+    build = (root / "firmware" / "CMakeLists.txt").read_text(encoding="utf-8")
     files = sorted((root / "linker").glob("f28379d_*.cmd"))
-    found = [f for file in files for f in faults(file.name, file.read_text(encoding="utf-8"), program, system)]
+    found = [f for file in files for f in faults(file.name, file.read_text(encoding="utf-8"), program, system, build)]
     print("\n".join([*found, f"check_linker: {len(files)} files, {len(found)} faults"]))
     return 1 if found or not files else 0
 

@@ -123,9 +123,9 @@ void test_watchdog_starves_when_a_wanted_speed_interrupt_never_comes(void)
     TEST_ASSERT_EQUAL_UINT32(before, chip.watchdog_served);
 }
 
-void test_link_is_115200_baud_8n1_on_the_probe_port(void)
+void test_link_is_625000_baud_8n1_on_the_probe_port(void)
 {
-    TEST_ASSERT_EQUAL(1, TIMES_CALLED("SCI_setConfig", SCIA_BASE, 50000000U, 115200U, 0x0007U));
+    TEST_ASSERT_EQUAL(1, TIMES_CALLED("SCI_setConfig", SCIA_BASE, 50000000U, 625000U, 0x0007U));
 }
 
 void test_link_reads_what_has_arrived_and_no_more_than_asked(void)
@@ -135,6 +135,8 @@ void test_link_reads_what_has_arrived_and_no_more_than_asked(void)
         chip.rx[i] = (uint16_t)(0xA500U + i); /* rubbish above the octet */
     }
     chip.rx_count = 5U;
+    TEST_ASSERT_EQUAL_UINT16(0U, hal_link_read(octets, 3U));
+    port_link_pump();
 
     TEST_ASSERT_EQUAL_UINT16(3U, hal_link_read(octets, 3U));
     TEST_ASSERT_EQUAL_UINT16(2U, octets[2]);
@@ -142,26 +144,68 @@ void test_link_reads_what_has_arrived_and_no_more_than_asked(void)
     TEST_ASSERT_EQUAL_UINT16(0U, hal_link_read(octets, 8U));
 }
 
-void test_link_writes_until_the_fifo_is_full(void)
+void test_link_writes_until_the_fifo_is_full_and_the_rest_in_the_next_period(void)
 {
     const uint16_t octets[4] = {0x1FFU, 2U, 3U, 4U};
     chip.tx_room = 3U;
 
-    TEST_ASSERT_EQUAL_UINT16(3U, hal_link_write(octets, 4U));
-
+    TEST_ASSERT_EQUAL_UINT16(4U, hal_link_write(octets, 4U));
+    TEST_ASSERT_EQUAL_UINT16(0U, chip.tx_count);
+    port_link_pump();
+    TEST_ASSERT_EQUAL_UINT16(3U, chip.tx_count);
     TEST_ASSERT_EQUAL_HEX16(0xFF, chip.tx[0]);
+    chip.tx_room = 16U;
+    port_link_pump();
+    TEST_ASSERT_EQUAL_UINT16(4U, chip.tx_count);
+    TEST_ASSERT_EQUAL_HEX16(4, chip.tx[3]);
+}
+
+void test_link_moves_what_625000_baud_carry_and_no_more_than_8_octets_a_period(void)
+{
+    uint16_t octets[32];
+    for (uint16_t i = 0; i < 20U; i++) {
+        octets[i] = i;
+        chip.rx[i] = i;
+    }
+    chip.rx_count = 15U;
+    chip.tx_room = 16U;
+    TEST_ASSERT_EQUAL_UINT16(20U, hal_link_write(octets, 20U));
+
+    period();
+
+    TEST_ASSERT_EQUAL_UINT16(8U, chip.tx_count); /* the line takes 6.25 */
+    TEST_ASSERT_EQUAL_UINT16(8U, hal_link_read(octets, 32U));
+}
+
+void test_link_keeps_512_octets_and_counts_what_found_no_room(void)
+{
+    uint16_t octet = 0U;
+    for (uint16_t i = 0; i < 513U; i++) {
+        chip.rx[0] = i;
+        chip.rx_count = 1U;
+        port_link_pump();
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, hal_link_lost());
+    for (uint16_t i = 0; i < 512U; i++) {
+        TEST_ASSERT_EQUAL_UINT16(1U, hal_link_read(&octet, 1U));
+        TEST_ASSERT_EQUAL_UINT16(i & 0xFFU, octet);
+    }
+    TEST_ASSERT_EQUAL_UINT16(0U, hal_link_read(&octet, 1U));
+    for (uint16_t i = 0; i < 513U; i++) {
+        TEST_ASSERT_EQUAL_UINT16((i < 512U) ? 1U : 0U, hal_link_write(&octet, 1U));
+    }
 }
 
 void test_link_recovers_from_a_break(void)
 {
-    uint16_t octet;
     chip.rx_status = SCI_RXSTATUS_BREAK | SCI_RXSTATUS_ERROR;
     chip.rx_overflow = true;
 
-    (void)hal_link_read(&octet, 1U);
+    port_link_pump();
 
     TEST_ASSERT_EQUAL_HEX16(0, chip.rx_status);
     TEST_ASSERT_FALSE(chip.rx_overflow);
+    TEST_ASSERT_EQUAL_UINT32(1U, hal_link_lost());
 }
 
 void test_storage_says_that_it_has_none(void)

@@ -1,6 +1,8 @@
 /* The program of the board, from power-on to a turning motor, through the registers of the fake chip. */
 #include <math.h>
 
+#include "firmware/link/frame.h"
+#include "firmware/link/protocol.h"
 #include "tests/hal/support/virtual_chip.h"
 
 #define CALIBRATION 4200 /* periods: 4096, and some */
@@ -208,6 +210,43 @@ void test_virtual_chip_feeds_its_watchdog_all_the_time(void)
     TEST_ASSERT_LESS_THAN_UINT32(520U / 10U, longest_hunger); /* it bites after 520 periods */
 }
 
+/* The counter is looked at twice in an interrupt, three times at a speed tick; a look takes 4 cycles. */
+void test_virtual_chip_measures_how_long_its_interrupts_take(void)
+{
+    start_up();
+    chip.interrupt_cycles = 2000U;
+    turn_at(104.72f);
+
+    const timing_t *const t = &main_drive()->timing;
+    TEST_ASSERT_UINT32_WITHIN(10U, 2004U, t->current.min_cyc);
+    TEST_ASSERT_UINT32_WITHIN(20U, 4008U, t->current.max_cyc);
+    TEST_ASSERT_UINT32_WITHIN(10U, 2004U, t->speed.last_cyc);
+    TEST_ASSERT_UINT32_WITHIN(3U, 9000U, timing_bin(&t->current, 3U)); /* 2004 */
+    TEST_ASSERT_UINT32_WITHIN(3U, 1000U, timing_bin(&t->current, 7U)); /* 4008 */
+    TEST_ASSERT_UINT32_WITHIN(3U, 1000U, timing_bin(&t->speed, 3U));
+}
+
+void test_virtual_chip_trips_on_an_interrupt_longer_than_its_period(void)
+{
+    start_up();
+    turn_at(104.72f);
+    while (main_drive()->speed_count == 0U) { /* a speed tick looks at the counter once more */
+        world_run(1);
+    }
+
+    chip.interrupt_cycles = 19990U;
+    world_period();
+    TEST_ASSERT_EQUAL(FAULT_none, main_drive()->fault);
+    chip.interrupt_cycles = 20001U;
+    chip.cycles -= 60000U; /* the period before was full: two looks of the drive, two of the services */
+    world_period();
+
+    TEST_ASSERT_EQUAL(FAULT_isr_overrun, main_drive()->fault);
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_TRUE(fake_gate_is_low(k));
+    }
+}
+
 static int periods_left;
 
 static void world_of_main(void)
@@ -230,4 +269,38 @@ void test_virtual_chip_main_itself_comes_to_ready(void)
     }
 
     TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
+}
+
+void test_virtual_chip_answers_the_bench_through_its_serial_port(void)
+{
+    frame_t         request;
+    frame_decoder_t decoder;
+    uint16_t        wire[FRAME_WIRE_MAX];
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+    world_run(10);
+    frame_begin(&request, LINK_alive, 77U);
+    const uint16_t count = frame_end(&request, wire);
+    for (uint16_t i = 0U; i < count; i++) {
+        chip.rx[i] = wire[i];
+    }
+    chip.rx_count = count; /* 9 octets: within the FIFO */
+    chip.tx_count = 0U;
+
+    for (int k = 0; k < 10; k++) {
+        chip.tx_room = 16U;
+        world_run(1);
+    }
+
+    uint16_t good = 0U;
+    frame_decoder_reset(&decoder);
+    for (uint16_t i = 0U; i < chip.tx_count; i++) {
+        good += (frame_decode(&decoder, chip.tx[i]) == FRAME_GOOD) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL_UINT16(1U, good);
+    TEST_ASSERT_EQUAL_HEX16(LINK_alive + LINK_ANSWER, frame_type(&decoder));
+    TEST_ASSERT_EQUAL_UINT16(77U, frame_seq(&decoder));
+    codec_reader_t   r = frame_payload(&decoder);
+    const uint32_t counter = codec_get_u32(&r);
+    TEST_ASSERT_TRUE((counter > 10U) && (counter <= 20U)); /* periods since the start */
+    TEST_ASSERT_EQUAL_UINT16(DRIVE_OFFSET_CALIBRATION, codec_get_u8(&r));
 }

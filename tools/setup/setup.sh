@@ -74,7 +74,10 @@ list_missing() {
         testing+=(simavr libsimavr-dev libelf-dev)
     has qemu-system-arm || testing+=(qemu-system-arm)
     has cppcheck || testing+=(cppcheck)
-    has clang-16 || has clang-19 || testing+=("$([ "$(codename)" = bookworm ] && echo clang-16 || echo clang-19)")
+    local clang
+    clang=$([ "$(codename)" = bookworm ] && echo 16 || echo 19)
+    has clang-16 || has clang-19 || testing+=("clang-$clang")
+    compgen -G '/usr/lib/llvm-*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a' >/dev/null || testing+=("libclang-rt-$clang-dev")
 }
 
 apt_install() {

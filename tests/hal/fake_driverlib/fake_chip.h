@@ -22,7 +22,7 @@ typedef struct {
     uint16_t period, compare, compare_active;
     uint16_t red, fed;
     uint16_t tz_flags, ost_flags, tz_signals;
-    bool     action_low[2];     /* on a trip, outputs A and B */
+    bool     action_low[3];     /* on a trip, outputs A and B; on the digital compare event, output A */
     bool     dc_input, dc_condition, dc_source, dc_direct;
     bool     rises_on_up, falls_on_down;
 } fake_epwm_t;
@@ -48,6 +48,7 @@ typedef struct {
     int         calls_before;     /* ...after so many of them, ... */
     void (*interrupt)(void);      /* ...this happens before it has its effect */
     uint64_t timer_start;
+    uint64_t interrupt_cycles; /* that pass after every look of an interrupt at the cycle counter */
     void (*on_clock)(void); /* called when the main loop reads the cycle counter: the world goes on */
 
     /* pins */

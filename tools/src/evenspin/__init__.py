@@ -7,6 +7,7 @@ The names below load when they are used: `import evenspin` stays quick.
     evenspin.sim         run a scenario through the firmware
     evenspin.log         the measured-log format
     evenspin.analysis    orders, distortion, overshoot
+    evenspin.bench       a drive on the bench, real or virtual
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
-_PARTS = ("analysis", "blocks", "design", "log", "model", "native", "report", "reproduce", "sim")
+_PARTS = ("analysis", "bench", "blocks", "design", "log", "model", "native", "report", "reproduce", "sim")
 
 __all__ = [*_PARTS, "version"]
 

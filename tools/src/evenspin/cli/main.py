@@ -8,7 +8,23 @@ from collections.abc import Sequence
 
 import typer
 
-from evenspin.cli import benchmark, compare, cycles, demo, design, gap, identify, lists, memory, pages, reproduce, run
+from evenspin.cli import (
+    bench,
+    benchmark,
+    compare,
+    cycles,
+    demo,
+    design,
+    drive,
+    doctor,
+    gap,
+    identify,
+    lists,
+    memory,
+    pages,
+    reproduce,
+    run,
+)
 from evenspin.cli.identify import name_the_work
 from evenspin.cli.output import split_json_option
 from evenspin.errors import EvenspinError, one_line
@@ -22,7 +38,9 @@ app = typer.Typer(
     "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
 )
 
-for module in (run, reproduce, design, identify, compare, gap, memory, lists, demo, benchmark, cycles, pages):
+for module in (
+    run, reproduce, design, identify, compare, gap, memory, drive, bench, lists, demo, benchmark, cycles, doctor, pages,
+):  # fmt: skip
     module.register(app)
 
 

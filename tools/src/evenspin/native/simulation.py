@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from evenspin.errors import NativeError
 from evenspin.native.library import load
 
+LINK_OCTETS = 1 << 14  # more than the link of the virtual board holds
+
 
 class Simulation:
     """Firmware on plant. Configure, `start`, then `run` as often as wanted."""
@@ -22,6 +24,7 @@ class Simulation:
             raise NativeError("no memory for a simulation; close other programs")
         self._handle = ffi.gc(handle, lib.es_sim_free)
         self._signal_count = 0
+        self._octets = ffi.new("uint8_t[]", LINK_OCTETS)
 
     def set_model(self, name: str, value: float) -> None:
         self._need(self._library.lib.es_sim_set_model(self._handle, name.encode(), value))
@@ -50,6 +53,20 @@ class Simulation:
             )
         )
 
+    def open_link(self) -> None:
+        """Before the start: the drive talks on the bench link, and nothing else commands it."""
+        self._need(self._library.lib.es_sim_link_open(self._handle))
+
+    def link_write(self, octets: bytes) -> int:
+        """Octets for the drive; how many it had room for."""
+        return self._library.lib.es_sim_link_write(self._handle, octets, len(octets))
+
+    def link_read(self, room: int) -> bytes:
+        """Octets that the drive has sent, at most so many."""
+        room = min(room, LINK_OCTETS)
+        count = self._library.lib.es_sim_link_read(self._handle, self._octets, room) if room > 0 else 0
+        return bytes(self._library.ffi.buffer(self._octets, count))
+
     def start(self) -> None:
         self._need(self._library.lib.es_sim_start(self._handle))
 
@@ -68,6 +85,10 @@ class Simulation:
         if written < 0:
             raise NativeError(self.error())
         return out[:written]
+
+    def skip(self, periods: int) -> None:
+        """Go on without recording."""
+        self._library.lib.es_sim_run(self._handle, periods, 1, self._library.ffi.NULL, 0)
 
     def time_s(self) -> float:
         return self._library.lib.es_sim_time(self._handle)

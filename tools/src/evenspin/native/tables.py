@@ -77,6 +77,7 @@ class Tables:
     inputs: Mapping[str, Field]
     effects: Mapping[str, Effect]
     faults: tuple[Fault, ...]
+    commands: tuple[str, ...]  # of the bench link
 
 
 @functools.cache
@@ -91,6 +92,7 @@ def tables() -> Tables:
         inputs=_fields(library, lib.es_input_count(), lib.es_input_info),
         effects=MappingProxyType({effect.name: effect for effect in _effects(library)}),
         faults=tuple(_faults(library)),
+        commands=tuple(_fields(library, lib.es_command_count(), lib.es_command_info)),
     )
 
 

@@ -1,0 +1,287 @@
+/* Requests that change something: for a client that showed this drive's schema, but for what stops the drive. */
+#include "firmware/services/internal.h"
+
+#define SET_MOST 40U
+#define SET_BEGIN 1U
+#define SET_COMMIT 2U
+#define TIMEOUT_MIN_MS 50U
+#define TIMEOUT_MAX_MS 60000U
+#define REFERENCE_MAX 1.0e6f
+#define TWO_PI 6.2831855f
+
+static link_refusal_t bad_state(services_t *s) { return services_refuse(s, LINK_NO_state, (uint16_t)s->setup.drive->state, 0.0f, 0.0f); }
+
+static bool is_idle(const services_t *s)
+{
+    const drive_state_t state = s->setup.drive->state;
+    return (state == DRIVE_READY) || (state == DRIVE_FAULT) || (state == DRIVE_INIT);
+}
+
+/* ---- parameters -------------------------------------------------------------------------------------------------------- */
+
+/* Hand `staged` to the drive, all of it or nothing. */
+static link_refusal_t take(services_t *s)
+{
+    drive_t *const d = s->setup.drive;
+    if (d->fault == FAULT_configuration) {
+        return bad_state(s); /* its blocks were never built: only a start with other parameters helps */
+    }
+    uint16_t culprit = PARAM_COUNT;
+    if (drive_tune(d, &s->staged, &culprit)) {
+        return LINK_FINE;
+    }
+    return (culprit == (uint16_t)PARAM_COUNT) ? LINK_NO_busy : services_refuse(s, LINK_NO_relation, culprit, 0.0f, 0.0f);
+}
+
+static link_refusal_t stage(services_t *s, codec_reader_t *in, codec_writer_t *out, uint16_t count)
+{
+    for (uint16_t i = 0U; i < count; i++) {
+        const uint16_t       index = codec_get_u16(in);
+        const float          value = codec_get_f32(in);
+        const link_refusal_t no = services_index(s, index, PARAM_COUNT);
+        if (no != LINK_FINE) {
+            return no;
+        }
+        if (!params_set(&s->staged, index, value)) {
+            return services_refuse(s, LINK_NO_range, index, params_info(index)->min, params_info(index)->max);
+        }
+        codec_put_f32(out, params_get(&s->staged, index));
+    }
+    return LINK_FINE;
+}
+
+link_refusal_t request_set(services_t *s, codec_reader_t *in, codec_writer_t *out)
+{
+    session_t *const n = &s->session;
+    const uint16_t   flags = codec_get_u8(in);
+    const uint16_t   count = codec_get_u8(in);
+    if (!n->may_write) {
+        return LINK_NO_schema;
+    }
+    if (count > SET_MOST) {
+        return services_refuse(s, LINK_NO_too_many, count, 0.0f, (float)SET_MOST);
+    }
+    link_refusal_t no = services_length(s, in, (uint16_t)(2U + (6U * count)));
+    if (no != LINK_FINE) {
+        return no;
+    }
+    const bool commit = (flags & SET_COMMIT) != 0U;
+    if (s->store.active || (commit && (s->setup.drive->next_ready != 0U))) {
+        return LINK_NO_busy; /* nothing is lost: the same request may come again */
+    }
+    if (((flags & SET_BEGIN) != 0U) || !n->staging) {
+        s->staged = *services_params(s);
+        n->staging = true;
+    }
+    codec_put_u8(out, flags);
+    codec_put_u8(out, count);
+    no = stage(s, in, out, count);
+    if ((no == LINK_FINE) && commit) {
+        no = take(s);
+    }
+    n->staging = (no == LINK_FINE) && !commit;
+    return no;
+}
+
+/* ---- commands ---------------------------------------------------------------------------------------------------------- */
+
+static link_refusal_t save(services_t *s)
+{
+    s->session.staging = false;
+    s->staged = *services_params(s); /* what is saved must not change meanwhile */
+    switch (param_store_begin(&s->store, &s->staged, s->schema)) {
+    case HAL_OK:
+        return LINK_LATER;
+    case HAL_UNSUPPORTED:
+        return LINK_NO_unsupported;
+    default:
+        return LINK_NO_busy;
+    }
+}
+
+link_refusal_t services_stored(services_t *s, hal_status_t status)
+{
+    (void)services_refuse(s, LINK_FINE, SERVICES_NO_FIELD, 0.0f, 0.0f);
+    return (status == HAL_OK) ? LINK_FINE : LINK_NO_storage;
+}
+
+static link_refusal_t from_storage(services_t *s, hal_status_t status)
+{
+    switch (status) {
+    case HAL_OK:
+        return LINK_FINE;
+    case HAL_STALE:
+        return LINK_NO_nothing_stored;
+    case HAL_UNSUPPORTED:
+        return LINK_NO_unsupported;
+    case HAL_BUSY:
+        return bad_state(s);
+    default:
+        return LINK_NO_storage;
+    }
+}
+
+static link_refusal_t restore(services_t *s)
+{
+    s->session.staging = false;
+    s->staged = *services_params(s);
+    const link_refusal_t no = from_storage(s, param_store_load(&s->staged, s->schema));
+    return (no == LINK_FINE) ? take(s) : no;
+}
+
+static link_refusal_t defaults(services_t *s)
+{
+    s->session.staging = false;
+    s->staged = *s->setup.defaults;
+    return take(s);
+}
+
+static link_refusal_t arm(services_t *s)
+{
+    if (s->setup.drive->fault != FAULT_none) {
+        return bad_state(s);
+    }
+    s->session.armed = true;
+    return LINK_FINE;
+}
+
+static link_refusal_t start(services_t *s)
+{
+    if (!s->session.armed) {
+        return LINK_NO_not_armed;
+    }
+    if (s->store.active) {
+        return LINK_NO_busy;
+    }
+    drive_start(s->setup.drive);
+    s->session.started = true;
+    s->session.timed_out = false;
+    return LINK_FINE;
+}
+
+static link_refusal_t home(services_t *s)
+{
+    if (!s->session.armed) {
+        return LINK_NO_not_armed;
+    }
+    drive_home(s->setup.drive);
+    return LINK_FINE;
+}
+
+static link_refusal_t when_idle(services_t *s, uint16_t command)
+{
+    drive_t *const d = s->setup.drive;
+    if (s->store.active || s->session.stored) { /* one save, one answer */
+        return LINK_NO_busy;
+    }
+    if (!is_idle(s)) {
+        return bad_state(s);
+    }
+    switch (command) {
+    case LINK_CMD_save:
+        return save(s);
+    case LINK_CMD_restore:
+        return restore(s);
+    case LINK_CMD_defaults:
+        return defaults(s);
+    case LINK_CMD_learn_clear:
+        return drive_memory_clear(d) ? LINK_FINE : bad_state(s);
+    case LINK_CMD_learn_save:
+        return from_storage(s, drive_memory_save(d));
+    default:
+        return from_storage(s, drive_memory_restore(d));
+    }
+}
+
+static link_refusal_t obey(services_t *s, uint16_t command)
+{
+    switch (command) {
+    case LINK_CMD_stop:
+        drive_stop(s->setup.drive);
+        s->session.started = false;
+        return LINK_FINE;
+    case LINK_CMD_disarm:
+        services_disarm(s);
+        return LINK_FINE;
+    case LINK_CMD_clear_fault:
+        drive_clear_fault(s->setup.drive);
+        return LINK_FINE;
+    default:
+        break;
+    }
+    if (!s->session.may_write) {
+        return LINK_NO_schema;
+    }
+    switch (command) {
+    case LINK_CMD_arm:
+        return arm(s);
+    case LINK_CMD_start:
+        return start(s);
+    case LINK_CMD_home:
+        return home(s);
+    default:
+        return when_idle(s, command);
+    }
+}
+
+link_refusal_t request_command(services_t *s, codec_reader_t *in, codec_writer_t *out)
+{
+    const uint16_t command = codec_get_u16(in);
+    link_refusal_t no = services_index(s, command, LINK_COMMANDS);
+    if (no == LINK_FINE) {
+        no = obey(s, command);
+    }
+    if (no == LINK_FINE) {
+        codec_put_u16(out, command);
+        codec_put_u8(out, (uint16_t)s->setup.drive->state);
+    }
+    return no;
+}
+
+/* ---- references, timeout ------------------------------------------------------------------------------------------------- */
+
+static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit); } /* false for NaN */
+
+link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_t *out)
+{
+    if (!s->session.may_write) {
+        return LINK_NO_schema;
+    }
+    const uint16_t  mode = codec_get_u8(in);
+    drive_command_t c = {DRIVE_MODE_CURRENT, 0.0f, 0.0f, 0.0f, 0, 0.0f};
+    c.speed_ref_rad_s = codec_get_f32(in);
+    c.id_ref_a = codec_get_f32(in);
+    c.iq_ref_a = codec_get_f32(in);
+    c.target_turns = codec_get_i32(in);
+    c.target_rad = codec_get_f32(in);
+    if (mode > (uint16_t)DRIVE_MODE_POSITION) {
+        return services_refuse(s, LINK_NO_range, 0U, 0.0f, (float)DRIVE_MODE_POSITION);
+    }
+    c.mode = (drive_mode_t)mode;
+    const float number[] = {c.speed_ref_rad_s, c.id_ref_a, c.iq_ref_a};
+    for (uint16_t i = 0U; i < (uint16_t)(sizeof(number) / sizeof(number[0])); i++) {
+        if (!inside(number[i], REFERENCE_MAX)) {
+            return services_refuse(s, LINK_NO_range, (uint16_t)(i + 1U), -REFERENCE_MAX, REFERENCE_MAX);
+        }
+    }
+    if (!inside(c.target_rad, TWO_PI)) {
+        return services_refuse(s, LINK_NO_range, 5U, -TWO_PI, TWO_PI);
+    }
+    (void)drive_command(s->setup.drive, &c);
+    codec_put_u32(out, s->counter);
+    return LINK_FINE;
+}
+
+link_refusal_t request_timeout(services_t *s, codec_reader_t *in, codec_writer_t *out)
+{
+    const uint16_t ms = codec_get_u16(in);
+    if (!s->session.may_write) {
+        return LINK_NO_schema;
+    }
+    if ((ms != 0U) && ((ms < TIMEOUT_MIN_MS) || (ms > TIMEOUT_MAX_MS))) {
+        return services_refuse(s, LINK_NO_range, 0U, (float)TIMEOUT_MIN_MS, (float)TIMEOUT_MAX_MS);
+    }
+    s->session.timeout_ms = ms;
+    codec_put_u16(out, ms);
+    return LINK_FINE;
+}

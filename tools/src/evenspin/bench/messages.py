@@ -1,0 +1,309 @@
+"""The messages of docs/protocol.md as Python values. Nothing here talks to anybody."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+
+from evenspin.bench.errors import NoDeviceError, ReadOnlyError, RefusedError
+from evenspin.bench.schema import KINDS, NO_FAULT, Schema
+from evenspin.native import Fault, Field
+
+VERSION = 1
+ANSWER = 0x80
+REFUSAL = 0xFF
+COUNTER_MODULUS = 1 << 32
+
+
+class Ask(IntEnum):
+    """Requests."""
+
+    HELLO = 0x01
+    LIST = 0x02
+    TEXT = 0x03
+    STATE = 0x04
+    READ = 0x05
+    GET = 0x10
+    SET = 0x11
+    COMMAND = 0x20
+    SETPOINT = 0x21
+    ALIVE = 0x22
+    TIMEOUT = 0x23
+    STREAM_CONFIGURE = 0x30
+    CAPTURE_CONFIGURE = 0x31
+    CAPTURE_STATUS = 0x32
+    CAPTURE_READ = 0x33
+    CAPTURE_CONTROL = 0x34
+    FAULT = 0x35
+    TIMING = 0x36
+
+
+STREAM, EVENT = 0x40, 0x41  # what the drive sends by itself
+
+
+class State(IntEnum):
+    INIT = 0
+    OFFSET_CALIBRATION = 1
+    ALIGN = 2
+    READY = 3
+    RUN = 4
+    FAULT = 5
+
+
+class Mode(IntEnum):
+    CURRENT = 0
+    SPEED = 1
+    POSITION = 2
+
+
+class Flag(IntFlag):
+    ARMED = 1
+    STARTED_UP = 2
+    TIMEOUT_RUNS = 4
+    TIMED_OUT = 8
+    SET_WAITS = 16
+    HOMED = 32
+    STREAMING = 64
+    STORING = 128
+    RESTORED = 256
+
+
+class Trigger(IntEnum):
+    IMMEDIATE = 0
+    RISING = 1
+    FALLING = 2
+    EITHER = 3
+    FAULT = 4
+    MANUAL = 5
+
+
+class CaptureStatus(IntEnum):
+    NEVER = 0
+    FILLING_PRE = 1
+    WAITING = 2
+    FILLING_POST = 3
+    COMPLETE = 4
+    STOPPED = 5
+
+
+class Reader:
+    """Takes a payload apart, from its start to its end."""
+
+    def __init__(self, payload: bytes) -> None:
+        self._payload = payload
+        self._at = 0
+
+    def take(self, layout: str) -> tuple[float, ...]:
+        layout = f"<{layout}"
+        if self._at + struct.calcsize(layout) > len(self._payload):
+            raise NoDeviceError(f"an answer of {len(self._payload)} octets ends early; is it an evenspin drive?")
+        values = struct.unpack_from(layout, self._payload, self._at)
+        self._at += struct.calcsize(layout)
+        return values
+
+    def text(self) -> str:
+        (length,) = self.take("B")
+        octets = self._payload[self._at : self._at + int(length)]
+        self._at += int(length)
+        return octets.decode("ascii", "replace")
+
+    def rest(self) -> bytes:
+        return self._payload[self._at :]
+
+
+@dataclass(frozen=True, slots=True)
+class Info:
+    """What the drive said of itself when it was greeted."""
+
+    version: int
+    schema: int
+    may_write: bool
+    numeric: str
+    pwm_hz: int
+    cpu_hz: int
+    counts: tuple[int, int, int, int]  # parameters, signals, faults, commands
+    stream_signals: int
+    recorder_signals: int
+    recorder_values: tuple[int, ...]
+    has_storage: bool
+    timeout_ms: int
+    counter: int
+    name: str
+    firmware: str
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Info:
+        read = Reader(payload)
+        version, schema, may_write, numeric, pwm_hz, cpu_hz, _ = read.take("HIBBIIH")
+        counts = read.take("HHHH")
+        stream_signals, recorder_signals, recorders = read.take("BBB")
+        values = read.take(f"{recorders}I")
+        stored, timeout_ms, counter = read.take("BHI")
+        return cls(
+            version, schema, bool(may_write), ("float", "fixed")[numeric], pwm_hz, cpu_hz, counts, stream_signals,
+            recorder_signals, values, bool(stored), timeout_ms, counter, read.text(), read.text(),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class DriveState:
+    counter: int
+    state: State
+    mode: Mode
+    fault: int
+    detail: int
+    flags: Flag
+    rejected: int
+    stream_lost: int
+    frames_bad: int
+    octets_lost: int
+
+    @classmethod
+    def parse(cls, payload: bytes) -> DriveState:
+        counter, state, mode, fault, detail, flags, *counts = Reader(payload).take("IBBHHHIIII")
+        return cls(counter, State(state), Mode(mode), fault, detail, Flag(flags), *counts)
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """State or fault has changed."""
+
+    counter: int
+    state: State
+    fault: int
+    detail: int
+    flags: Flag
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Event:
+        counter, state, fault, detail, flags = Reader(payload).take("IBHHH")
+        return cls(counter, State(state), fault, detail, Flag(flags))
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureState:
+    recorder: int
+    config: int
+    status: CaptureStatus
+    trigger: Trigger
+    decimation: int
+    pre: int
+    rows: int
+    done: int
+    first: int
+    trigger_counter: int
+    signals: tuple[int, ...]
+
+    @classmethod
+    def parse(cls, payload: bytes) -> CaptureState:
+        read = Reader(payload)
+        recorder, config, status, trigger, decimation, pre, rows, done = read.take("BBBBHHHH")
+        first, at, count = read.take("IIB")
+        signals = read.take(f"{count}H")
+        return cls(
+            recorder, config, CaptureStatus(status), Trigger(trigger), decimation, pre, rows, done, first, at, signals
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FaultState:
+    fault: int
+    detail: int
+    state: State
+    since: int
+    status: CaptureStatus
+    rows: int
+
+    @classmethod
+    def parse(cls, payload: bytes) -> FaultState:
+        fault, detail, state, since, status, rows = Reader(payload).take("HHBIBH")
+        return cls(fault, detail, State(state), since, CaptureStatus(status), rows)
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """CPU cycles of the current interrupt and of the main loop."""
+
+    cpu_hz: int
+    period_cyc: int
+    isr_last_cyc: int
+    isr_max_cyc: int
+    record_last_cyc: int
+    record_max_cyc: int
+    pass_max_cyc: int
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Timing:
+        return cls(*Reader(payload).take("7I"))
+
+
+def parse_list(kind: int, count: int, payload: bytes) -> list[Field | Fault | str]:
+    """Records of a `list` answer, behind its head."""
+    read = Reader(payload)
+    found: list[Field | Fault | str] = []
+    for _ in range(count):
+        if kind == 0:
+            type_, low, high, default = read.take("Bfff")
+            name, unit, choices = read.text(), read.text(), read.text()
+            words = tuple(choices.split("|")) if choices else ()
+            found.append(Field(name, unit, KINDS[int(type_)], "", words, low, high, default))
+        elif kind == 1:
+            name, unit = read.text(), read.text()
+            found.append(Field(name, unit, "float", "", (), float("-inf"), float("inf"), 0.0))
+        elif kind == 2:
+            found.append(Fault(read.text(), "", ""))
+        else:
+            found.append(read.text())
+    return found
+
+
+_REFUSALS = {
+    1: ("unknown", "this request; use a client of the version of the firmware"),
+    2: ("length", "a message of this length; use a client of the version of the firmware"),
+    3: ("index", "this number"),
+    6: ("busy", "anything while an earlier change is under way; ask again"),
+    7: ("state", "this now"),
+    8: ("schema", "writing: this firmware was built from other lists of parameters and signals; install the package "
+                  "of the firmware's version, or flash the firmware of this package"),
+    9: ("not_armed", "a start that was not armed; a fault or a lost link disarms: look, then start again"),
+    10: ("unsupported", "this: the board does not have it"),
+    11: ("storage", "that: reading or writing the storage failed; the older save is still there"),
+    12: ("nothing_stored", "that: nothing was saved with this firmware's lists; save first"),
+}  # fmt: skip
+
+
+def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
+    """A refusal as an error with its reason; `schema` names parameters."""
+    request, code, field, low, high = Reader(payload).take("BBHff")
+    names = list(schema.parameters) if schema is not None else []
+    about_parameter = request == Ask.SET and field < len(names)
+    if code == 4 and about_parameter and schema is not None:
+        name = names[int(field)]
+        return RefusedError(f"{what}: {name}: the drive takes {schema.parameters[name].allowed()}")
+    if code == 4:
+        return RefusedError(f"{what}: field {field}: must be within {low:g} .. {high:g}")
+    if code == 5 and about_parameter:
+        return RefusedError(
+            f"{what}: {names[int(field)]} does not fit the other parameters, or cannot change without a restart; "
+            "see docs/parameters.md"
+        )
+    if code == 13:
+        return RefusedError(f"{what}: {field} is more than there is room for: at most {high:g}")
+    if code == 7:
+        state = State(int(field)).name.lower() if field < len(State) else str(field)
+        return RefusedError(f"{what}: the drive refuses that while its state is {state}")
+    name, text = _REFUSALS.get(int(code), (f"code {code}", "this"))
+    kind = ReadOnlyError if code == 8 else RefusedError
+    return kind(f"{what}: the drive refuses {text} ({name})")
+
+
+def fault_text(schema: Schema, number: int, detail: int) -> str:
+    """Name, cause and first thing to check, in one line."""
+    fault = schema.fault(number)
+    if number == 0 or fault.name == NO_FAULT:
+        return "no fault"
+    names = list(schema.parameters)
+    culprit = f" ({names[detail]})" if fault.name == "configuration" and detail < len(names) else ""
+    advice = f" {fault.cause} Check first: {fault.check}" if fault.cause else ""
+    return f"{fault.name}{culprit}:{advice or ' no advice is known'}"

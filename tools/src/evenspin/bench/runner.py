@@ -1,0 +1,449 @@
+"""Perform a list of experiments and leave a case folder that `evenspin gap` and `evenspin compare` take as it is.
+
+A record begins at the first tick of the speed loop after the start, at rest, and ends before the stop; its rows stand
+at fixed PWM periods, and the torque of the load machine is put beside them by the period in which it changed. The drive
+runs the controller that the log format describes (PI, tracking filter, speed loop inside the current interrupt); what
+it had before is put back at the end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.bench.client import Drive
+from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesError
+from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
+from evenspin.bench.hand import Hand
+from evenspin.bench.messages import Mode, State, Trigger
+from evenspin.bench.raw import RawWriter
+from evenspin.bench.stream import Block, Stream
+from evenspin.errors import EvenspinError, InputError
+from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
+from evenspin.log.meta import meta_of
+from evenspin.model import Setup
+from evenspin.native import tables
+from evenspin.sim.record import Record
+
+STREAMED = tuple(name for name in LOG_COLUMNS if name not in ("t_s", "load_torque_nm"))
+CAPTURED = ("id_ref_a", "iq_ref_a", "id_a", "iq_a", "ia_a", "ib_a", "vd_v", "vq_v")  # of a locked rotor; 8 fit
+LOG_CONTROLLER = {
+    "method": "pi",
+    "current_controller": "pi",
+    "speed_source": "pll",
+    "speed_inline": "true",
+    "observer_hold": "false",
+    "voltage_limit_v": "0",
+}
+SETPOINT_S = 0.005  # between two points of a ramp
+SYNC_S = 0.1
+LINE_LOAD = 0.9  # of a serial line, for a stream
+STREAM_OCTETS_S = 150e3  # of any link: the drive begins one frame in a pass of its main loop, and other work needs some
+RATES_HZ = (2000.0, 1000.0, 500.0)
+REST_RAD_S = 0.5
+REST_S, REST_MAX_S = 0.3, 20.0
+FRAME_VALUES, FRAME_REST = 60, 16  # of a stream frame: float32 in it, octets beside them
+
+Progress = Callable[[str, float], None]  # name of the experiment, seconds of all that are done
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Performed:
+    """Records by name, what meta.json says, what was left out with its reason, and what ended the list early."""
+
+    records: Mapping[str, Record]
+    meta: Mapping[str, Any]
+    left_out: Mapping[str, str]
+    ended_by: BaseException | None
+
+
+def perform(
+    drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, say: Say, raw: Path | None = None
+) -> Performed:
+    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept.
+
+    `raw`: a folder for NAME.mcap of each streamed experiment, written while it runs.
+    """
+    records: dict[str, Record] = {}
+    left_out: dict[str, str] = {}
+    rates: dict[str, float] = {}
+    ways: dict[str, str] = {}
+    ended_by: BaseException | None = None
+    done_s = 0.0
+    with _log_controller(drive) as parameters:
+        for experiment in what.experiments:
+            progress(experiment.name, done_s)
+            try:
+                if experiment.needs_load_machine and not hand.has_load_machine:
+                    raise LeftOutError("it needs a load machine")
+                way = how_to_log(drive, experiment)
+                if way.note:
+                    say(f"{experiment.name}: {way.note}")
+
+                def told(seconds: float, name: str = experiment.name, before_s: float = done_s) -> None:
+                    progress(name, before_s + seconds)
+
+                if way.captures:
+                    records[experiment.name] = _by_captures(drive, hand, experiment, way.rate_hz, told)
+                else:
+                    records[experiment.name] = _by_stream(drive, hand, experiment, way.rate_hz, told, raw)
+                rates[experiment.name] = way.rate_hz
+                ways[experiment.name] = "captures" if way.captures else "stream"
+            except LeftOutError as error:
+                left_out[experiment.name] = str(error)
+                say(f"{experiment.name}: left out: {error}")
+            except (EvenspinError, KeyboardInterrupt) as error:
+                if not records:
+                    raise
+                ended_by = error
+                break
+            done_s += experiment.duration_s
+    if not records:
+        raise InputError("bench run", "experiments", len(what.experiments), "at least one that this bench can do",
+                         "a load machine or another list")  # fmt: skip
+    meta = _meta(drive, what, parameters, list(records))
+    switched = {e.name: e.current_from_s for e in what.experiments if e.current_from_s is not None}
+    meta |= {"current_mode_from_s": switched, "log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
+    if ended_by is not None:
+        meta["ended_by"] = str(ended_by) or "interrupted"
+    return Performed(records, meta, left_out, ended_by)
+
+
+# ---- what the line can carry
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """How an experiment is logged. `note`: what the person has to know."""
+
+    rate_hz: float
+    captures: bool
+    note: str
+
+
+def stream_octets_s(signals: int, rate_hz: float) -> float:
+    """What a stream puts on the wire: frames are as full as whole rows allow, but go every 20 ms at least."""
+    rows = max(1, min(FRAME_VALUES // signals, int(0.020 * rate_hz)))
+    return rate_hz / rows * (FRAME_REST + 4 * signals * rows)
+
+
+def how_to_log(drive: Drive, experiment: Experiment) -> Way:
+    """As a stream at the wanted rate when the link carries it; else captured step by step, or at a lower rate."""
+    line = drive.link.transport.octets_per_s
+    room = min(STREAM_OCTETS_S, LINE_LOAD * line if line is not None else STREAM_OCTETS_S)
+    need = stream_octets_s(len(STREAMED), experiment.log_rate_hz)
+    if need <= room:
+        return Way(experiment.log_rate_hz, False, "")
+    why = (
+        f"{len(STREAMED)} signals at {experiment.log_rate_hz:g} Hz are {need / 1000:.0f} kB/s, the link carries "
+        f"{room / 1000:.0f} kB/s"
+    )
+    if experiment.rotor_locked and experiment.mode == "current":
+        return Way(experiment.log_rate_hz, True, f"{why}: each step is captured in the drive and fetched after it")
+    for rate_hz in RATES_HZ:
+        if rate_hz < experiment.log_rate_hz and stream_octets_s(len(STREAMED), rate_hz) <= room:
+            return Way(rate_hz, False, f"{why}: logged at {rate_hz:g} Hz")
+    raise InputError("bench run", "--port", drive.port, "a line of 300000 baud or more", why)
+
+
+# ---- one experiment
+
+
+def _by_stream(
+    drive: Drive,
+    hand: Hand,
+    experiment: Experiment,
+    rate_hz: float,
+    progress: Callable[[float], None],
+    raw: Path | None,
+) -> Record:
+    _prepare(drive, hand, experiment)
+    if experiment.mode == "current":
+        drive.setpoint(Mode.CURRENT)  # the first step comes when rows do
+    blocks: list[Block] = []
+    with ExitStack() as open_files, drive.stream(STREAMED, rate_hz=rate_hz) as stream:
+        writer = open_files.enter_context(_raw_writer(drive, stream, raw, experiment.name)) if raw is not None else None
+        started = _start(drive)
+        first = _next_tick(drive, started)
+        if experiment.needs_load_machine:
+            hand.load(experiment.value("load_torque_nm", 0.0))
+
+        def keep(block: Block) -> None:
+            blocks.append(block)
+            if writer is not None:
+                writer.write(block)
+
+        def collect() -> None:
+            while (block := stream.read(0.0)) is not None:
+                keep(block)
+
+        _command_through(drive, hand, experiment, first, collect, progress)
+        end = first + round(experiment.duration_s * drive.info.pwm_hz)
+        while not blocks or int(blocks[-1].counters[-1]) < end:
+            block = stream.read(1.0)
+            if block is None:
+                drive.need_no_fault()
+                raise LostSamplesError(f"{experiment.name}: the stream ended early; is the link sound?")
+            keep(block)
+        lost = stream.lost_rows
+    _rest(drive, hand)
+    if lost:
+        raise LostSamplesError(f"{experiment.name}: {lost} rows were lost; use a faster line or a quieter machine")
+    counters = np.concatenate([block.counters for block in blocks])
+    values = np.concatenate([block.values for block in blocks]).astype(np.float64)
+    inside = (counters >= first) & (counters < end)
+    columns = dict(zip(STREAMED, values[inside].T, strict=True))
+    return _log(experiment, counters[inside], first, drive.info.pwm_hz, columns, hand)
+
+
+def _raw_writer(drive: Drive, stream: Stream, folder: Path, name: str) -> RawWriter:
+    units = [drive.signals[signal].unit for signal in STREAMED]
+    source = f"{drive.info.name} {drive.info.firmware} schema {drive.info.schema:08x}"
+    return RawWriter(folder / f"{name}.mcap", STREAMED, units, stream.decimation, stream.pwm_hz, source)
+
+
+def _by_captures(
+    drive: Drive, hand: Hand, experiment: Experiment, rate_hz: float, progress: Callable[[float], None]
+) -> Record:
+    """A locked rotor in current mode: each step is captured whole, then fetched while the currents rest.
+
+    The windows are joined to one record. Between them nothing changes but the noise.
+    """
+    _prepare(drive, hand, experiment)
+    decimation = max(1, round(drive.info.pwm_hz / rate_hz))
+    parts: list[NDArray[np.float64]] = []
+    for at_s, next_s in capture_windows(experiment, drive.capture_rows(len(CAPTURED)) / rate_hz):
+        rows = round((next_s - at_s) * rate_hz)
+        watched = _watched(experiment, at_s)
+        if at_s == 0.0:
+            drive.arm_capture(CAPTURED, rows=rows, trigger=Trigger.RISING, signal_name="state",
+                              level=State.RUN - 0.5, decimation=decimation)  # fmt: skip
+            _start(drive)
+        elif watched is None:
+            drive.arm_capture(CAPTURED, rows=rows, decimation=decimation)
+        else:
+            drive.arm_capture(CAPTURED, rows=rows, trigger=Trigger.EITHER, signal_name=watched[0], level=watched[1],
+                              decimation=decimation)  # fmt: skip
+            _send(drive, experiment, at_s)
+        parts.append(drive.read_capture().values.astype(np.float64))
+        progress(next_s)
+    rest = drive.read(("theta_m_rad", "vdc_v"))
+    _rest(drive, hand)
+    table = dict(zip(CAPTURED, np.concatenate(parts).T, strict=True))
+    rows = len(table["id_a"])
+    fixed = {name: np.full(rows, rest[name]) for name in rest}
+    still = {name: np.zeros(rows) for name in ("speed_ref_rad_s", "speed_rad_s")}
+    counters = decimation * np.arange(rows, dtype=np.int64)
+    return _log(experiment, counters, 0, drive.info.pwm_hz, {**table, **fixed, **still}, hand)
+
+
+def capture_windows(experiment: Experiment, longest_s: float) -> list[tuple[float, float]]:
+    """From step to step of the current references; a long rest is cut, for nothing happens in it."""
+    changes = {0.0}
+    for name in ("id_ref_a", "iq_ref_a"):
+        curve = experiment.curves.get(name)
+        if curve is not None:
+            pairs = zip(curve.t_s[1:], curve.value, curve.value[1:], strict=False)
+            changes |= {t for t, before, after in pairs if before != after}
+    edges = [*sorted(t for t in changes if t < experiment.duration_s), experiment.duration_s]
+    windows = []
+    for start, end in zip(edges, edges[1:], strict=False):
+        parts = math.ceil((end - start) / longest_s)
+        cuts = [round(start + (end - start) * part / parts, 4) for part in range(parts + 1)]
+        windows += list(zip(cuts, cuts[1:], strict=False))
+    return windows
+
+
+def _watched(experiment: Experiment, at_s: float) -> tuple[str, float] | None:
+    """The reference that steps most, and the middle of its step; None: none does."""
+    found = None
+    largest = 0.0
+    for name in ("id_ref_a", "iq_ref_a"):
+        before, after = experiment.value(name, at_s - 1e-6), experiment.value(name, at_s)
+        if abs(after - before) > largest:
+            largest, found = abs(after - before), (name, 0.5 * (after + before))
+    return found
+
+
+def _prepare(drive: Drive, hand: Hand, experiment: Experiment) -> None:
+    drive.need_no_fault()
+    hand.lock(experiment.rotor_locked)
+    drive.sleep(0.1 if experiment.rotor_locked else 0.3)
+    _send(drive, experiment, 0.0)
+
+
+def _start(drive: Drive) -> int:
+    """The period after which the drive runs."""
+    drive.events.clear()
+    drive.start()
+    drive.link.wait(lambda: any(event.state == State.RUN for event in drive.events), 0.5)
+    for event in drive.events:
+        if event.state == State.RUN:
+            return event.counter
+    raise DriveFaultError("start: the drive did not say when it began to run; is the link overloaded?")
+
+
+def _next_tick(drive: Drive, started: int) -> int:
+    """The first tick of the speed loop after the start."""
+    divider = round(drive.get(["speed_divider"])["speed_divider"])
+    return (started // divider + 1) * divider
+
+
+def _command_through(
+    drive: Drive,
+    hand: Hand,
+    experiment: Experiment,
+    first: int,
+    collect: Callable[[], None],
+    progress: Callable[[float], None],
+) -> None:
+    """Send references and loads when they are due, by the drive's own time."""
+    time = _DriveTime(drive, first)
+    sent: tuple[float, ...] | None = None
+    load_nm = experiment.value("load_torque_nm", 0.0)
+    told_s = 0.0
+    for t_s in _instants(experiment):
+        while (wait_s := t_s - time.now_s()) > 0.0:
+            drive.sleep(min(wait_s, 0.05))
+            collect()
+        wanted = _reference(experiment, t_s)
+        if wanted != sent:
+            _send(drive, experiment, t_s)
+            sent = wanted
+        if experiment.needs_load_machine and experiment.value("load_torque_nm", t_s) != load_nm:
+            load_nm = experiment.value("load_torque_nm", t_s)
+            hand.load(load_nm)
+        collect()
+        if t_s - told_s > 0.2:
+            told_s = t_s
+            progress(t_s)
+    while time.now_s() < experiment.duration_s:
+        drive.sleep(0.05)
+        collect()
+
+
+class _DriveTime:
+    """Time of the drive since the start of a record. Asked for now and then: a virtual drive on a busy machine lags."""
+
+    def __init__(self, drive: Drive, first: int) -> None:
+        self._drive, self._first = drive, first
+        self._sync()
+
+    def _sync(self) -> None:
+        now = self._drive.state()
+        if now.state != State.RUN:
+            self._drive.need_no_fault()
+            raise DriveFaultError("the drive has stopped by itself; was the link silent for too long?")
+        self._asked_s = self._drive.link.transport.clock()
+        self._ahead_s = (now.counter - self._first) / self._drive.info.pwm_hz - self._asked_s
+
+    def now_s(self) -> float:
+        clock = self._drive.link.transport.clock
+        if clock() - self._asked_s > SYNC_S:
+            self._sync()
+        return clock() + self._ahead_s
+
+
+def _instants(experiment: Experiment) -> Iterator[float]:
+    """When something is to be sent, and now and then when not, for progress."""
+    times = set(np.arange(0.0, experiment.duration_s, 0.1).round(6).tolist())
+    if experiment.current_from_s is not None:
+        times.add(experiment.current_from_s)
+    for curve in experiment.curves.values():
+        times |= set(curve.t_s)
+        if curve.linear:
+            for start, end, low, high in zip(curve.t_s, curve.t_s[1:], curve.value, curve.value[1:], strict=False):
+                if low != high:
+                    times |= set(np.arange(start, end, SETPOINT_S).round(6).tolist())
+    yield from sorted(t for t in times if t < experiment.duration_s)
+
+
+def _reference(experiment: Experiment, t_s: float) -> tuple[float, ...]:
+    current = experiment.mode == "current" or (
+        experiment.current_from_s is not None and t_s >= experiment.current_from_s - 1e-9
+    )
+    return (float(current), *(experiment.value(name, t_s) for name in CURVES[:3]))
+
+
+def _send(drive: Drive, experiment: Experiment, t_s: float) -> None:
+    current, speed, id_a, iq_a = _reference(experiment, t_s)
+    mode = Mode.CURRENT if current else Mode.SPEED
+    drive.setpoint(mode, speed_rad_s=speed, id_a=id_a, iq_a=iq_a)
+
+
+def _rest(drive: Drive, hand: Hand) -> None:
+    """Brake to a standstill, switch off, take the load away."""
+    drive.need_no_fault()
+    drive.setpoint(Mode.SPEED)
+    clock = drive.link.transport.clock
+    until_s, still_since_s = clock() + REST_MAX_S, clock()
+    if hand.has_load_machine:
+        hand.load(0.0)
+    while clock() - still_since_s < REST_S:
+        if abs(drive.read(("speed_rad_s",))["speed_rad_s"]) > REST_RAD_S:
+            still_since_s = clock()
+        if clock() > until_s:
+            raise DriveFaultError("the motor does not come to rest; is the load machine off?")
+        drive.sleep(0.02)
+    drive.stop()
+    drive.sleep(0.3)
+
+
+# ---- the log
+
+
+def _log(
+    experiment: Experiment,
+    counters: NDArray[np.int64],
+    first: int,
+    pwm_hz: float,
+    columns: Mapping[str, NDArray[np.float64]],
+    hand: Hand,
+) -> Record:
+    load_nm = np.full(len(counters), np.nan)
+    if experiment.needs_load_machine:
+        steps = hand.loads(first)
+        at = np.searchsorted([period for period, _ in steps], counters, side="right") - 1
+        load_nm = np.array([torque for _, torque in steps])[np.maximum(at, 0)]
+    known = {"t_s": (counters - first) / pwm_hz, "load_torque_nm": load_nm, **columns}
+    return Record(LOG_COLUMNS, LOG_UNITS, np.column_stack([known[name] for name in LOG_COLUMNS]))
+
+
+def _meta(
+    drive: Drive, what: ExperimentList, parameters: Mapping[str, float], names: Sequence[str]
+) -> dict[str, Any]:
+    """Nominal motor of the model file, controller of the drive."""
+    machine = what.machine
+    setup = Setup(machine.name, machine.plant, parameters, {}, {}, (), 1.0, 1.0, 1)
+    meta = meta_of(setup, what.name, names)
+    meta["source"] = {
+        "drive": drive.info.name,
+        "firmware": drive.info.firmware,
+        "numeric": drive.info.numeric,
+        "schema": f"{drive.info.schema:08x}",
+    }
+    return meta
+
+
+@contextmanager
+def _log_controller(drive: Drive) -> Iterator[dict[str, float]]:
+    """The controller of the log format while it lasts; yields the parameters in force."""
+    from evenspin.bench.client import parse_value
+
+    wanted = {name: parse_value(drive.parameters[name], word) for name, word in LOG_CONTROLLER.items()}
+    before = drive.get(list(wanted))
+    drive.set(wanted)
+    try:
+        yield {**{name: field.default for name, field in tables().params.items()}, **drive.get()}
+    finally:
+        if not drive.link.lost:
+            drive.stop()
+            drive.set(before)
