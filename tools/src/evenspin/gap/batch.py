@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -59,6 +60,8 @@ def solve(job: Job) -> dict[str, Any]:
     from evenspin.gap.result import investigate
     from evenspin.log import OutputFolder
 
+    if _stopped:
+        return {"case": job.name, "error": "interrupted"}
     command = ["evenspin", "gap", str(job.case), "--out", "DIR"]
     try:
         output = OutputFolder(job.out, command)
@@ -72,6 +75,18 @@ def solve(job: Job) -> dict[str, Any]:
     except Exception as error:  # a case must not end the others; what happened is told
         return {"case": job.name, "error": one_line(f"{type(error).__name__}: {error}")}
     return {"case": job.name, **{key: content[key] for key in KEYS}, "seconds": content["details"]["seconds"]}
+
+
+_stopped = False  # of a worker: an interrupt ends what it does, and it must not begin the next
+
+
+def _mind_interrupts() -> None:
+    def stop(signal_number: int, frame: object) -> None:
+        global _stopped
+        _stopped = True
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, stop)
 
 
 def run_batch(
@@ -124,7 +139,7 @@ def _pool(
     if scheduler is None and distributed is None:
         # a fresh interpreter each: the threads of this one are not copied into them
         context = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(count, mp_context=context)
+        pool = ProcessPoolExecutor(count, mp_context=context, initializer=_mind_interrupts)
         os.environ.update({name: os.environ.get(name, "1") for name in BLAS_THREADS})  # read when NumPy is loaded
         try:
             yield lambda todo: (future.result() for future in as_completed([pool.submit(solve, job) for job in todo]))

@@ -157,7 +157,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     """How likely each name is right. `evenspin gap blind score` holds it against the truth of blind cases.
 
     A name stands less firm when other explanations do without it, when what it takes away could be chance or what a
-    larger effect leaves because the machine has it a little differently, and when the rest is nearly too much for noise.
+    larger effect leaves because the machine has it a little differently, and when the rest is nearly more than noise.
     """
     excess = finding.floor.excess(finding.model.cost)
     nearly = excess / max(EXCESS_SIGMAS * finding.floor.sigma, EXCESS_SHARE * finding.floor.mean, 1.0)
