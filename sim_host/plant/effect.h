@@ -60,8 +60,9 @@ typedef struct {
     /** Parameter @p p is off when every parameter has its off value; otherwise the effect acts. */
     void (*model)(const double *p, sim_model_t *m);                            /**< Change the machine before the start. */
     void (*parts)(const double *p, sim_parts_t *parts);                        /**< Add parts before the start. */
-    /** Flux linkage of an axis of nominal inductance @p l_h from its own current, and its slope. One effect at most. */
-    double (*linkage_wb)(const double *p, double l_h, double i_a, double *slope_h);
+    /** Flux linkage of an axis of nominal inductance @p l_h from its own current and that of the other axis, and the
+     *  inductance against which the own one changes. One effect at most. */
+    double (*linkage_wb)(const double *p, double l_h, double i_a, double other_a, double *slope_h);
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft);            /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s);            /**< Size of a torque that opposes any motion, >= 0. */
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);

@@ -170,7 +170,7 @@ typedef struct {
     double did, diq, dw, dtheta;
 } rate_t;
 
-/** Flux linkages of the axes from their own currents, and the inverse of their slopes. */
+/** Flux linkages of the axes from the currents, and the inverse of their slopes. */
 typedef struct {
     double d_wb, q_wb, inv_d, inv_q;
 } linkage_t;
@@ -208,8 +208,8 @@ APART static linkage_t linkage(const sim_plant_t *s, const sim_state_t *x)
 {
     const sim_acting_t *const a = s->saturation;
     linkage_t                 f;
-    f.d_wb = a->effect->linkage_wb(a->p, s->model.ld_h, x->id_a, &f.inv_d);
-    f.q_wb = a->effect->linkage_wb(a->p, s->model.lq_h, x->iq_a, &f.inv_q);
+    f.d_wb = a->effect->linkage_wb(a->p, s->model.ld_h, x->id_a, x->iq_a, &f.inv_d);
+    f.q_wb = a->effect->linkage_wb(a->p, s->model.lq_h, x->iq_a, x->id_a, &f.inv_q);
     f.inv_d = 1.0 / f.inv_d;
     f.inv_q = 1.0 / f.inv_q;
     return f;

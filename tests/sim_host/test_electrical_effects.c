@@ -210,17 +210,62 @@ void test_saturation_makes_the_cross_coupling_of_its_flux_linkages(void)
 void test_saturation_linkage_is_odd_and_its_slope_the_differential_inductance(void)
 {
     const sim_effect_t *const e = sim_effects[machine_effect("inductance_saturation")];
-    const double              i_sat = 3.0;
+    const double              own[2] = {3.0, 0.0};
     for (double i = -60.0; i <= 60.0; i += 0.7) { /* beyond 30 A the slope stays at 1 % */
         double       slope, ignored;
         const double h = 1e-5;
-        (void)e->linkage_wb(&i_sat, L_H, i, &slope);
-        const double rise = e->linkage_wb(&i_sat, L_H, i + h, &ignored) - e->linkage_wb(&i_sat, L_H, i - h, &ignored);
+        (void)e->linkage_wb(own, L_H, i, 5.0, &slope);
+        const double rise = e->linkage_wb(own, L_H, i + h, 5.0, &ignored) - e->linkage_wb(own, L_H, i - h, 5.0, &ignored);
         const double wanted = L_H / (1.0 + i * i / 9.0);
         ASSERT_REL(1e-12, (wanted > 0.01 * L_H) ? wanted : 0.01 * L_H, slope, at("slope at %g A", i));
         ASSERT_REL(1e-5, slope, rise / (2.0 * h), at("difference at %g A", i));
-        TEST_ASSERT_EQUAL_DOUBLE(-e->linkage_wb(&i_sat, L_H, i, &ignored), e->linkage_wb(&i_sat, L_H, -i, &ignored));
+        TEST_ASSERT_EQUAL_DOUBLE(-e->linkage_wb(own, L_H, i, 5.0, &ignored), e->linkage_wb(own, L_H, -i, 5.0, &ignored));
     }
+}
+
+static void start_by_amplitude(double i_sat_a)
+{
+    model.ld_h = 0.3e-3;
+    model.lq_h = 0.6e-3;
+    machine_set("inductance_saturation", "i_sat_a", i_sat_a);
+    machine_set("inductance_saturation", "by_amplitude", 1.0);
+    machine_start();
+}
+
+/* 1 V against L / (1 + 3^2 + 4^2 over 5^2) = L / 2, whichever axis carries which part of the 5 A. */
+void test_saturation_by_amplitude_lowers_both_axes_alike(void)
+{
+    for (int swap = 0; swap < 2; swap++) {
+        model.resistance_ohm = 1e-4;
+        start_by_amplitude(5.0);
+        const double id = swap ? 4.0 : 3.0;
+        const double iq = swap ? 3.0 : 4.0;
+        plant.x.id_a = id;
+        plant.x.iq_a = iq;
+        machine_voltage(0.001, 0.001, 1); /* moves 0.7 mA */
+        ASSERT_REL(1e-3, (0.001 - 1e-4 * id) * PERIOD_S / 0.15e-3, plant.x.id_a - id, "d");
+        ASSERT_REL(1e-3, (0.001 - 1e-4 * iq) * PERIOD_S / 0.3e-3, plant.x.iq_a - iq, "q");
+    }
+}
+
+/* T = 1.5 p (psi iq + (Ld - Lq) id iq) with the lowered inductances: 16 + 81 over 36 */
+void test_saturation_by_amplitude_lowers_the_reluctance_torque(void)
+{
+    start_by_amplitude(6.0);
+    plant.x.id_a = -4.0;
+    plant.x.iq_a = 9.0;
+    (void)read_a();
+    const double soft = 1.0 / (1.0 + 97.0 / 36.0);
+    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + -0.3e-3 * soft * -36.0), plant.torque_nm, "torque");
+}
+
+void test_saturation_by_amplitude_ends_at_the_same_current_as_without(void)
+{
+    model.substeps = 0.0;
+    start_by_amplitude(2.0);
+    machine_voltage(7.2, -3.6, 800); /* 22 A: the inductance rests at 1 % */
+    ASSERT_REL(1e-9, 20.0, plant.x.id_a, "d: v / R");
+    ASSERT_REL(1e-9, -10.0, plant.x.iq_a, "q: v / R");
 }
 
 void test_saturation_stays_finite_however_small_its_current(void)
