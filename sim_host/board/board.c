@@ -21,7 +21,7 @@ static void zero_voltage(double duty[3])
 void sim_board_start(sim_board_t *board)
 {
     const sim_disturbance_t none = {0};
-    const sim_load_t        idle = {0};
+    const sim_isr_load_t        idle = {0};
     board->disturbance = none;
     board->load = idle;
     board->used_cyc = 0U;

@@ -4,7 +4,7 @@
  *
  * HAL functions have no handle, as on the chip; sim_board_select says which board they mean, per thread. The clock counts
  * PWM periods of CPU cycles at 200 MHz. It stands still while an interrupt runs, unless the board is told how long one
- * takes (sim_load_t); then the current interrupt takes it when it sets its duties, the speed interrupt after it first
+ * takes (sim_isr_load_t); then the current interrupt takes it when it sets its duties, the speed interrupt after it first
  * looks at the clock.
  */
 #ifndef SIM_HOST_BOARD_BOARD_H
@@ -32,7 +32,7 @@ typedef struct {
 /** CPU cycles that each interrupt takes; a speed interrupt that does not fit between current interrupts ends later. */
 typedef struct {
     uint32_t current_cyc, speed_cyc;
-} sim_load_t;
+} sim_isr_load_t;
 
 typedef struct {
     uint16_t octet[SIM_LINK_OCTETS];
@@ -42,7 +42,7 @@ typedef struct {
 typedef struct {
     sim_plant_t       plant;
     sim_disturbance_t disturbance;
-    sim_load_t        load;
+    sim_isr_load_t        load;
     uint32_t          used_cyc;       /**< By the interrupts of this period so far. */
     double            speed_left_cyc; /**< Work of the requested speed interrupt that is left. */
     bool              in_speed_isr;
