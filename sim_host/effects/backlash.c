@@ -18,7 +18,7 @@ const sim_effect_t effect_backlash = {
     .param_count = 4,
     .param = {
         {"gap_rad", "rad", "Total play.", 0.0, 0.0, 1.0},
-        {"load_ratio", "", "Inertia of the load over the total.", 0.5, 0.0, 0.999},
+        {"load_ratio", "", "Inertia of the load over the total, J_load / (J_rotor + J_load).", 0.5, 0.0, 0.999},
         {"f_res_hz", "Hz", "Resonance in contact with both ends free, undamped; 0: stiff and without play.", 1000.0, 0.0, 5000.0},
         {"damping_ratio", "", "Damping ratio of this resonance.", 0.1, 0.0, 2.0},
     },

@@ -16,7 +16,7 @@ const sim_effect_t effect_two_mass = {
     .param_count = 3,
     .param = {
         {"f_res_hz", "Hz", "Resonance with both ends free, undamped; 0: stiff.", 0.0, 0.0, 5000.0},
-        {"load_ratio", "", "Inertia of the load over the total.", 0.5, 0.0, 0.999},
+        {"load_ratio", "", "Inertia of the load over the total, J_load / (J_rotor + J_load).", 0.5, 0.0, 0.999},
         {"damping_ratio", "", "Damping ratio of this resonance.", 0.02, 0.0, 2.0},
     },
     .parts = parts,

@@ -15,8 +15,8 @@ void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p
     self->motor_inertia_kgm2 = p->motor_inertia_kgm2;
     if (play || shaft) { /* free-free resonance: w^2 = k (1/J_m + 1/J_l), damping_ratio of that mode */
         const double w_rad_s = 2.0 * REFEREE_PI * f_res_hz;
-        self->motor_inertia_kgm2 = p->motor_inertia_kgm2 / (1.0 + ratio);
-        self->load_inertia_kgm2 = p->motor_inertia_kgm2 - self->motor_inertia_kgm2;
+        self->load_inertia_kgm2 = p->motor_inertia_kgm2 * ratio;
+        self->motor_inertia_kgm2 = p->motor_inertia_kgm2 - self->load_inertia_kgm2;
         const double reduced_kgm2 = self->motor_inertia_kgm2 * self->load_inertia_kgm2 / p->motor_inertia_kgm2;
         self->stiffness_nm_rad = w_rad_s * w_rad_s * reduced_kgm2;
         self->damping_nms = 2.0 * damping * w_rad_s * reduced_kgm2;

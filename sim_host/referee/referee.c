@@ -86,6 +86,12 @@ static int first_bad(const double *values, const referee_parameters_t *p)
             return (int)(positive[k] - &p->motor_pole_pairs) + 1;
         }
     }
+    const double *const ratios[] = {&p->two_mass_load_ratio, &p->backlash_load_ratio};
+    for (size_t k = 0; k < sizeof ratios / sizeof ratios[0]; k++) {
+        if (!(*ratios[k] < 1.0)) { /* the rotor has some of the inertia */
+            return (int)(ratios[k] - &p->motor_pole_pairs) + 1;
+        }
+    }
     if (p->drive_speed_periods < 1.0) {
         return (int)(&p->drive_speed_periods - &p->motor_pole_pairs) + 1;
     }

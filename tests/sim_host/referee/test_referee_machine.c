@@ -296,7 +296,7 @@ void test_referee_machine_two_masses_ring_at_the_free_resonance(void)
 {
     p.motor_resistance_ohm = 1e6;
     p.two_mass_f_res_hz = 100.0;
-    p.two_mass_load_ratio = 3.0;
+    p.two_mass_load_ratio = 0.75; /* of the total */
     p.two_mass_damping_ratio = 0.001;
     referee_machine_init(&machine, &p);
     machine.theta_rad = 0.01;

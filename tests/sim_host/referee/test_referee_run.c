@@ -196,6 +196,10 @@ void test_referee_run_refuses_what_makes_no_sense_and_says_which(void)
     p.current_loop_delay_extra_periods = 6.5;
     bad = referee_run((const double *)&p, &INPUTS, 10U, 1U, log_rows);
     TEST_ASSERT_EQUAL_STRING("current_loop_delay.extra_periods", referee_parameter_name((size_t)bad - 1U));
+    p.current_loop_delay_extra_periods = 0.0;
+    p.backlash_load_ratio = 1.0; /* of the total: nothing would be left for the rotor */
+    bad = referee_run((const double *)&p, &INPUTS, 10U, 1U, log_rows);
+    TEST_ASSERT_EQUAL_STRING("backlash.load_ratio", referee_parameter_name((size_t)bad - 1U));
     TEST_ASSERT_EQUAL_INT(-1, referee_run(NULL, &INPUTS, 10U, 1U, log_rows));
     TEST_ASSERT_EQUAL_INT(-1, referee_run((const double *)&p, &INPUTS, 10U, 0U, log_rows));
 }

@@ -64,6 +64,16 @@ def test_the_vocabulary_is_that_of_the_format() -> None:
     assert {name: set(draw(rng, meta, 1)) for name, draw in EFFECTS.items()} == VOCABULARY
 
 
+def test_the_load_of_a_shaft_is_a_part_of_the_total_inertia() -> None:
+    """0.3, 0.8 and 2 times the rotor's, give or take 15 %: 0.20..0.26, 0.40..0.48 and 0.63..0.70 of the total."""
+    rng, meta = np.random.default_rng(2), draw_motor(np.random.default_rng(1))
+
+    drawn = np.array([[EFFECTS["two_mass"](rng, meta, size)["load_ratio"] for size in range(3)] for _ in range(50)])
+
+    assert drawn.min(axis=0) == pytest.approx([0.203, 0.405, 0.630], abs=0.01)
+    assert drawn.max(axis=0) == pytest.approx([0.257, 0.479, 0.697], abs=0.01)
+
+
 @pytest.mark.parametrize("name", [*EFFECTS, *OUTSIDE])
 def test_every_effect_opens_a_gap_that_grows_with_its_size(name: str) -> None:
     """On one motor; the validation records, without noise."""

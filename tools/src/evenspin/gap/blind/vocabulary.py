@@ -122,10 +122,15 @@ def _saturation(rng: np.random.Generator, meta: Motor, size: int) -> Values:
     return {"i_sat_a": _about(rng, 3.0, 1.8, 1.1)(size) * _rated(meta)[0]}
 
 
+def _of_total(load_over_rotor: float) -> float:
+    """Inertia of the load over the total, as the effects count it."""
+    return load_over_rotor / (1.0 + load_over_rotor)
+
+
 def _two_mass(rng: np.random.Generator, meta: Motor, size: int) -> Values:
     return {
         "f_res_hz": float(np.exp(rng.uniform(np.log(40.0), np.log(180.0)))),
-        "load_ratio": _about(rng, 0.3, 0.8, 2.0)(size),
+        "load_ratio": _of_total(_about(rng, 0.3, 0.8, 2.0)(size)),
         "damping_ratio": float(rng.uniform(0.02, 0.08)),
     }
 
@@ -133,7 +138,7 @@ def _two_mass(rng: np.random.Generator, meta: Motor, size: int) -> Values:
 def _backlash(rng: np.random.Generator, meta: Motor, size: int) -> Values:
     return {
         "gap_rad": _about(rng, 0.012, 0.025, 0.06)(size),
-        "load_ratio": float(rng.uniform(0.4, 2.0)),
+        "load_ratio": _of_total(float(rng.uniform(0.4, 2.0))),
         "f_res_hz": float(rng.uniform(80.0, 220.0)),
         "damping_ratio": float(rng.uniform(0.05, 0.2)),
     }
