@@ -26,14 +26,14 @@ static double linkage_wb(const double *p, double l_h, double i_a, double other_a
         *slope_h = l_h;
         return l_h * i_a;
     }
-    if (p[BY_AMPLITUDE] == 0.0) {
-        return integral_wb(p[I_SAT_A], l_h, i_a, slope_h);
-    }
+    double       own_slope_h;
+    const double own_wb = integral_wb(p[I_SAT_A], l_h, i_a, &own_slope_h);
     const double x = i_a / p[I_SAT_A];
     const double y = other_a / p[I_SAT_A];
     const double soft = 1.0 / (1.0 + x * x + y * y);
-    *slope_h = l_h * ((soft > SLOPE_LEAST) ? soft : SLOPE_LEAST);
-    return *slope_h * i_a;
+    const double both_h = l_h * ((soft > SLOPE_LEAST) ? soft : SLOPE_LEAST);
+    *slope_h = own_slope_h + p[BY_AMPLITUDE] * (both_h - own_slope_h);
+    return own_wb + p[BY_AMPLITUDE] * (both_h * i_a - own_wb);
 }
 
 const sim_effect_t effect_inductance_saturation = {
@@ -46,7 +46,7 @@ const sim_effect_t effect_inductance_saturation = {
     .param_count = 2,
     .param = {
         {"i_sat_a", "A", "Current at which the differential inductance has halved; 0: none.", 0.0, 0.0, 10000.0},
-        {"by_amplitude", "", "0: each axis saturates with its own current; 1: both with the amplitude.", 0.0, 0.0, 1.0},
+        {"by_amplitude", "", "0: each axis saturates with its own current; 1: both with the amplitude; between: a mixture.", 0.0, 0.0, 1.0},
     },
     .linkage_wb = linkage_wb,
 };

@@ -58,7 +58,7 @@ def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = Non
 
 
 def _model_floor(forward: Forward, mean: Array) -> Array:
-    """Share of how much a signal changes among neighbouring bins: where all moves fast, small differences show large."""
+    """A share of how much a signal changes among neighbouring bins: there small differences show large."""
     floor = np.zeros(len(mean))
     runs: dict[tuple[str, str, str], list[int]] = defaultdict(list)
     for i, (record, signal, kind, detail) in enumerate(forward.labels):

@@ -28,6 +28,7 @@ class Coordinate:
     probe: float  # a step that shows clearly and is still nearly linear
     low: float = -math.inf
     high: float = math.inf
+    spread: float = 0.0  # half the pitch of the grid of starts, for effects that are not linear
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +87,10 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
         _single("coulomb_friction", "torque_nm", 0.02 * torque, 0.0, torque, small_torque),
         Hypothesis(
             "stribeck_friction",
-            (Coordinate("torque_nm", 0.02 * torque, 0.0, torque), Coordinate("log_speed", 0.1, log(0.1), log(60.0))),
+            (
+                Coordinate("torque_nm", 0.02 * torque, 0.0, torque, 0.02 * torque),
+                Coordinate("log_speed", 0.1, log(0.1), log(60.0), 0.5),
+            ),
             lambda z: {"torque_nm": float(z[0]), "speed_rad_s": math.exp(float(z[1])), "shape": 2.0},
             lambda z: abs(float(z[0])) / small_torque,
             tuple((0.03 * torque, log(w)) for w in (0.8, 2.5, 6.0, 15.0)),
@@ -115,17 +119,23 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
         _factor("winding_resistance", 0.1, 0.036),
         Hypothesis(
             "inductance_saturation",
-            (Coordinate("inverse_square", (0.35 / amps) ** 2, 0.0, (4.0 / amps) ** 2),),
-            lambda z: {"i_sat_a": 1.0 / math.sqrt(float(z[0])) if z[0] > (1e-3 / amps) ** 2 else 0.0},
+            (
+                Coordinate("inverse_square", (0.35 / amps) ** 2, 0.0, (4.0 / amps) ** 2),
+                Coordinate("by_amplitude", 0.3, 0.0, 1.0),
+            ),
+            lambda z: {
+                "i_sat_a": 1.0 / math.sqrt(float(z[0])) if z[0] > (1e-3 / amps) ** 2 else 0.0,
+                "by_amplitude": float(z[1]),
+            },
             lambda z: math.sqrt(max(float(z[0]), 0.0)) * amps / 0.15,
-            ((0.0,),),
+            ((0.0, 0.5),),
         ),
         Hypothesis(
             "two_mass",
             (
-                Coordinate("log_f_res", 0.03, log(5.0), log(900.0)),
-                Coordinate("log_odds", 0.15, -3.0, 3.0),
-                Coordinate("log_damping", 0.3, log(0.002), log(0.9)),
+                Coordinate("log_f_res", 0.03, log(5.0), log(900.0), 0.22),
+                Coordinate("log_odds", 0.15, -3.0, 3.0, 1.2),
+                Coordinate("log_damping", 0.3, log(0.002), log(0.9), 0.8),
             ),
             lambda z: {
                 "f_res_hz": math.exp(float(z[0])),
@@ -139,10 +149,10 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
         Hypothesis(
             "backlash",
             (
-                Coordinate("log_gap", 0.15, log(2e-4), log(0.5)),
-                Coordinate("log_odds", 0.15, -3.0, 3.0),
-                Coordinate("log_f_res", 0.2, log(20.0), log(900.0)),
-                Coordinate("log_damping", 0.5, log(0.002), log(0.9)),
+                Coordinate("log_gap", 0.15, log(2e-4), log(0.5), 0.5),
+                Coordinate("log_odds", 0.15, -3.0, 3.0, 0.8),
+                Coordinate("log_f_res", 0.2, log(20.0), log(900.0), 0.7),
+                Coordinate("log_damping", 0.5, log(0.002), log(0.9), 0.8),
             ),
             lambda z: {
                 "gap_rad": math.exp(float(z[0])),

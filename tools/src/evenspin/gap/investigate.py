@@ -15,6 +15,7 @@ from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.search import Lead, Model, Search
 from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.gap.validation import Validation
 from evenspin.log.case import Case
 
 EFFECTS_MAX = 3
@@ -23,6 +24,8 @@ BEAM = 2  # first explanations that are carried on
 SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
 GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
 SHARE_MIN = 0.10  # of the excess that an effect has to explain
+IMPERFECT_SHARE = 0.015  # of what a first effect explains: what its model may leave, where nothing significant is left
+WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
 LINE_RATIO = 40.0  # power of a line over the model's noise
@@ -73,6 +76,7 @@ class Investigation:
         self.library = hypotheses(motor, float(encoder["counts_per_rev"]))
         self.say("noise and tolerance", 0.02)
         self.search = Search(self.forward, self.library)
+        self.validation = Validation(case)
         self.tried: list[Model] = []
         self.beam: list[Model] = []  # first explanations, best first
         self.pairs: list[Model] = []  # pairs that were refined on the way
@@ -122,7 +126,7 @@ class Investigation:
 
     def _first(self, nothing: Model, floor: Floor) -> Model:
         """The best single effect or pair to go on from; nothing when none earns a place."""
-        leads = [lead for lead in self.search.leads(nothing, 1, LEADS) if lead.gain > 0.5 * GAIN_MIN]
+        leads = [lead for lead in self.search.leads(nothing, 1, LEADS) if self._promises(lead, nothing, floor)]
         if floor.is_significant(nothing.cost):
             leads += [lead for lead in self.search.leads(nothing, 2, 3) if lead.gain > 2.0 * GAIN_MIN]
         models = self._refined(leads, floor, 0.12, 0.33)
@@ -142,15 +146,30 @@ class Investigation:
         if len(best.z) == 1 and unexplained:
             roots += [m for m in self.beam if m.names != best.names]
         leads: list[Lead | Model] = []
+        if not unexplained and not any(
+            self._promises(lead, best, floor) for lead in self.search.leads(best, 1, LEADS, borrowed=True)
+        ):
+            return None
         for root in roots:
             more = self.search.leads(root, 1, LEADS if root is best else 3)
-            leads += [lead for lead in more if lead.gain > 0.5 * GAIN_MIN and (unexplained or self._may_be_large(lead))]
+            leads += [lead for lead in more if self._promises(lead, best, floor)]
         if len(best.z) == 1 and unexplained:
             leads += [Lead(m.z, 0.0) for m in self.pairs]
         unique = {frozenset(lead.z): lead for lead in reversed(leads)}
         models = self._refined(list(unique.values()), floor, share, share + 0.14)
         good = [m for m in models if self._earns(best, m, floor) and self._all_large(m)]
-        return min(good, key=lambda m: m.cost, default=None)
+        found = min(good, key=lambda m: m.cost, default=None)
+        if found is None:
+            return None
+        explained = self.search.rejudged(self.search.nothing).cost - best.cost
+        if not unexplained and best.cost - found.cost < IMPERFECT_SHARE * explained:
+            return None  # no more than what a large effect leaves that is modelled a little differently
+        return found if self._validates(best, found) else None
+
+    def _validates(self, without: Model, with_it: Model) -> bool:
+        """One more effect must not make the records worse that no fit has seen."""
+        before, after = (self.validation.gap(self.search.effects(m.z), m.delta) for m in (without, with_it))
+        return not after > before * (1.0 + WORSE_SHARE)
 
     def _refined(self, leads: list[Lead], floor: Floor, start: float, end: float) -> list[Model]:
         """Each lead with the simulation in the loop; the less promising ones only while nothing explains the log."""
@@ -169,8 +188,12 @@ class Investigation:
         gain = without.cost - with_it.cost
         return gain > max(GAIN_MIN, SHARE_MIN * floor.excess(without.cost)) and self._all_large(with_it)
 
-    def _may_be_large(self, lead: Lead) -> bool:
-        return all(self.library[name].magnitude(z) > 0.6 for name, z in lead.z.items())
+    def _promises(self, lead: Lead, model: Model, floor: Floor) -> bool:
+        """Worth a refinement: while nothing explains the log almost anything is, afterwards only what may be named."""
+        if floor.is_significant(model.cost):
+            return lead.gain > 0.5 * GAIN_MIN
+        large = all(self.library[name].magnitude(z) > 0.6 for name, z in lead.z.items())
+        return large and lead.gain > 0.7 * GAIN_MIN
 
     def _all_large(self, model: Model) -> bool:
         return all(self.library[name].magnitude(z) > 1.0 for name, z in model.z.items())

@@ -14,7 +14,7 @@ from evenspin.sim.record import Record
 
 SETTLE_S = 0.3  # a speed loop of some hertz has settled; shorter stretches lose 40 %
 MIN_STEADY_S = 0.25
-STEP_BINS_S = (0, 0.002, 0.004, 0.006, 0.008, 0.010, 0.015, 0.020, 0.030, 0.040, 0.050, 0.065, 0.080, 0.100, 0.130, 0.160, 0.200, 0.250, 0.300)  # fmt: skip
+STEP_BINS_MS = (0, 2, 4, 6, 8, 10, 15, 20, 30, 40, 50, 65, 80, 100, 130, 160, 200, 250, 300)
 RAMP_BIN_S = 0.025
 COAST_WINDOW_S = 0.4
 COAST_SHARE = 0.15  # of the speed at release
@@ -114,7 +114,7 @@ def _cuts(
 
 
 def _after_step(start: int, stop: int, rate_hz: float) -> NDArray[np.int64]:
-    edges = start + np.round(np.array(STEP_BINS_S) * rate_hz).astype(np.int64)
+    edges = start + np.round(1e-3 * np.array(STEP_BINS_MS) * rate_hz).astype(np.int64)
     return np.unique(edges[edges <= stop])
 
 

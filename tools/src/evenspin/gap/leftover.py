@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from evenspin.compare import Unit
 from evenspin.gap.features import SIGNALS
-from evenspin.gap.forward import READ, Forward
+from evenspin.gap.forward import Forward
 
 LINE_SIGNALS = ("speed_rad_s", "iq_a", "id_a", "vd_v", "vq_v")
 SMOOTH_BINS = 5

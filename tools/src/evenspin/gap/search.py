@@ -1,4 +1,4 @@
-"""The search: which effects, and how large. Screening is linear and cheap; refinement has the simulation in the loop."""
+"""The search: which effects, how large. Screening is linear and cheap, refinement has the simulation in the loop."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import qmc
 
 from evenspin.gap.evidence import Effects, Judge, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 Z = dict[str, Array]  # an effect's place in its coordinates
 LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
 STEPS_MAX = 8
+SCATTER = 4  # places per coordinate around the start of an effect that is not linear...
+SCATTER_WIDTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2)  # ...in shares of the grid's pitch, one after the other
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +59,8 @@ class Search:
         self.library = library
         self.nuisance = nuisance_columns(forward, {})
         self.judge = Judge(noise_level(forward, self.nuisance))
+        self._signed: tuple[Model | None, list[tuple[str, Array, Array]]] = (None, [])
+        self._signed_nothing: list[tuple[str, Array, Array]] = []
         self.nothing = self._model({}, np.zeros(len(SIGMA)))
 
     def effects(self, z: Z) -> Effects:
@@ -66,6 +71,14 @@ class Search:
         effects = self.effects(model.z)
         self.nuisance = nuisance_columns(self.forward, effects)
         self.judge = Judge(noise_level(self.forward, self.nuisance, effects))
+
+    def _signatures_of(self, model: Model) -> list[tuple[str, Array, Array]]:
+        if model is not self._signed[0]:
+            if model is self.nothing:
+                self._signed_nothing = self._signed_nothing or self.signatures(model)
+                return self._signed_nothing
+            self._signed = (model, self.signatures(model))
+        return self._signed[1]
 
     # ---- screening --------------------------------------------------------------------------------------------------
 
@@ -97,9 +110,14 @@ class Search:
             out.append((name, z0, np.stack(columns, axis=1)))
         return out
 
-    def leads(self, model: Model, size: int = 1, keep: int = 6) -> list[Lead]:
-        """Sets of `size` more effects, best first, as a linear fit sees them; one lead a set of names."""
-        signatures = self.signatures(model)
+    def leads(self, model: Model, size: int = 1, keep: int = 6, borrowed: bool = False) -> list[Lead]:
+        """Sets of `size` more effects, best first, as a linear fit sees them; one lead a set of names.
+
+        `borrowed`: with the signatures of the bare machine, which cost nothing more; good enough to see that nothing
+        is left to find.
+        """
+        known = self._signatures_of(self.nothing if borrowed else model)
+        signatures = [entry for entry in known if entry[0] not in model.z]
         y = (self.forward.measured - model.features) * self.judge.weight
         weight = 1.0 / np.sqrt(1.0 + (LINEAR_SHARE * y) ** 2)
         blocks = [self.nuisance, *(columns for _, _, columns in signatures)]
@@ -110,6 +128,7 @@ class Search:
         gram[:n, :n] += np.diag(1.0 / SIGMA**2)
         edges = np.cumsum([n, *(columns.shape[1] for _, _, columns in signatures)])
         base = _explained(gram, right, np.arange(n))[0]
+        tried = self._costs_of_starts(model, signatures) if size == 1 else {}
         best: dict[frozenset[str], Lead] = {}
         for combination in itertools.combinations(range(len(signatures)), size):
             names = frozenset(signatures[i][0] for i in combination)
@@ -128,9 +147,38 @@ class Search:
                     allowed = False
                     break
                 z[name] = place
-            if allowed and gain - base > (best[names].gain if names in best else 0.0):
-                best[names] = Lead(z, gain - base)
+            promise = tried.get(combination[0], gain - base)
+            if allowed and promise > (best[names].gain if names in best else 0.0):
+                best[names] = Lead(z, promise)
         return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
+
+    def _costs_of_starts(self, model: Model, signatures: list[tuple[str, Array, Array]]) -> dict[int, float]:
+        """What each start of an effect that is not linear takes off the cost as it stands: no line leads there."""
+        y = self.forward.measured
+        before = self.judge.fit(y - model.probe, self.nuisance).cost
+        return {
+            i: before - self.judge.fit(y - model.probe - columns[:, 0], self.nuisance).cost
+            for i, (name, _, columns) in enumerate(signatures)
+            if not self.library[name].linear
+        }
+
+    def _scattered(self, lead: Lead, model: Model) -> Model:
+        """The best of some places around a start: costs of effects that are not linear have many valleys."""
+        names = [name for name in lead.z if not self.library[name].linear]
+        best = model
+        for turn, width in enumerate(SCATTER_WIDTHS):
+            for name in names:
+                h = self.library[name]
+                spread = np.array([c.spread for c in h.coordinates]) * width
+                points = qmc.Halton(len(spread), seed=turn).random(SCATTER * len(spread)) * 2.0 - 1.0
+                places = [h.clip(best.z[name] + spread * point) for point in points]
+                units = [self.effects({**best.z, name: z}) for z in places]
+                runs = model_features(self.forward, units, 1)
+                costs = [self.judge.fit(self.forward.measured - f[0], self.nuisance).cost for f in runs]
+                k = int(np.argmin(costs))
+                if costs[k] < best.cost:
+                    best = self._model({**best.z, name: places[k]}, best.delta)
+        return best
 
     def _place(self, name: str, z0: Array, amount: Array) -> Array | None:
         """Where a linear fit puts the effect; None where that is the wrong side of off."""
@@ -144,11 +192,27 @@ class Search:
     # ---- refinement -------------------------------------------------------------------------------------------------
 
     def refine(self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf) -> Model:
-        """Gauss-Newton with the simulation in the loop, damped where it overshoots; gives up where `beat` is out of reach."""
+        """Gauss-Newton with the simulation in the loop, damped; gives up where `beat` is out of reach."""
         delta = lead.delta if isinstance(lead, Model) else np.zeros(len(SIGMA))
         model = self._model(lead.z, delta)
         if not lead.z:
             return model
+        if isinstance(lead, Lead) and any(not self.library[name].linear for name in lead.z):
+            return self._refined_wildly(lead, model, steps, beat)
+        return self._descended(model, steps, beat)
+
+    def _refined_wildly(self, lead: Lead, model: Model, steps: int, beat: float) -> Model:
+        """For effects whose logs do not repeat to the sample: what varies from repeat to repeat counts less on the way."""
+        strict = self.judge
+        wild = noise_level(self.forward, self.nuisance, self.effects(lead.z)).sigma
+        self.judge = Judge(replace(strict.noise, sigma=np.maximum(strict.noise.sigma, wild)))
+        try:
+            model = self._descended(self._scattered(lead, self.rejudged(model)), steps, math.inf)
+        finally:
+            self.judge = strict
+        return self.rejudged(model)
+
+    def _descended(self, model: Model, steps: int, beat: float) -> Model:
         damping = 1e-3
         for step in range(steps):
             columns = self._columns(model)
