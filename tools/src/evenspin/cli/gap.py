@@ -167,7 +167,7 @@ def plan(
     print_table(view, screen)
     if changed:
         said = ", ".join(f"{name} {words}" for name, words in changed.items())
-        screen.print(f"The drive runs as the log format describes it: {said}.")
+        screen.print(f"The drive runs and measures as the log format describes it: {said}.")
     content = {
         "model": machine.name,
         "drive_changed": changed,

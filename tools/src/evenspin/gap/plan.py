@@ -24,6 +24,7 @@ START_RAD = 0.4  # arbitrary
 LOCKED_STEPS = (0.0, 0.15, 0.3, 0.6, 0.9, 0.0, -0.3, -0.6, 0.0)  # of the rated current
 # The controller that the format describes. What else the drive can do would hide what is looked for.
 FORMAT_DRIVE = {"method": "pi", "speed_source": "pll", "speed_inline": "true", "current_controller": "pi"}
+NOISE_SHARE, LSB_SHARE = 0.003, 0.002  # of the rated current, where the model has none: a real log has both
 QUIET_START = {"offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0}
 SPEED, LOAD, MODE = "speed_ref_rad_s", "load_torque_nm", "control_mode"
 Points = Sequence[tuple[float, float]]  # time, value
@@ -141,10 +142,18 @@ def meta(experiments: Sequence[Experiment], case: str) -> dict[str, Any]:
 
 
 def changed_drive(machine: Machine) -> dict[str, str]:
-    """What of the model's drive the plan sets otherwise."""
+    """What of the model the plan sets otherwise."""
     params = tables().params
     given = {name: params[name].to_text(machine.drive.get(name, params[name].default)) for name in FORMAT_DRIVE}
-    return {name: f"{old} -> {FORMAT_DRIVE[name]}" for name, old in given.items() if old != FORMAT_DRIVE[name]}
+    changed = {name: f"{old} -> {FORMAT_DRIVE[name]}" for name, old in given.items() if old != FORMAT_DRIVE[name]}
+    return changed | {name: f"0 -> {value:g}" for name, value in _noise(machine).items()}
+
+
+def _noise(machine: Machine) -> dict[str, float]:
+    """What a current measurement has and this model has not."""
+    shares = {"current_noise_a": NOISE_SHARE, "current_lsb_a": LSB_SHARE}
+    rated_a = machine.plant["rated_current_a"]
+    return {name: share * rated_a for name, share in shares.items() if not machine.plant[name] > 0.0}
 
 
 def _base(machine: Machine, seed: int) -> Setup:
@@ -153,7 +162,7 @@ def _base(machine: Machine, seed: int) -> Setup:
     words = {"true": 1.0}
     for name, word in FORMAT_DRIVE.items():
         drive[name] = words[word] if word in words else params[name].to_number(word)
-    plant = {**machine.plant, "initial_angle_rad": START_RAD}
+    plant = {**machine.plant, **_noise(machine), "initial_angle_rad": START_RAD}
     return Setup(machine.name, plant, drive, machine.effects, {}, (), 1.0, LOG_HZ, seed)
 
 
