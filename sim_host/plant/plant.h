@@ -13,6 +13,9 @@
  * Integration: fixed-step RK4 in the rotor frame; the phase voltage is constant over a step and turned by the small
  * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
  * speed passes zero ends there, and the shaft stays when the rest of the torque is below the friction.
+ *
+ * plant.c starts it, inverter.c makes a period of steps, step.c one step of runge_kutta over the rates of machine;
+ * encoder.c follows the angle as it goes, sensors.c reads at the start of a period.
  */
 #ifndef SIM_HOST_PLANT_PLANT_H
 #define SIM_HOST_PLANT_PLANT_H

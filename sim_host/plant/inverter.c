@@ -1,0 +1,196 @@
+/* One PWM period of the bridge: its voltage with the gates on, its diodes with the gates off. */
+#include <math.h>
+#include <stddef.h>
+
+#include "sim_host/plant/step.h"
+
+#define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
+
+static double most_inverse_inductance(const sim_plant_t *s)
+{
+    sim_linkage_t f = {.inv_d = s->inv_ld, .inv_q = s->inv_lq};
+    if (s->saturation != NULL) {
+        f = sim_linkage(s, &s->x);
+    }
+    return (f.inv_d > f.inv_q) ? f.inv_d : f.inv_q;
+}
+
+SIM_APART static void distort(const sim_plant_t *s, double h, double v[3])
+{
+    sim_bridge_t bridge = {
+        .pwm_hz = s->model.pwm_hz, .dc_link_v = s->outside.dc_link_v, .reach_a_per_v = h * most_inverse_inductance(s)};
+    double ab[2];
+    sim_to_alpha_beta(v, ab);
+    const sim_step_t  step = sim_step_begin(s, ab);
+    const sim_still_t now = sim_stator_view(s, &step);
+    sim_to_phases(now.i[0] + h * now.slope[0], now.i[1] + h * now.slope[1], bridge.end_a);
+    for (int k = 0; k < s->voltage_count; k++) {
+        s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &bridge, v);
+    }
+}
+
+/** Voltage over the next @p h. */
+static void bridge_voltage(const sim_plant_t *s, const double duty[3], double h, double ab[2])
+{
+    double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
+    if (s->voltage_count > 0) {
+        distort(s, h, v);
+    }
+    sim_to_alpha_beta(v, ab);
+}
+
+static void set_phase_currents(sim_plant_t *s, const double i_abc[3])
+{
+    double ab[2];
+    sim_to_alpha_beta(i_abc, ab);
+    s->x.id_a = ab[0] * s->cosine_e + ab[1] * s->sine_e;
+    s->x.iq_a = ab[1] * s->cosine_e - ab[0] * s->sine_e;
+}
+
+/* Back-EMF in the middle of the next h. */
+static void back_emf(const sim_plant_t *s, double h, double ab[2])
+{
+    const double we = s->model.pole_pairs * s->x.speed_rad_s;
+    const double angle = s->model.pole_pairs * s->x.theta_m_rad + 0.5 * h * we;
+    ab[0] = -we * s->model.psi_wb * sin(angle);
+    ab[1] = we * s->model.psi_wb * cos(angle);
+}
+
+/** Gates off: the diode of a phase with current puts it on the rail that opposes this current; a phase without floats. */
+static void diode_voltage(const sim_plant_t *s, const double i[3], double h, double ab[2])
+{
+    double e[2];
+    double v[3];
+    double conducting = 0.0;
+    back_emf(s, h, e);
+    for (int k = 0; k < 3; k++) {
+        v[k] = (i[k] > 0.0) ? -0.5 * s->outside.dc_link_v : ((i[k] < 0.0) ? 0.5 * s->outside.dc_link_v : 0.0);
+        conducting += v[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        if (i[k] == 0.0) {
+            const double emf = (k == 0) ? e[0] : 0.5 * (-e[0] + ((k == 1) ? SIM_SQRT3 : -SIM_SQRT3) * e[1]);
+            v[k] = 0.5 * conducting + 1.5 * emf; /* gives v - mean(v) = emf: its current stays zero */
+        }
+    }
+    sim_to_alpha_beta(v, ab);
+}
+
+/** Advance by at most h with the gates off; ends early where the current of a phase passes zero, which then blocks.
+ *  (Rectification of a back-EMF above the dc link is left out.) @return time done. */
+static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
+{
+    const double none = 1e-9 * (1.0 + s->model.rated_current_a);
+    double       i[3];
+    double       ab[2];
+    sim_plant_phase_currents(s, i);
+    int conducting = 0;
+    for (int k = 0; k < 3; k++) {
+        i[k] = (fabs(i[k]) > none) ? i[k] : 0.0;
+        conducting += (i[k] != 0.0) ? 1 : 0;
+    }
+    if (conducting < 2) {
+        s->x.id_a = 0.0;
+        s->x.iq_a = 0.0;
+        back_emf(s, h, ab); /* the terminals follow it */
+        const double done = sim_step_piece(s, ab, h, last, t0_s);
+        s->x.id_a = 0.0;
+        s->x.iq_a = 0.0;
+        return done;
+    }
+    diode_voltage(s, i, h, ab);
+
+    /* when does the first of them arrive at zero? */
+    const double      c = s->cosine_e;
+    const double      n = s->sine_e;
+    const sim_step_t  step = {.vd_v = ab[0] * c + ab[1] * n, .vq_v = ab[1] * c - ab[0] * n, .theta0_rad = s->x.theta_m_rad, .stuck = true};
+    const sim_still_t still = sim_stator_view(s, &step);
+    const double      alpha = still.slope[0];
+    const double      beta = still.slope[1];
+    const double      di[3] = {alpha, 0.5 * (-alpha + SIM_SQRT3 * beta), 0.5 * (-alpha - SIM_SQRT3 * beta)};
+    double            until = h;
+    int               first = -1;
+    for (int k = 0; k < 3; k++) {
+        if ((i[k] * di[k] < 0.0) && (-i[k] / di[k] < until)) {
+            until = -i[k] / di[k];
+            first = k;
+        }
+    }
+    const double done = sim_step_piece(s, ab, last ? h : until, last, t0_s);
+
+    double after[3];
+    sim_plant_phase_currents(s, after);
+    int blocked = 0;
+    for (int k = 0; k < 3; k++) {
+        if ((i[k] == 0.0) || (after[k] * i[k] <= 0.0) || ((k == first) && !last)) {
+            after[k] = 0.0;
+            blocked++;
+        }
+    }
+    if (blocked > 1) {
+        after[0] = after[1] = after[2] = 0.0;
+    } else if (blocked == 1) { /* what flows in through one of the others leaves through the last */
+        const int    k = (after[0] == 0.0) ? 0 : ((after[1] == 0.0) ? 1 : 2);
+        const double through = 0.5 * (after[(k + 1) % 3] - after[(k + 2) % 3]);
+        after[(k + 1) % 3] = through;
+        after[(k + 2) % 3] = -through;
+    }
+    set_phase_currents(s, after);
+    return done;
+}
+
+/* With saturation the slopes of the linkages, and with them R/L, go with the current: steps for the largest to come. */
+SIM_APART static int steps_in(const sim_plant_t *s, double length_s)
+{
+    const double part = length_s / s->period_s;
+    double       need = s->substeps * part;
+    if ((s->saturation != NULL) && (s->model.substeps == 0.0)) {
+        const double        volt_s = s->outside.dc_link_v / SIM_SQRT3 * length_s;
+        const sim_state_t   then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
+        const sim_linkage_t f = sim_linkage(s, &then);
+        const double        decay = s->model.resistance_ohm * ((f.inv_d > f.inv_q) ? f.inv_d : f.inv_q) * length_s / 0.4;
+        need = (decay > need) ? decay : need;
+    }
+    need = ceil(need);
+    return (need < 1.0) ? 1 : ((need > 1000.0) ? 1000 : (int)need);
+}
+
+/** Part of a period with constant duties. */
+static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, double from_s, double length_s, int steps)
+{
+    const double h = length_s / steps;
+    double       ab[2] = {0.0, 0.0};
+
+    for (int k = 0; k < steps; k++) {
+        if (armed && ((k == 0) || (s->voltage_count > 0))) {
+            bridge_voltage(s, duty, h, ab);
+        }
+        double left = h;
+        for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {
+            const double t0_s = from_s + k * h + (h - left);
+            left -= armed ? sim_step_piece(s, ab, left, n == PIECES_MAX - 1, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
+        }
+    }
+}
+
+SIM_APART static void period_with_parts(sim_plant_t *s, const double duty[3], bool armed)
+{
+    const double change_s = s->delay.part * s->period_s;
+    const double rest_s = s->period_s - change_s;
+    sim_delay_push(&s->delay, duty);
+    if (change_s > 0.0) {
+        stretch(s, sim_delay_first(&s->delay), armed, s->time_s, change_s, steps_in(s, change_s));
+    }
+    stretch(s, sim_delay_second(&s->delay), armed, s->time_s + change_s, rest_s, steps_in(s, rest_s));
+}
+
+void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
+{
+    if ((s->parts.delay_periods > 0.0) || (s->saturation != NULL)) {
+        period_with_parts(s, duty, armed);
+    } else {
+        stretch(s, duty, armed, s->time_s, s->period_s, s->substeps);
+    }
+    s->time_s += s->period_s;
+    s->vdc_filtered_v += s->vdc_gain * (s->outside.dc_link_v - s->vdc_filtered_v);
+}

@@ -1,0 +1,47 @@
+/* What the converter and the encoder read at the start of a period. */
+#include <math.h>
+
+#include "sim_host/plant/encoder.h"
+#include "sim_host/plant/machine.h"
+
+static double convert(double x, double lsb, double range)
+{
+    const double y = (lsb > 0.0) ? rint(x / lsb) * lsb : x;
+    return (y > range) ? range : ((y < -range) ? -range : y);
+}
+
+void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
+{
+    const sim_model_t *const m = &s->model;
+    double                   i[3];
+    if (s->parts.current_lag_s > 0.0) {
+        sim_to_phases(s->lagging_a[0], s->lagging_a[1], i);
+    } else {
+        sim_plant_phase_currents(s, i);
+    }
+    for (int k = 0; k < s->current_count; k++) {
+        s->current[k]->effect->current_sensor(s->current[k]->p, i);
+    }
+    if (m->current_noise_a > 0.0) {
+        double n[2];
+        sim_random_normal2(&s->noise, n);
+        i[0] += m->current_noise_a * n[0];
+        i[1] += m->current_noise_a * n[1];
+    }
+    out->ia_a = convert(i[0], m->current_lsb_a, m->current_range_a);
+    out->ib_a = convert(i[1], m->current_lsb_a, m->current_range_a);
+    out->vdc_v = s->vdc_filtered_v;
+
+    double angle = sim_encoder_angle(s);
+    if (m->counts_per_rev > 0.0) {
+        const double count = 2.0 * SIM_PI / m->counts_per_rev;
+        const double n = (double)sim_whole_below(angle / count);
+        angle = (n - m->counts_per_rev * (double)sim_whole_below(n / m->counts_per_rev)) * count; /* wrapped as counts: exact */
+    } else {
+        angle -= 2.0 * SIM_PI * (double)sim_whole_below(angle * (0.5 / SIM_PI));
+    }
+    out->theta_m_rad = ((angle < 0.0) || (angle >= 2.0 * SIM_PI)) ? 0.0 : angle;
+
+    s->torque_nm = sim_motor_torque(s, &s->x);
+    s->load_nm = s->outside.load_torque_nm + sim_direction_of(sim_plant_load_speed(s)) * s->outside.load_brake_nm;
+}
