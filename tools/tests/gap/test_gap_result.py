@@ -18,7 +18,7 @@ from evenspin.compare import Unit
 from evenspin.gap import investigate as core
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
-from evenspin.gap.hypotheses import hypotheses
+from evenspin.gap.hypotheses import Hypothesis, hypotheses
 from evenspin.gap.intervals import Interval, Intervals, _of_effect
 from evenspin.gap.outcome import Validation, floor_gap
 from evenspin.gap.plan import meta, perform, plan
@@ -82,11 +82,14 @@ def small_case(machine_file: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     return folder
 
 
+def two_hypotheses(*motor_and_encoder: Any) -> dict[str, Hypothesis]:
+    return {k: h for k, h in hypotheses(*motor_and_encoder).items() if k in ("coulomb_friction", "viscous_friction")}
+
+
 @pytest.fixture(scope="session")
 def result(small_case: Path) -> CaseResult:
-    few = ("coulomb_friction", "viscous_friction")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(core, "hypotheses", lambda *a: {k: h for k, h in hypotheses(*a).items() if k in few})
+        patch.setattr(core, "hypotheses", two_hypotheses)
         case, said = checked_case(small_case)
         investigation = core.Investigation(case, 2)
         return result_of(case, investigation, investigation.run(), said)
@@ -291,13 +294,60 @@ def test_a_missing_folder_and_a_model_for_a_case_are_one_line(
     assert sorted(path.name for path in tmp_path.iterdir()) == []
 
 
+def test_a_folder_as_first_word_is_solved_and_json_alone_is_on_stdout(
+    evenspin: Callable[..., Any], small_case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(core, "hypotheses", two_hypotheses)
+
+    said = evenspin("gap", small_case, "--out", tmp_path / "out", "--json", "--check")
+
+    assert said.status == 0
+    assert json.loads(said.out)["verdict"] == ["coulomb_friction"]
+    assert "coulomb_friction" in said.err  # for people
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "figures",
+        "manifest.json",
+        "model.toml",
+        "report.html",
+        "scenario.toml",
+        "small.after.csv",
+        "small.before.csv",
+        "verdict.json",
+    ]
+
+
+def test_check_makes_unknown_exit_status_1_and_says_so(
+    evenspin: Callable[..., Any], unknown: CaseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("evenspin.gap.result.investigate", lambda *a, **k: unknown)
+
+    plain = evenspin("gap", "loop", unknown.case.path, "--out", tmp_path / "a")
+    checked = evenspin("gap", "loop", unknown.case.path, "--out", tmp_path / "b", "--check")
+
+    assert (plain.status, checked.status) == (0, 1)
+    assert "unknown" in plain.out
+    assert checked.err.startswith("gap: unknown: small")
+    assert (tmp_path / "a" / "step_1" / "model.toml").is_file()
+
+
+def test_a_folder_with_something_else_in_it_is_left_alone(
+    evenspin: Callable[..., Any], small_case: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+
+    said = evenspin("gap", "loop", small_case, "--out", tmp_path)
+
+    assert (said.status, said.err.count("\n")) == (2, 1)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
 def test_the_plan_command_writes_a_case(evenspin: Callable[..., Any], machine_file: Path, tmp_path: Path) -> None:
     said = evenspin("gap", "plan", "--model", machine_file, "--json")
 
     assert said.status == 0
     listed = json.loads(said.out)
     assert [e["name"] for e in listed["experiments"]][0] == "staircase"
-    assert listed["drive_changed"] == {"speed_inline": "false -> true", "speed_source": "mt -> pll"}
+    assert listed["changed"] == {"speed_inline": "false -> true", "speed_source": "mt -> pll"}
 
 
 def test_a_batch_tells_a_broken_case_and_goes_on(

@@ -160,7 +160,7 @@ def plan(
     output = OutputFolder(out, words) if out is not None else None
     machine = load_machine(find_model(model, Path(), _no_model(model)))
     experiments = planning.plan(machine, seed)
-    changed = planning.changed_drive(machine)
+    changed = planning.changed_model(machine)
     screen = console(STDOUT if as_json else None)
     rows = [(e.name, f"{e.setup.duration_s:g}", e.what, ", ".join(e.serves) or "the gap") for e in experiments]
     view = TableView("Experiments", "In this order, at rest in between.", ("name", "s", "what", "serves"), rows, left=4)
@@ -170,7 +170,7 @@ def plan(
         screen.print(f"The drive runs and measures as the log format describes it: {said}.")
     content = {
         "model": machine.name,
-        "drive_changed": changed,
+        "changed": changed,
         "experiments": [
             {"name": e.name, "duration_s": e.setup.duration_s, "what": e.what, "serves": list(e.serves)}
             for e in experiments

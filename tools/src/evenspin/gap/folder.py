@@ -16,9 +16,8 @@ from evenspin.report.page import write_page
 
 def write_result(folder: Path, result: CaseResult, command: str) -> None:
     """verdict.json, traces before and after, model.toml, scenario.toml, report.html; into an existing, empty folder."""
-    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in result.name)
     write_json(folder / VERDICT, verdict_json(result))
-    write_traces(folder, name, {"before": result.before, "after": result.after})
+    write_traces(folder, _file_name(result), {"before": result.before, "after": result.after})
     replay = result.investigation.forward.replays[0]
     write_model(folder, result.case, replay, result.effects, result.delta, result.unit, summary_of(result))
     write_page(folder, page_of(result, command))
@@ -42,9 +41,14 @@ def write_steps(folder: Path, result: CaseResult) -> None:
             "gap_after": step.outcome.gap,
         }
         write_json(place / VERDICT, content)
-        write_traces(place, result.name, {"before": previous, "after": step.outcome})
+        write_traces(place, _file_name(result), {"before": previous, "after": step.outcome})
         _step_model(place, result, step)
         gap, previous = step.outcome.gap, step.outcome
+
+
+def _file_name(result: CaseResult) -> str:
+    """meta.json may call the case anything."""
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in result.name)
 
 
 def _step_model(place: Path, result: CaseResult, step: Step) -> None:

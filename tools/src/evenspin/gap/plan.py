@@ -141,7 +141,7 @@ def meta(experiments: Sequence[Experiment], case: str) -> dict[str, Any]:
     return meta_of(experiments[0].setup, case, [experiment.name for experiment in experiments])
 
 
-def changed_drive(machine: Machine) -> dict[str, str]:
+def changed_model(machine: Machine) -> dict[str, str]:
     """What of the model the plan sets otherwise."""
     params = tables().params
     given = {name: params[name].to_text(machine.drive.get(name, params[name].default)) for name in FORMAT_DRIVE}
