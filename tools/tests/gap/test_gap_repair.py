@@ -84,3 +84,13 @@ def test_a_load_that_is_never_measured_stays_so_without_a_word() -> None:
 
     assert mended is not None and np.isnan(mended["load_torque_nm"]).all()
     assert said == []
+
+
+def test_a_load_that_is_measured_in_part_is_none_elsewhere_and_that_is_said() -> None:
+    said: list[str] = []
+
+    mended = repaired(record(load_torque_nm=np.where(np.arange(ROWS) < 50, np.nan, 1.1)), said, "validation")
+
+    assert mended is not None
+    assert np.array_equal(mended["load_torque_nm"], np.where(np.arange(ROWS) < 50, 0.0, 1.1))
+    assert said == ["validation: load_torque_nm is not known in 50 of 200 rows: taken as no load there"]

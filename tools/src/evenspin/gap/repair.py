@@ -30,6 +30,10 @@ def repaired(record: Record, said: list[str], name: str) -> Record | None:
         count = int(np.count_nonzero(bad))
         if count == 0 or (column == LOAD and count == len(values)):
             continue
+        if count > BAD_SHARE * len(values) and column == LOAD:
+            values[bad, i] = 0.0
+            said.append(f"{name}: load_torque_nm is not known in {count} of {len(values)} rows: taken as no load there")
+            continue
         if count > BAD_SHARE * len(values):
             said.append(f"{name}: {count} of {len(values)} values of {column} are not numbers: the record is left out")
             return None
