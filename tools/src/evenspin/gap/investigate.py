@@ -30,6 +30,7 @@ EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
 LINE_RATIO = 40.0  # power of a line over the model's noise
 LINES_MIN = 3  # in so many stretches or signals
+WILD_GAIN = 0.1  # of what the best explanation so far takes off: least promise of an effect that is not linear
 NEAR_GAIN = 0.3  # of the best lead's promise: still worth a look when the best one explains the log
 ALTERNATIVE_COST = 20.0  # cost by which an alternative is e times less likely
 
@@ -175,9 +176,13 @@ class Investigation:
         """Each lead with the simulation in the loop; the less promising ones only while nothing explains the log."""
         out: list[Model] = []
         best = math.inf
+        start_cost = self.search.nothing.cost
         for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
             if out and not floor.is_significant(best) and lead.gain < NEAR_GAIN * leads[0].gain:
                 continue
+            wild = any(not self.library[name].linear for name in lead.z)
+            if wild and out and lead.gain < WILD_GAIN * (start_cost - best):
+                continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
             best = min(best, out[-1].cost)
@@ -214,7 +219,7 @@ class Investigation:
                 return self._drop(without, floor)
         return best, weights
 
-    # ---- what is left -------------------------------------------------------------------------------------------------
+    # ---- what is left -----------------------------------------------------------------------------------------------
 
     def floor(self, model: Model) -> Floor:
         effects = self.search.effects(model.z)

@@ -202,7 +202,7 @@ class Search:
         return self._descended(model, steps, beat)
 
     def _refined_wildly(self, lead: Lead, model: Model, steps: int, beat: float) -> Model:
-        """For effects whose logs do not repeat to the sample: what varies from repeat to repeat counts less on the way."""
+        """For effects whose logs do not repeat to the sample: what varies with the noise counts less on the way."""
         strict = self.judge
         wild = noise_level(self.forward, self.nuisance, self.effects(lead.z)).sigma
         self.judge = Judge(replace(strict.noise, sigma=np.maximum(strict.noise.sigma, wild)))

@@ -1,0 +1,224 @@
+"""What a record is boiled down to, and the algebra that weighs it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evenspin.gap.evidence import SOFT, Judge, Noise, robust_cost
+from evenspin.gap.features import SIGNALS, FeatureSet, known_orders, slot_order
+from evenspin.gap.hypotheses import COMPOSITE, hypotheses
+from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
+from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.native import tables
+
+RATE_HZ = 2000.0
+MOTOR = {"pole_pairs": 3, "slots": 18, "rated_current_a": 5.0, "rated_torque_nm": 2.0}
+
+
+def steady(speed_rad_s=20.0, rows=1600, orders=(1.0, 3.0, 6.0)):
+    layout = Layout("staircase", (Stretch(0, rows, speed_rad_s, 0.0),), ())
+    return FeatureSet(layout, orders, RATE_HZ), 0.4 + speed_rad_s * np.arange(rows) / RATE_HZ
+
+
+def named(features, values):
+    return {(label[1], label[3].split(":")[1]): value for label, value in zip(features.labels(), values, strict=True)}
+
+
+def test_mean_trend_and_orders_of_a_steady_stretch_come_back_as_they_were_put_in():
+    features, theta = steady()
+    x = np.linspace(-1.0, 1.0, len(theta))
+    signals = np.zeros((len(theta), len(SIGNALS)))
+    signals[:, 0] = 20.0 + 0.3 * x + 0.2 * np.cos(3.0 * theta) - 0.1 * np.sin(theta)
+
+    got = named(features, features.values(theta, signals))
+
+    for name, value in {"mean": 20.0, "trend": 0.3, "cos3": 0.2, "sin3": 0.0, "sin1": -0.1, "cos6": 0.0}.items():
+        assert got[("speed_rad_s", name)] == pytest.approx(value, abs=1e-6)
+        assert got[("iq_a", name)] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_features_do_not_know_at_which_angle_a_stretch_began():
+    features, theta = steady()
+    wave = lambda angle: np.stack([np.cos(3.0 * angle + 0.7)] * len(SIGNALS), axis=1)  # noqa: E731
+    shifted = theta + 1.234
+
+    assert features.values(shifted, wave(shifted)) == pytest.approx(features.values(theta, wave(theta)), abs=0.02)
+
+
+def test_an_order_that_takes_less_than_a_turn_is_not_fitted():
+    slow, theta = steady(speed_rad_s=2.0)  # 0.25 turns
+
+    names = {label[3] for label in slow.labels()}
+
+    assert len(slow.values(theta, np.zeros((len(theta), len(SIGNALS))))) == len(slow.labels())
+    assert "steady0:cos1" not in names
+    assert "steady0:cos6" in names
+
+
+def test_bins_are_means_over_their_rows():
+    layout = Layout("reversal", (), (Bins("ramp", np.array([2, 4, 10])),))
+    features = FeatureSet(layout, (1.0,), RATE_HZ)
+    signals = np.outer(np.arange(12.0), np.ones(len(SIGNALS)))
+
+    got = features.values(np.zeros(12), signals).reshape(2, len(SIGNALS))
+
+    assert got[:, 0] == pytest.approx([2.5, 6.5])
+
+
+@pytest.mark.parametrize(
+    ("pole_pairs", "slots", "order"), [(3, 18, 18), (4, 12, 24), (5, 12, 60), (4, 9, 72), (7, 12, 84)]
+)
+def test_cogging_repeats_with_the_least_common_multiple_of_slots_and_poles(pole_pairs, slots, order):
+    assert slot_order(pole_pairs, slots) == order
+    assert float(order) in known_orders({"pole_pairs": pole_pairs, "slots": slots})
+
+
+class FakeReplay:
+    def __init__(self, record, locked=False, released=None):
+        self.name, self.locked, self._released = record, locked, released
+
+    def released_at(self):
+        return self._released
+
+
+def record_of(speed_ref, load=None):
+    from evenspin.sim.record import Record
+
+    n = len(speed_ref)
+    columns = {
+        "t_s": np.arange(n) / RATE_HZ,
+        "speed_ref_rad_s": speed_ref,
+        "speed_rad_s": speed_ref,
+        "load_torque_nm": np.full(n, np.nan) if load is None else load,
+    }
+    return Record(tuple(columns), ("",) * len(columns), np.stack(list(columns.values()), axis=1))
+
+
+def test_a_staircase_has_a_steady_stretch_per_level_behind_its_transient():
+    layout = layout_of(FakeReplay("staircase"), record_of(np.repeat([10.0, 20.0, -10.0], 1600)))
+
+    assert [round(s.speed_rad_s) for s in layout.steady] == [10, 20, -10]
+    assert [(s.start, s.end) for s in layout.steady] == [(600, 1600), (2200, 3200), (3800, 4800)]
+    assert [b.kind for b in layout.bins] == ["step"] * 3
+
+
+def test_a_ramp_is_cut_into_even_bins_and_has_no_steady_stretch():
+    ref = np.concatenate((np.zeros(400), np.linspace(0.0, 30.0, 1000), np.full(200, 30.0)))
+
+    layout = layout_of(FakeReplay("reversal"), record_of(ref))
+
+    ramp = next(b for b in layout.bins if b.kind == "ramp")
+    assert abs(ramp.edges[0] - 400) <= 2
+    assert set(np.diff(ramp.edges)) <= {49, 50, 51}
+    assert all(s.end <= 402 or s.start >= 1398 for s in layout.steady)
+
+
+def test_a_step_of_the_load_parts_a_stretch():
+    load = np.repeat([0.0, 1.0], 2000) + np.random.default_rng(1).normal(0.0, 0.02, 4000)
+
+    layout = layout_of(FakeReplay("load_step"), record_of(np.full(4000, 30.0), load))
+
+    assert len(layout.steady) == 2
+    assert [round(s.load_nm) for s in layout.steady] == [0, 1]
+    assert abs(layout.bins[1].edges[0] - 2000) <= 12
+
+
+# ---- weighing ---------------------------------------------------------------------------------------------------
+
+
+def judge(n=400, sigma=0.5):
+    return Judge(Noise(np.full(n, sigma), np.ones(n, dtype=bool), np.zeros(n, dtype=np.int64), (("a", "b", "c"),)))
+
+
+def test_a_column_is_found_with_its_amount_and_a_fair_interval():
+    random = np.random.default_rng(2)
+    column = random.normal(size=(400, 1))
+    amounts = []
+    for _ in range(200):
+        y = 0.8 * column[:, 0] + random.normal(0.0, 0.5 * math.sqrt(1.5), 400)  # two probes behind a model add a half
+        fit = judge().fit(y, np.zeros((400, len(SIGMA))), column)
+        amounts.append((fit.amount[0], math.sqrt(fit.covariance[0, 0])))
+    got, told = np.array(amounts).T
+
+    assert np.mean(got) == pytest.approx(0.8, abs=4.0 * np.std(got) / math.sqrt(200))
+    assert np.mean(told) == pytest.approx(np.std(got), rel=0.25)  # 200 draws: 5 %; the soft loss: some per cent
+
+
+def test_a_few_wild_residuals_do_not_move_the_amount():
+    random = np.random.default_rng(3)
+    column = random.normal(size=(400, 1))
+    y = 0.8 * column[:, 0] + random.normal(0.0, 0.5, 400)
+    wild = y.copy()
+    wild[:10] += 500.0
+
+    fit = judge().fit(wild, np.zeros((400, len(SIGMA))), column)
+
+    assert fit.amount[0] == pytest.approx(judge().fit(y, np.zeros((400, len(SIGMA))), column).amount[0], abs=0.06)
+
+
+def test_a_tolerance_is_only_moved_as_far_as_its_prior_lets_it():
+    nuisance = np.zeros((400, len(SIGMA)))
+    nuisance[:, 0] = 1e-3  # hardly visible: one sigma of it changes nothing
+    y = np.full(400, 0.01)
+
+    assert abs(judge().fit(y, nuisance).delta[0]) < 0.1 * SIGMA[0]
+
+
+def test_the_cost_of_small_residuals_is_chi_square_and_of_large_ones_their_logarithm():
+    assert robust_cost(np.array([0.1])) == pytest.approx(0.01, rel=1e-3)
+    assert robust_cost(np.array([1e6])) == pytest.approx(2.0 * SOFT**2 * math.log(1e6 / SOFT), rel=1e-6)
+
+
+# ---- hypotheses -------------------------------------------------------------------------------------------------
+
+
+def test_every_effect_of_the_table_is_a_hypothesis_but_sums_of_others():
+    assert set(hypotheses(MOTOR, 4000.0)) == set(tables().effects) - set(COMPOSITE)
+
+
+@pytest.mark.parametrize("name", sorted(set(tables().effects) - set(COMPOSITE)))
+def test_every_start_and_probe_of_a_hypothesis_is_within_the_ranges_of_its_effect(name):
+    hypothesis = hypotheses(MOTOR, 4000.0)[name]
+    fields = tables().effects[name].params
+    for start in hypothesis.starts:
+        z = np.array(start, dtype=float)
+        for i, coordinate in enumerate(hypothesis.coordinates):
+            moved = z.copy()
+            moved[i] += coordinate.probe
+            for param, value in hypothesis.to_params(hypothesis.clip(moved)).items():
+                assert fields[param].minimum <= value <= fields[param].maximum, (param, value)
+
+
+def test_amplitude_and_phase_are_those_of_the_sine_and_cosine_parts():
+    cogging = hypotheses(MOTOR, 4000.0)["cogging"]
+    phase = 2.1
+
+    params = cogging.to_params(0.3 * np.array([math.cos(phase), math.sin(phase)]))
+
+    assert params == pytest.approx({"amplitude_nm": 0.3, "phase_rad": phase, "order": 18.0})
+
+
+def test_the_edge_of_a_tolerance_has_the_magnitude_one():
+    library = hypotheses(MOTOR, 4000.0)
+
+    for name, tolerance in (("inertia", 0.012), ("winding_resistance", 0.012), ("torque_constant", 0.004)):
+        assert library[name].magnitude(np.array([math.log(1.0 + 3.0 * tolerance)])) == pytest.approx(1.0, rel=0.03)
+
+
+def test_an_effect_and_a_tolerance_of_the_same_sensor_add_up():
+    delta = np.zeros(len(TOLERANCES))
+    delta[5] = 0.01
+
+    unit = unit_of({"current_offset": {"offset_a_a": 0.1}}, delta)
+
+    assert unit.effects["current_offset"] == pytest.approx({"offset_a_a": 0.11})
+
+
+def test_the_log_format_says_the_tolerances():
+    text = (Path(__file__).parents[3] / "docs" / "log-format.md").read_text()
+
+    for word in ("1.2 %", "1.5 %", "0.4 %", "4 %", "10 mA", "0.2 %"):
+        assert word in text
