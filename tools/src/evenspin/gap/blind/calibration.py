@@ -16,7 +16,6 @@ from evenspin.gap.blind.vocabulary import UNKNOWN
 EDGES = (0.0, 0.5, 0.8, 0.95, 1.0)  # of confidence
 WIDER = (1.0, 2.0)  # multiples of an interval
 PHASES = ("phase_rad", "phase2_rad", "angle_el_rad")
-EXACT = ("order", "sign")  # known or chosen, not measured
 NO_PHASE_BELOW = 0.1  # second_rel: a smaller second order has no phase to speak of
 
 
@@ -87,7 +86,7 @@ def _misses(verdict: Mapping[str, Any], truth: Truth) -> Iterator[float]:
         for key, interval in intervals.get(entry["name"], {}).items():
             true = entry["parameters"].get(key)
             half = 0.5 * (interval["high"] - interval["low"])
-            if true is None or key in EXACT or not half > 0.0:
+            if true is None or not half > 0.0:  # an order or a sign is chosen, not measured
                 continue
             if key == "phase2_rad" and entry["parameters"].get("second_rel", 0.0) < NO_PHASE_BELOW:
                 continue
