@@ -176,8 +176,7 @@ def _traces(before: Trace, after: Trace) -> Picture:
     axes[0, 1].set_title("where it is largest before")
     for panel in axes[-1]:
         panel.set_xlabel("time [s]")
-    axes[0, 1].legend(loc="best", ncols=3)
-    axes[0, 0].legend(loc="upper right", ncols=2)
+    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     text = "The signals with the largest gap: the difference over the whole record, and a stretch of it with the log."
     return Picture(f"traces_{before.record}", f"Traces: {before.record}", text, to_svg(figure), data)
 
