@@ -68,7 +68,7 @@ static num_t cosine_reduced(num_t t)
     return num_mac(NUM_C(1.0f), p, t2);
 }
 
-void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
+void angle_sincos_portable(angle_t angle, num_t *sine, num_t *cosine)
 {
     const uint16_t quadrant = (uint16_t)((angle + (ANGLE_QUARTER / 2U)) >> 30);
     const int32_t  rest = (int32_t)(angle - ((angle_t)quadrant << 30));

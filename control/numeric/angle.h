@@ -9,6 +9,7 @@
 #define CONTROL_NUMERIC_ANGLE_H
 
 #include "control/numeric/num.h"
+#include "control/numeric/tmu.h"
 
 typedef uint32_t angle_t;
 
@@ -28,9 +29,21 @@ num_t angle_to_rad_signed(angle_t angle);
 num_t angle_to_rad(angle_t angle);
 
 /**
- * Sine and cosine at once. Absolute error below 1.2e-7 (float), 2.5e-7 (fixed).
+ * Sine and cosine at once, without the chip's help. Absolute error below 1.2e-7 (float), 2.5e-7 (fixed).
  * Cost: one conversion and two polynomials, about 20 operations; no libm.
  */
-void angle_sincos(angle_t angle, num_t *sine, num_t *cosine);
+void angle_sincos_portable(angle_t angle, num_t *sine, num_t *cosine);
+
+/** The same; with a TMU two of its instructions, absolute error below 3e-7: a float has 24 bits of the angle. */
+static inline void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
+{
+#ifdef CTL_HAS_TMU
+    const num_t turns = (num_t)(int32_t)angle * 2.3283064365386963e-10f; /* 2^-32 */
+    *sine = tmu_sin_turns(turns);
+    *cosine = tmu_cos_turns(turns);
+#else
+    angle_sincos_portable(angle, sine, cosine);
+#endif
+}
 
 #endif

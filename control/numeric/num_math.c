@@ -58,7 +58,7 @@ num_t num_exp2(num_t x)
     return (k >= 0) ? num_sat64((int64_t)m * (INT64_C(1) << (uint16_t)k)) : (m >> (uint16_t)-k);
 }
 
-num_t num_sqrt(num_t x)
+num_t num_sqrt_portable(num_t x)
 {
     if (x <= 0) {
         return 0;
@@ -88,12 +88,11 @@ typedef union {
 #define EXPONENT_BIAS 127
 #define MANTISSA_MASK UINT32_C(0x007FFFFF)
 #define ONE_BITS UINT32_C(0x3F800000)
-#define SMALLEST_NORMAL 1.17549435e-38f
 
 num_t num_log2(num_t x)
 {
     float_bits_t m;
-    m.value = (x > SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : SMALLEST_NORMAL;
+    m.value = (x > NUM_SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : NUM_SMALLEST_NORMAL;
     int16_t k = (int16_t)((int16_t)(m.bits >> EXPONENT_SHIFT) - EXPONENT_BIAS);
     m.bits = (m.bits & MANTISSA_MASK) | ONE_BITS;
     if (m.value > 1.41421356f) {
@@ -117,9 +116,9 @@ num_t num_exp2(num_t x)
     return num_min(exp2_reduced(x - (num_t)k) * scale.value, NUM_MAX);
 }
 
-num_t num_sqrt(num_t x)
+num_t num_sqrt_portable(num_t x)
 {
-    if (!(x > SMALLEST_NORMAL)) {
+    if (!(x > NUM_SMALLEST_NORMAL)) {
         return 0.0f;
     }
     float_bits_t y;

@@ -53,6 +53,11 @@ static float    noise(void) /* +-1 */
     return ((float)(seed >> 8) / 8388608.0f) - 1.0f;
 }
 
+/* ---- the TMU: what `evenspin cycles` counts as its instructions ------------------------------------------------------ */
+float tmu_sin_turns(float x) { return sinf(6.28318531f * x); }
+float tmu_cos_turns(float x) { return cosf(6.28318531f * x); }
+float tmu_sqrt(float x) { return sqrtf(x); }
+
 /* ---- the board ----------------------------------------------------------------------------------------------------- */
 static hal_sample_t       sample;
 static hal_encoder_edge_t edge;
@@ -84,13 +89,16 @@ static void need(ctl_diag_t d, const char *what)
     }
 }
 
+void  inlined_sincos(angle_t angle, num_t *sine, num_t *cosine);
+num_t inlined_sqrt(num_t x);
+
 static void numeric(void)
 {
     num_t s, c, a[CTL_LAGRANGE_TAPS];
     for (uint32_t k = 0U; k < 2000U; k++) {
-        MEASURE("angle_sincos", angle_sincos(k * 0x1234567U, &s, &c));
+        MEASURE("angle_sincos", inlined_sincos(k * 0x1234567U, &s, &c));
         MEASURE("angle_from_rad", (void)angle_from_rad(noise() * 20.0f));
-        MEASURE("num_sqrt", (void)num_sqrt(fabsf(noise()) * 100.0f));
+        MEASURE("num_sqrt", (void)inlined_sqrt(fabsf(noise()) * 100.0f));
         MEASURE("num_pow", (void)num_pow(fabsf(noise()) * 100.0f, 0.6f));
         MEASURE("ctl_lagrange", ctl_lagrange((uint16_t)(k % 4U), fabsf(noise()), a));
     }

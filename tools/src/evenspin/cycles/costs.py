@@ -43,6 +43,9 @@ EXTERNAL = {
     "hal_inverter_disarm": 300,
 }
 
+# The TMU's instructions, which control/numeric/tmu.h names: published latencies, no call.
+TMU = {"tmu_sin_turns": 40, "tmu_cos_turns": 40, "tmu_sqrt": 50}
+
 INSTRUCTION = re.compile(r"^\s+(?:(?P<result>%[-\w.$]+|%\"[^\"]+\")\s*=\s*)?(?P<rest>\S.*)$")
 FLAGS = re.compile(r"\b(?:tail|musttail|notail|nuw|nsw|exact|inbounds|volatile|nnan|ninf|nsz|fast)\b ?")
 FLOAT_CONSTANT = re.compile(r"(?<![%@\w.])(?:0x[0-9A-F]{8,16}|-?\d+\.\d+e[+-]\d+)")
@@ -102,4 +105,4 @@ def call_cost(text: str) -> int:
         if re.match(r"llvm\.(lifetime|dbg|assume|experimental|va_)", name[1]):
             return 0
         return MINMAX * (LONG_LONG if ".i64" in name[1] else 2)
-    return CALL + EXTERNAL.get(name[1], 0)
+    return TMU[name[1]] if name[1] in TMU else CALL + EXTERNAL.get(name[1], 0)

@@ -22,7 +22,7 @@ GROWTH = 1.03
 BUDGETS = Path("tests/budget/budgets.toml")
 OPTIONS = (
     "-std=gnu99 -ffp-contract=off -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -fno-discard-value-names "
-    "-fno-builtin -Wno-everything"
+    "-fno-builtin -Wno-everything -DEVENSPIN_TMU_MARKED"
 ).split()
 
 # TI's cycles, call included: assembly that somebody scheduled by hand, and C without optimisation.
@@ -116,7 +116,7 @@ def run_driver(root: Path, clang: str, work: Path, level: str) -> dict[str, tupl
     """Mean and largest cost of everything that the driver measures, in tenths of a cycle."""
     include = [f"-I{root}", f"-I{root / 'hal/include'}"]
     sources = sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
-    sources.append(root / "tests/target/cycles/reference.c")
+    sources += [root / "tests/target/cycles" / name for name in ("reference.c", "inlined.c")]
 
     def counted(source: Path) -> Path:
         text = work / f"{source.stem}{level}.ll"
