@@ -18,35 +18,6 @@ angle_t angle_from_rad(num_t rad)
 #endif
 }
 
-angle_t angle_from_rad_short(num_t rad)
-{
-#ifdef EVENSPIN_FIXED
-    const num_t cut = num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f));
-    return (angle_t)(int32_t)(((int64_t)cut * INT64_C(683565276)) >> 24);
-#else
-    const num_t cut = num_clamp(rad, -3.14159250f, 3.14159250f);
-    return (cut == cut) ? (angle_t)(int32_t)(cut * 6.83565276e8f) : 0U; /* 2^31 / pi */
-#endif
-}
-
-num_t angle_to_rad_signed(angle_t angle)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)(((int64_t)(int32_t)angle * INT64_C(105414357)) >> 32); /* 2 pi 2^24 */
-#else
-    return (num_t)(int32_t)angle * 1.46291807926715968e-9f; /* pi / 2^31 */
-#endif
-}
-
-num_t angle_to_rad(angle_t angle)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)(((uint64_t)angle * UINT64_C(105414357)) >> 32);
-#else
-    return (num_t)angle * 1.46291807926715968e-9f;
-#endif
-}
-
 /* t: angle in quarter turns, within +-1/2. Minimax fits, errors 3.3e-9 (relative, sine) and 5.4e-11 (cosine). */
 static num_t sine_reduced(num_t t)
 {

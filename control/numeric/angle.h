@@ -20,13 +20,36 @@ typedef uint32_t angle_t;
 angle_t angle_from_rad(num_t rad);
 
 /** From radians within +-pi (cut to that, NaN gives 0): a step or an advance. One product and one conversion. */
-angle_t angle_from_rad_short(num_t rad);
+static inline angle_t angle_from_rad_short(num_t rad)
+{
+#ifdef EVENSPIN_FIXED
+    const num_t cut = num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f));
+    return (angle_t)(int32_t)(((int64_t)cut * INT64_C(683565276)) >> 24);
+#else
+    const num_t cut = num_clamp(rad, -3.14159250f, 3.14159250f);
+    return (cut == cut) ? (angle_t)(int32_t)(cut * 6.83565276e8f) : 0U; /* 2^31 / pi */
+#endif
+}
 
 /** Radians within [-pi, pi]; the upper end by rounding in float. Absolute error below 3e-7 (float), 7e-8 (fixed). */
-num_t angle_to_rad_signed(angle_t angle);
+static inline num_t angle_to_rad_signed(angle_t angle)
+{
+#ifdef EVENSPIN_FIXED
+    return (num_t)(((int64_t)(int32_t)angle * INT64_C(105414357)) >> 32); /* 2 pi 2^24 */
+#else
+    return (num_t)(int32_t)angle * 1.46291807926715968e-9f; /* pi / 2^31 */
+#endif
+}
 
 /** Radians within [0, 2 pi]; the upper end by rounding in float. Absolute error below 6e-7 (float), 7e-8 (fixed). */
-num_t angle_to_rad(angle_t angle);
+static inline num_t angle_to_rad(angle_t angle)
+{
+#ifdef EVENSPIN_FIXED
+    return (num_t)(((uint64_t)angle * UINT64_C(105414357)) >> 32);
+#else
+    return (num_t)angle * 1.46291807926715968e-9f;
+#endif
+}
 
 /**
  * Sine and cosine at once, without the chip's help. Absolute error below 1.2e-7 (float), 2.5e-7 (fixed).
