@@ -51,6 +51,19 @@ static inline num_t angle_to_rad(angle_t angle)
 #endif
 }
 
+/** Turns, [0, 1]. Absolute error 2^-25 (float), below a step (fixed). */
+static inline num_t angle_to_turns(angle_t angle)
+{
+#ifdef EVENSPIN_FIXED
+    return (num_t)(angle >> 8);
+#else
+    return (num_t)angle * 2.3283064365386963e-10f; /* 2^-32 */
+#endif
+}
+
+/** Size of a difference of two angles, the shortest way: at most half a turn. */
+static inline uint32_t angle_size(angle_t difference) { return (difference < (2U * ANGLE_QUARTER)) ? difference : (0U - difference); }
+
 /**
  * Sine and cosine at once, without the chip's help. Absolute error below 1.2e-7 (float), 2.5e-7 (fixed).
  * Cost: one conversion and two polynomials, about 20 operations; no libm.

@@ -117,12 +117,7 @@ static inline num_t num_max(num_t a, num_t b) { return (a > b) ? a : b; }
 static inline num_t num_clamp(num_t x, num_t lo, num_t hi) { return (x < lo) ? lo : ((x > hi) ? hi : x); }
 
 /** Add one to an event counter that stops at its end instead of wrapping. */
-static inline void num_count(uint32_t *counter)
-{
-    if (*counter < UINT32_MAX) {
-        (*counter)++;
-    }
-}
+static inline void num_count(uint32_t *counter) { *counter += (*counter < UINT32_MAX) ? 1U : 0U; }
 
 /** A signal from outside: x when it can be computed with, else the fallback, counted. */
 static inline num_t num_guard(num_t x, num_t fallback, uint32_t *rejected)

@@ -68,15 +68,6 @@ static void learn(ctl_angle_memory_t *self, uint16_t i, num_t v, num_t gain)
     num_count(&s->written);
 }
 
-static num_t within_cell(uint64_t position)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)((uint32_t)position >> 8);
-#else
-    return (num_t)(uint32_t)position * 2.3283064365386963e-10f; /* 2^-32 */
-#endif
-}
-
 static void gather_one(ctl_hat_t *hat, num_t nearness, num_t v)
 {
     hat->sum = num_mac(hat->sum, nearness, v);
@@ -104,8 +95,6 @@ static void pass(ctl_hat_t *hat, num_t line)
     hat->passed = true;
 }
 
-static uint16_t next_point(const ctl_grid_t *grid, uint16_t i) { return (uint16_t)(((i + 1U) < grid->cells) ? (i + 1U) : 0U); }
-
 /* From cell `before` to cell `now`: what is left behind is complete, what was passed on the way, too, but for the last
  * point. A point beside the way that was not passed (a reversal, a start) is forgotten. */
 static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now, ctl_grid_walk_t walk, num_t gain)
@@ -115,11 +104,11 @@ static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now,
     const bool                      up = walk.up;
     const ctl_hat_t *const          behind = up ? &s->below : &s->above;
     ctl_hat_t                       hat = up ? s->above : s->below;
-    uint16_t                        i = up ? next_point(grid, before) : before;
+    uint16_t                        i = up ? ctl_grid_next(grid, before) : before;
     num_t                           line = s->value;
 
     if (behind->passed) {
-        learn(self, up ? before : next_point(grid, before), num_div(behind->sum, behind->weight), gain);
+        learn(self, up ? before : ctl_grid_next(grid, before), num_div(behind->sum, behind->weight), gain);
     }
     /* Downwards from exactly on a point the walk begins at the next one: the first is passed with the last value. Landing
      * exactly on a point from above, the walk ends there, but the cell does not: that point is passed by the next step. */
@@ -139,29 +128,69 @@ static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now,
     s->above = up ? NO_HAT : hat;
 }
 
-static void write_hat(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
+static void write_hat(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
-    const uint64_t                  position = (uint64_t)angle * s->grid.cells;
-    const uint16_t                  now = (uint16_t)(position >> 32);
-    const uint16_t                  before = (uint16_t)(((uint64_t)s->at * s->grid.cells) >> 32);
-
-    if (now != before) {
-        change_cell(self, before, now, ctl_grid_walk(&s->grid, s->at, s->value, angle, v), gain);
+    if (now.below != s->spot.below) {
+        change_cell(self, s->spot.below, now.below, ctl_grid_walk(&s->grid, s->at, s->value, angle, v), gain);
     }
-    gather(s, within_cell(position), v);
+    gather(s, angle_to_turns(now.inside), v);
 }
 
-static void write_line(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
+static void write_all(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
 {
     ctl_grid_walk_t walk = ctl_grid_walk(&self->state.grid, self->state.at, self->state.value, angle, v);
     uint16_t        i = 0U;
     num_t           line = (num_t)0;
     while (ctl_grid_walk_next(&walk, &i, &line)) {
-        if ((self->params.write == CTL_WRITE_ALL) || (walk.left == 0U)) {
-            learn(self, i, line, gain);
-        }
+        learn(self, i, line, gain);
     }
+}
+
+/* The point not below a place. */
+static uint16_t ceiling(const ctl_grid_t *grid, ctl_grid_spot_t spot)
+{
+    return (spot.inside != 0U) ? ctl_grid_next(grid, spot.below) : spot.below;
+}
+
+/* Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. */
+static void write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    const ctl_grid_t *const         grid = &s->grid;
+    const angle_t                   turn = angle - s->at;
+    uint16_t                        point = now.below;
+    uint32_t                        beyond = now.inside; /* way since the point, 2^-32 cells */
+    uint16_t                        last = s->spot.below;
+    if (turn >= (2U * ANGLE_QUARTER)) {
+        point = ceiling(grid, now);
+        beyond = 0U - now.inside;
+        last = ceiling(grid, s->spot);
+    }
+    if (point != last) {
+        learn(self, point, num_sub(v, num_mul(num_sub(v, s->value), ctl_grid_share(grid, beyond, angle_size(turn)))), gain);
+    }
+}
+
+void ctl_angle_memory_write_raw(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
+    if (!s->primed) {
+        s->primed = true;
+        if (self->params.write == CTL_WRITE_HAT) {
+            gather(s, angle_to_turns(now.inside), v);
+        }
+    } else if (self->params.write == CTL_WRITE_ONE) {
+        write_one(self, angle, now, v, gain);
+    } else if (self->params.write == CTL_WRITE_ALL) {
+        write_all(self, angle, v, gain);
+    } else {
+        write_hat(self, angle, now, v, gain);
+    }
+    s->at = angle;
+    s->spot = now;
+    s->value = v;
 }
 
 void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
@@ -171,31 +200,9 @@ void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, nu
         num_count(&s->rejected);
         return;
     }
-    const num_t g = num_clamp(gain, (num_t)0, NUM_C(1.0f));
-    if (s->primed && (((angle - s->at) + (ANGLE_QUARTER - 1U)) > (2U * (ANGLE_QUARTER - 1U)))) {
+    if (s->primed && (angle_size(angle - s->at) >= ANGLE_QUARTER)) {
         num_count(&s->rejected); /* a jump: nobody knows which way */
         ctl_angle_memory_pause(self);
     }
-    if (!s->primed) {
-        s->primed = true;
-        s->at = angle;
-        s->value = v;
-        if (self->params.write == CTL_WRITE_HAT) {
-            gather(s, within_cell((uint64_t)angle * s->grid.cells), v);
-        }
-        return;
-    }
-    if (self->params.write == CTL_WRITE_HAT) {
-        write_hat(self, angle, v, g);
-    } else {
-        write_line(self, angle, v, g);
-    }
-    s->at = angle;
-    s->value = v;
-}
-
-num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle)
-{
-    return (self->params.read == CTL_READ_CUBIC) ? ctl_grid_read_cubic(&self->state.grid, angle)
-                                                 : ctl_grid_read_linear(&self->state.grid, angle);
+    ctl_angle_memory_write_raw(self, angle, v, num_clamp(gain, (num_t)0, NUM_C(1.0f)));
 }

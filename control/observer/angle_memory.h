@@ -42,6 +42,7 @@ typedef struct {
 typedef struct {
     ctl_grid_t grid;
     angle_t    at;       /**< Last sample... */
+    ctl_grid_spot_t spot; /**< ...where that is on the grid... */
     num_t      value;    /**< ...and its value. */
     bool       primed;   /**< A last sample exists. */
     ctl_hat_t  below, above; /**< Hat sums of the two grid points around the last sample. */
@@ -65,7 +66,13 @@ void ctl_angle_memory_clear(ctl_angle_memory_t *self);
 void ctl_angle_memory_pause(ctl_angle_memory_t *self);
 /** One sample: value @p v seen at @p angle, learned with gain @p gain (the parameter, or another one for a fast start). */
 void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain);
+/** The same without looking at the inputs: @p v is finite, @p gain within [0, 1], and the step is below a quarter turn. */
+void ctl_angle_memory_write_raw(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain);
 /** What was learned for @p angle. */
-num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle);
+static inline num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle)
+{
+    return (self->params.read == CTL_READ_CUBIC) ? ctl_grid_read_cubic(&self->state.grid, angle)
+                                                 : ctl_grid_read_linear(&self->state.grid, angle);
+}
 
 #endif

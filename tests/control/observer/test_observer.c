@@ -827,6 +827,7 @@ static uint16_t samples_at(double rpm)
 
 void test_ctl_observer_target_gives_the_nearest_number_of_samples_per_turn(void)
 {
+    start_kind(CTL_OBSERVER_RO); /* nobody else asks for it */
     static const struct {
         double   rpm;
         uint16_t samples;
@@ -838,6 +839,7 @@ void test_ctl_observer_target_gives_the_nearest_number_of_samples_per_turn(void)
 
 void test_ctl_observer_target_of_a_creeping_or_standing_shaft_is_no_period(void)
 {
+    start_kind(CTL_OBSERVER_RO);
     TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, samples_at(0.0));
     TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, samples_at(9.1));
     TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, samples_at(-9.1));
