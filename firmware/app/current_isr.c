@@ -85,6 +85,9 @@ static void speed_tick(drive_t *d)
     if (d->setup.speed_inline) {
         drive_speed_step(d);
     } else {
+        if (d->speed_busy != 0U) { /* the last one has not ended */
+            drive_trip(d, FAULT_speed_overrun);
+        }
         d->speed_busy = 1U;
         hal_clock_request_speed_isr();
     }
@@ -215,11 +218,10 @@ void drive_current_isr(drive_t *d)
         d->periods_in_state++;
     }
 
-    d->isr_last_cyc = hal_clock_cyc() - started;
-    if (d->isr_last_cyc > d->isr_max_cyc) {
-        d->isr_max_cyc = d->isr_last_cyc;
-    }
-    if (d->isr_last_cyc > d->setup.period_cyc) {
+    const uint32_t took_cyc = hal_clock_cyc() - started;
+    d->timing.used_cyc += took_cyc;
+    timing_note(&d->timing.current, d->timing.epoch, took_cyc);
+    if (took_cyc > d->setup.period_cyc) {
         drive_trip(d, FAULT_isr_overrun);
     }
 }

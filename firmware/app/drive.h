@@ -28,6 +28,7 @@
 #include "control/repetitive/repetitive.h"
 #include "firmware/app/faults.h"
 #include "firmware/app/parameters.h"
+#include "firmware/app/timing.h"
 #include "hal/hal_encoder.h"
 #include "hal/hal_sample.h"
 
@@ -201,7 +202,7 @@ typedef struct {
     uint16_t         bad_samples, lost_samples; /**< In a row. */
     bool             seen_sample;
     uint32_t         rejected;
-    uint32_t         isr_last_cyc, isr_max_cyc;
+    timing_t         timing;
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];
@@ -249,6 +250,9 @@ bool drive_memory_clear(drive_t *d);
 /** To and from non-volatile storage. A save cut off by a power failure leaves the older save. */
 hal_status_t drive_memory_save(drive_t *d);
 hal_status_t drive_memory_restore(drive_t *d);
+
+/** Begin the figures of both interrupts' duration anew; a start does it, too. Main loop only. */
+void drive_restart_timing(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);

@@ -53,10 +53,12 @@ void drive_speed_step(drive_t *d)
 
 void drive_speed_isr(drive_t *d)
 {
+    const uint32_t started = timing_own_clock(&d->timing);
     d->speed_busy = 1U;
     if (!d->setup.speed_inline) {
         drive_speed_step(d);
     }
+    timing_note(&d->timing.speed, d->timing.epoch, timing_own_clock(&d->timing) - started);
     d->speed_busy = 0U;
 }
 

@@ -118,6 +118,7 @@ void drive_background(drive_t *d)
     case DRIVE_READY:
         if (d->start_wanted || (d->params.auto_run != 0U)) {
             enter_armed(d, DRIVE_RUN);
+            drive_restart_timing(d); /* the figures of a run are not those of the start-up before it */
         }
         d->start_wanted = false;
         break;
@@ -146,6 +147,7 @@ void drive_init(drive_t *d, const drive_params_t *params)
     hal_inverter_disarm();
     (void)memset(d, 0, sizeof *d); /* zero bits are 0, 0.0f and false on every machine that runs this */
     d->params = *params;
+    timing_restart(&d->timing);
     const uint16_t bad = drive_build(d);
     if (bad != (uint16_t)PARAM_COUNT) {
         d->fault_detail = bad;
@@ -171,3 +173,4 @@ void drive_start(drive_t *d) { d->start_wanted = true; }
 void drive_stop(drive_t *d) { d->stop_wanted = true; }
 void drive_clear_fault(drive_t *d) { d->clear_wanted = true; }
 void drive_home(drive_t *d) { d->home_wanted = true; }
+void drive_restart_timing(drive_t *d) { timing_restart(&d->timing); }

@@ -21,7 +21,12 @@ static void zero_voltage(double duty[3])
 void sim_board_start(sim_board_t *board)
 {
     const sim_disturbance_t none = {0};
+    const sim_load_t        idle = {0};
     board->disturbance = none;
+    board->load = idle;
+    board->used_cyc = 0U;
+    board->speed_left_cyc = 0.0;
+    board->in_speed_isr = false;
     board->periods = 0;
     board->seq = 0;
     board->latched_fault = HAL_INVERTER_FINE;
@@ -46,7 +51,24 @@ void sim_board_period(sim_board_t *board)
     board->gates_on = board->armed;
     board->gate_periods += board->gates_on ? 1U : 0U;
     board->periods++;
+    board->used_cyc = 0U;
 }
+
+bool sim_board_speed_due(sim_board_t *board)
+{
+    if (board->speed_requested) {
+        board->speed_left_cyc -= fmax(SIM_CLOCK_HZ * board->plant.period_s - (double)board->load.current_cyc, 0.0);
+    }
+    return board->speed_requested && (board->speed_left_cyc <= 0.0);
+}
+
+void sim_board_speed_begin(sim_board_t *board)
+{
+    board->speed_requested = false;
+    board->in_speed_isr = true;
+}
+
+void sim_board_speed_end(sim_board_t *board) { board->in_speed_isr = false; }
 
 /* ---- hal_sample, hal_encoder ------------------------------------------------------------------------------------------ */
 
@@ -102,6 +124,7 @@ hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
     selected->duty_next[0] = cut(duty->a);
     selected->duty_next[1] = cut(duty->b);
     selected->duty_next[2] = cut(duty->c);
+    selected->used_cyc += selected->load.current_cyc;
     return HAL_OK;
 }
 
@@ -135,9 +158,22 @@ void hal_inverter_disarm(void)
 
 /* ---- hal_clock -------------------------------------------------------------------------------------------------------------- */
 
-uint32_t hal_clock_cyc(void) { return to_cycles(selected->plant.time_s); }
+uint32_t hal_clock_cyc(void)
+{
+    const uint32_t now = to_cycles(selected->plant.time_s) + selected->used_cyc;
+    if (selected->in_speed_isr) {
+        selected->used_cyc += selected->load.speed_cyc; /* the second look comes at the end */
+    }
+    return now;
+}
 uint32_t hal_clock_hz(void) { return (uint32_t)SIM_CLOCK_HZ; }
-void     hal_clock_request_speed_isr(void) { selected->speed_requested = true; }
+void     hal_clock_request_speed_isr(void)
+{
+    if (!selected->speed_requested) {
+        selected->speed_left_cyc = (double)selected->load.speed_cyc;
+    }
+    selected->speed_requested = true;
+}
 
 /* ---- hal_link ----------------------------------------------------------------------------------------------------------------- */
 

@@ -2,8 +2,10 @@
  * @file  sim_host/board/board.h
  * @brief The virtual board: the HAL contract on the simulated machine.
  *
- * HAL functions have no handle, as on the chip; sim_board_select says which board they mean, per thread. Time stands
- * still while an interrupt runs: the clock counts PWM periods of CPU cycles at 200 MHz.
+ * HAL functions have no handle, as on the chip; sim_board_select says which board they mean, per thread. The clock counts
+ * PWM periods of CPU cycles at 200 MHz. It stands still while an interrupt runs, unless the board is told how long one
+ * takes (sim_load_t); then the current interrupt takes it when it sets its duties, the speed interrupt after it first
+ * looks at the clock.
  */
 #ifndef SIM_HOST_BOARD_BOARD_H
 #define SIM_HOST_BOARD_BOARD_H
@@ -27,6 +29,11 @@ typedef struct {
     hal_inverter_fault_t inverter_fault; /**< The cause, as long as it stands. */
 } sim_disturbance_t;
 
+/** CPU cycles that each interrupt takes; a speed interrupt that does not fit between current interrupts ends later. */
+typedef struct {
+    uint32_t current_cyc, speed_cyc;
+} sim_load_t;
+
 typedef struct {
     uint16_t octet[SIM_LINK_OCTETS];
     uint32_t head, tail; /**< Free-running; head - tail octets wait. */
@@ -35,6 +42,10 @@ typedef struct {
 typedef struct {
     sim_plant_t       plant;
     sim_disturbance_t disturbance;
+    sim_load_t        load;
+    uint32_t          used_cyc;       /**< By the interrupts of this period so far. */
+    double            speed_left_cyc; /**< Work of the requested speed interrupt that is left. */
+    bool              in_speed_isr;
     uint64_t          periods;
     uint32_t          seq;
     hal_inverter_fault_t latched_fault; /**< What the hardware remembers of it. */
@@ -54,6 +65,10 @@ typedef struct {
 void sim_board_start(sim_board_t *board);
 /** The board that HAL functions on this thread mean. */
 void sim_board_select(sim_board_t *board);
+/** Whether a speed interrupt was requested and comes to its end in this period: then it must be run, between begin and end. */
+bool sim_board_speed_due(sim_board_t *board);
+void sim_board_speed_begin(sim_board_t *board);
+void sim_board_speed_end(sim_board_t *board);
 /** One PWM period after the interrupts of its start have run. */
 void sim_board_period(sim_board_t *board);
 

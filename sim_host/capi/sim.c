@@ -397,6 +397,8 @@ static void apply_inputs(es_sim_t *s)
     d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;
     d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
+    s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];
+    s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];
 
     const double          turns = trunc(now[INPUT_position_ref_rad] / (2.0 * PI));
     const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5), (float)now[INPUT_speed_ref_rad_s], (float)now[INPUT_id_ref_a],
@@ -491,9 +493,10 @@ bool es_sim_record(es_sim_t *sim, const char *const *signals, int count)
 static void interrupts(es_sim_t *s)
 {
     drive_current_isr(&s->drive);
-    if (s->board.speed_requested) {
-        s->board.speed_requested = false;
+    if (sim_board_speed_due(&s->board)) {
+        sim_board_speed_begin(&s->board);
         drive_speed_isr(&s->drive);
+        sim_board_speed_end(&s->board);
     }
     if ((s->board.periods % MAIN_LOOP_PERIODS) == 0U) {
         drive_background(&s->drive);

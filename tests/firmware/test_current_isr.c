@@ -507,8 +507,8 @@ void test_current_isr_measures_its_duration_and_remembers_the_longest(void)
     bench.isr_cyc = 500U;
     bench_periods(1U);
 
-    TEST_ASSERT_EQUAL_UINT32(500U, drive.isr_last_cyc);
-    TEST_ASSERT_UINT32_WITHIN(900U, 1800U, drive.isr_max_cyc); /* one or two steps of the clock: the speed tick reads it, too */
+    TEST_ASSERT_EQUAL_UINT32(500U, drive.timing.current.last_cyc);
+    TEST_ASSERT_UINT32_WITHIN(900U, 1800U, drive.timing.current.max_cyc); /* one or two steps of the clock: the speed tick reads it, too */
 }
 
 void test_current_isr_duration_is_right_when_the_clock_wraps(void)
@@ -520,6 +520,6 @@ void test_current_isr_duration_is_right_when_the_clock_wraps(void)
     bench.isr_cyc = 300U;
     bench_period();
 
-    TEST_ASSERT_EQUAL_UINT32(300U, drive.isr_last_cyc);
+    TEST_ASSERT_EQUAL_UINT32(300U, drive.timing.current.last_cyc);
     ASSERT_NO_FAULT("wrap of the clock");
 }

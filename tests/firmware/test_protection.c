@@ -146,6 +146,16 @@ static void provoke_isr_overrun(void)
     bench_period();
 }
 
+static void provoke_speed_overrun(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_period();
+    for (int k = 0; k < 20; k++) { /* two speed ticks, and no speed interrupt comes to its end */
+        bench.sample.seq++;
+        drive_current_isr(&drive);
+    }
+}
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_over_current] = provoke_over_current,
@@ -165,6 +175,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_position_limit] = provoke_position_limit,
     [FAULT_homing] = provoke_homing,
     [FAULT_isr_overrun] = provoke_isr_overrun,
+    [FAULT_speed_overrun] = provoke_speed_overrun,
 };
 
 /* The board is well again. */

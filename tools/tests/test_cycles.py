@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from pathlib import Path
 
 import pytest
-from evenspin.cycles import costs
+from evenspin.cycles import costs, m4
+from evenspin.cycles import measure as measuring
 from evenspin.cycles.instrument import instrument
-from evenspin.cycles.measure import Row, make_rows, violations, write_recorded
+from evenspin.cycles.measure import Row, m4_counts, make_rows, violations, write_recorded
 
 
 def row(name: str, worst: int) -> Row:
@@ -76,3 +79,60 @@ def test_recording_leaves_the_budgets_alone(tmp_path: Path) -> None:
     write_recorded(file, [row("a", 3)])
 
     assert file.read_text() == 'open = []\n\n[budget]\n"step a" = 5\n\n[recorded]\n"step a" = 3\n'
+
+
+def test_instructions_of_the_m4_go_beside_the_cycles() -> None:
+    measured = {
+        "ctl_x": (10, 20), "current_isr pi": (1000, 2000), "speed_isr pi": (500, 600),
+        "current_isr crc": (1000, 2100), "speed_isr crc": (900, 1600),
+    }  # fmt: skip
+    m4 = {"ctl_x": 7, "current_isr pi": 100, "speed_isr pi": 41, "current_isr crc": 110, "speed_isr crc": 90}
+
+    rows = {f"{r.kind} {r.name}": r.m4_instructions for r in make_rows(measured, {}, m4)}
+
+    assert rows == {
+        "step ctl_x": 7, "isr current_isr pi": 100, "isr speed_isr pi": 41, "isr current_isr crc": 110,
+        "isr speed_isr crc": 90, "isr both pi": 105, "isr both crc": 119, "extra crc": 59,
+    }  # fmt: skip
+    assert all(r.m4_instructions is None for r in make_rows(measured, {}))
+
+
+def test_without_the_tools_for_the_m4_its_column_is_empty_and_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+
+    counts, note = m4_counts(tmp_path, tmp_path)
+
+    assert counts is None
+    assert "left out: arm-none-eabi-gcc, qemu-system-arm, gcc not installed: sudo apt-get install" in note
+
+
+def test_an_emulator_that_refuses_the_plugin_is_said_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(root: Path, work: Path) -> dict[str, int]:
+        raise RuntimeError("qemu-system-arm does not take the plugin\n(version)")
+
+    monkeypatch.setattr("evenspin.cycles.measure.missing", lambda: "")
+    monkeypatch.setattr("evenspin.cycles.measure.count_instructions", refuse)
+
+    assert m4_counts(tmp_path, tmp_path) == (
+        None, "Cortex-M4F instructions left out: qemu-system-arm does not take the plugin (version)",
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(bool(m4.missing()), reason=m4.missing())
+def test_instructions_counted_are_those_that_stand_in_the_program(tmp_path: Path) -> None:
+    counts = m4.count_instructions(measuring.source_root(), tmp_path)
+
+    listing = subprocess.run(
+        ["arm-none-eabi-objdump", "-d", "--disassemble=angle_sincos", tmp_path / "driver.elf"],
+        capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    code = [line.split("\t")[2:] for line in listing.splitlines() if re.match(r"\s+[0-9a-f]+:\t", line)]
+    returns = [k for k, words in enumerate(code) if re.match(r"bx lr|(ldr|ldr.w) pc,|pop {.*pc}", " ".join(words))]
+    jumps = [words for words in code[: returns[0]] if re.match(r"(b|bl|blx|cbz|cbnz|b[a-z]{2})(\.n|\.w)?$", words[0])]
+    assert (len(returns), jumps) == (1, [])
+    assert counts["angle_sincos"] == returns[0] + 1  # no branches: each of them once, and nothing behind the return
+    assert counts["current_isr aro"] > counts["current_isr pi"] > counts["speed_isr pi"] > counts["ctl_pi_output"]

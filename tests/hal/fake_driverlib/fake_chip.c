@@ -142,7 +142,9 @@ uint32_t CPUTimer_getTimerCount(uint32_t base)
     if ((chip.on_clock != NULL) && chip.clocks_run && (chip.depth == 0U)) {
         chip.on_clock();
     }
-    return 0xFFFFFFFFU - (uint32_t)(chip.cycles - chip.timer_start);
+    const uint32_t count = 0xFFFFFFFFU - (uint32_t)(chip.cycles - chip.timer_start);
+    chip.cycles += (chip.depth > 0U) ? chip.interrupt_cycles : 0U;
+    return count;
 }
 
 /* ---- interrupts ---------------------------------------------------------------------------------------------------------------- */

@@ -48,6 +48,7 @@ typedef struct {
     int         calls_before;     /* ...after so many of them, ... */
     void (*interrupt)(void);      /* ...this happens before it has its effect */
     uint64_t timer_start;
+    uint64_t interrupt_cycles; /* that pass after every look of an interrupt at the cycle counter */
     void (*on_clock)(void); /* called when the main loop reads the cycle counter: the world goes on */
 
     /* pins */

@@ -8,7 +8,20 @@ from collections.abc import Sequence
 
 import typer
 
-from evenspin.cli import benchmark, compare, cycles, demo, design, identify, lists, memory, pages, reproduce, run
+from evenspin.cli import (
+    benchmark,
+    compare,
+    cycles,
+    demo,
+    design,
+    doctor,
+    identify,
+    lists,
+    memory,
+    pages,
+    reproduce,
+    run,
+)
 from evenspin.cli.identify import name_the_work
 from evenspin.cli.output import split_json_option
 from evenspin.errors import EvenspinError, one_line
@@ -22,7 +35,7 @@ app = typer.Typer(
     "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
 )
 
-for module in (run, reproduce, design, identify, compare, memory, lists, demo, benchmark, cycles, pages):
+for module in (run, reproduce, design, identify, compare, memory, lists, demo, benchmark, cycles, doctor, pages):
     module.register(app)
 
 

@@ -20,7 +20,7 @@ STDOUT = "-"
 WIDE = 150  # columns when nobody can tell: tables must not be cut
 
 # Commands whose --json may be followed by a file.
-JSON_WITH_FILE = {"reproduce", "design", "memory", "identify", "benchmark", "bench"}
+JSON_WITH_FILE = {"reproduce", "design", "memory", "identify", "benchmark", "bench", "cycles", "doctor"}
 
 
 def split_json_option(words: Sequence[str]) -> list[str]:

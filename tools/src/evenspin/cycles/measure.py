@@ -7,14 +7,16 @@ import shutil
 import subprocess
 import tempfile
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from evenspin.cycles.costs import CALL, ISR_FRAME
 from evenspin.cycles.instrument import instrument
-from evenspin.errors import InputError
+from evenspin.cycles.m4 import count_instructions, missing
+from evenspin.cycles.tools import call, code_sources, include_options
+from evenspin.errors import InputError, one_line
 
 CPU_CYCLES_PER_PERIOD = 20000  # 200 MHz / 10 kHz
 SPEED_DIVIDER = 10
@@ -51,7 +53,7 @@ class Row:
     kind: str  # step, isr, extra
     cycles_est: int  # mean over the inputs
     cycles_worst: int
-    m4_instructions: int | None
+    m4_instructions: int | None  # in the worst call, without the HAL
     budget: int | None
     source: str
 
@@ -74,6 +76,7 @@ class Check:
 class Result:
     rows: list[Row]
     checks: list[Check]
+    m4_note: str = ""
 
     @property
     def band(self) -> tuple[float, float]:
@@ -85,6 +88,7 @@ class Result:
             "rows": [asdict(row) for row in self.rows],
             "validation": [{**asdict(check), "error": check.error} for check in self.checks],
             "error_band": list(self.band),
+            "m4_note": self.m4_note,
         }
 
 
@@ -104,19 +108,10 @@ def find_clang() -> str:
     raise InputError("cycles", "clang", "none", "clang-15 or newer", "sudo apt-get install -y clang-16")
 
 
-def call(*words: str | Path) -> str:
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        lines = (done.stderr or done.stdout).strip().splitlines() or [""]
-        raise InputError("cycles", "command", " ".join(str(w) for w in words[:1]), "success", " | ".join(lines[:3]))
-    return done.stdout
-
-
 def run_driver(root: Path, clang: str, work: Path, level: str) -> dict[str, tuple[int, int]]:
     """Mean and largest cost of everything that the driver measures, in tenths of a cycle."""
-    include = [f"-I{root}", f"-I{root / 'hal/include'}"]
-    sources = sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
-    sources += [root / "tests/target/cycles" / name for name in ("reference.c", "inlined.c")]
+    include = include_options(root)
+    sources = [*code_sources(root), root / "tests/target/cycles/reference.c"]
 
     def counted(source: Path) -> Path:
         text = work / f"{source.stem}{level}.ll"
@@ -153,13 +148,18 @@ def validate(optimised: dict[str, tuple[int, int]], plain: dict[str, tuple[int, 
     return checks
 
 
-def make_rows(measured: dict[str, tuple[int, int]], budgets: dict[str, int]) -> list[Row]:
-    """Steps, interrupts, and what a method costs more than PI."""
+def make_rows(
+    measured: Mapping[str, tuple[int, int]], budgets: Mapping[str, int], m4: Mapping[str, int] | None = None
+) -> list[Row]:
+    """Steps, interrupts, and what a method costs more than PI; `m4`: instructions of the Cortex-M4F by name."""
     source = "model"
     rows: list[Row] = []
 
-    def add(name: str, kind: str, est: int, worst: int) -> None:
-        rows.append(Row(name, kind, est, worst, None, budgets.get(f"{kind} {name}"), source))
+    def add(name: str, kind: str, est: int, worst: int, instructions: int | None) -> None:
+        rows.append(Row(name, kind, est, worst, instructions, budgets.get(f"{kind} {name}"), source))
+
+    def counted(*names: str) -> list[int] | None:
+        return [m4[name] for name in names] if m4 is not None and all(name in m4 for name in names) else None
 
     isr: dict[str, tuple[int, int]] = {}
     for name, (mean, worst) in measured.items():
@@ -167,15 +167,16 @@ def make_rows(measured: dict[str, tuple[int, int]], budgets: dict[str, int]) -> 
             continue
         if "_isr " in name:
             isr[name] = (whole(mean + ISR_FRAME), whole(worst + ISR_FRAME))
-            add(name, "isr", *isr[name])
+            add(name, "isr", *isr[name], (m4 or {}).get(name))
         else:
-            add(name, "step", whole(mean + CALL), whole(worst + CALL))
+            add(name, "step", whole(mean + CALL), whole(worst + CALL), (m4 or {}).get(name))
 
     methods = [name.removeprefix("current_isr ") for name in isr if name.startswith("current_isr ")]
     for method in methods:
         current, speed = isr[f"current_isr {method}"], isr[f"speed_isr {method}"]
         both = [current[i] + -(-speed[i] // SPEED_DIVIDER) for i in (0, 1)]
-        add(f"both {method}", "isr", *both)
+        each = counted(f"current_isr {method}", f"speed_isr {method}")
+        add(f"both {method}", "isr", *both, each[0] - (-each[1] // SPEED_DIVIDER) if each else None)
     for method in methods:
         base = "pi deadbeat" if method.endswith(" deadbeat") else "pi"
         if method.startswith("position "):
@@ -186,7 +187,8 @@ def make_rows(measured: dict[str, tuple[int, int]], budgets: dict[str, int]) -> 
             sum(isr[f"{which}_isr {method}"][i] - isr[f"{which}_isr {base}"][i] for which in ("current", "speed"))
             for i in (0, 1)
         ]
-        add(method, "extra", *extra)
+        each = counted(*(f"{which}_isr {name}" for name in (method, base) for which in ("current", "speed")))
+        add(method, "extra", *extra, each[0] + each[1] - each[2] - each[3] if each else None)
     return rows
 
 
@@ -197,13 +199,26 @@ def read_budgets(path: Path) -> tuple[dict[str, int], dict[str, int], list[str]]
     return document["budget"], document["recorded"], document["open"]
 
 
-def measure(root: Path) -> Result:
+def measure(root: Path, with_m4: bool = True) -> Result:
+    """Everything; without the tools for the Cortex-M4F, or when they fail, the note says why its column is empty."""
     budgets, *_ = read_budgets(root / BUDGETS)
     clang = find_clang()
     with tempfile.TemporaryDirectory() as folder:
         optimised = run_driver(root, clang, Path(folder), "-O2")
         plain = run_driver(root, clang, Path(folder), "-O0")
-    return Result(make_rows(optimised, budgets), validate(optimised, plain))
+        m4, note = m4_counts(root, Path(folder)) if with_m4 else (None, "")
+    return Result(make_rows(optimised, budgets, m4), validate(optimised, plain), note)
+
+
+def m4_counts(root: Path, work: Path) -> tuple[dict[str, int] | None, str]:
+    """Instructions by name, and what to say about them."""
+    reason = missing()
+    if not reason:
+        try:
+            return count_instructions(root, work), "Cortex-M4F: instructions in the worst call, counted; HAL left out."
+        except (InputError, RuntimeError, OSError, subprocess.TimeoutExpired) as error:
+            reason = one_line(str(error))
+    return None, f"Cortex-M4F instructions left out: {reason}"
 
 
 def violations(

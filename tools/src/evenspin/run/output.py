@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from evenspin.analysis.segments import measure_segment, segments
+from evenspin.cycles.compare import TIMING_FILE, timing_columns
 from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
 from evenspin.log.case import write_json
 from evenspin.memory import AngleTable
 from evenspin.memory.picture import memory_picture
+from evenspin.model.scenario import CONTROL
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.report.figures import Curve, pictures
@@ -42,8 +44,8 @@ def experiment_name(setup: Setup) -> str:
 
 
 def run_signals() -> tuple[str, ...]:
-    """Everything but the signals that depend on the computer."""
-    return tuple(name for name in tables().signals if name != "isr_cycles")
+    """Everything that the drive shows and what only the simulation knows."""
+    return tuple(tables().signals)
 
 
 def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable | None = None) -> dict[str, Any]:
@@ -60,6 +62,7 @@ def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable |
         "fault": _first_fault(record),
         "rejected_count": int(record["rejected_count"][-1]),
         "observer_news": _news(setup, record, learned),
+        "position_control": _controls_position(setup),
         "memory": learned.summary() if learned is not None else None,
         "segments": [{key: _finite(value) for key, value in piece.items()} for piece in pieces if piece],
         "drive": {name: _as_written(name, value) for name, value in setup.drive.items()},
@@ -81,6 +84,9 @@ def write_run(
     write_case(folder, meta_of(setup, name, [name]), {name: record.pick(LOG_COLUMNS)})
     truth = ("t_s", *truth_signals())
     write_csv(folder / "truth.csv", truth, record.pick(truth).values)
+    if record["isr_max_cycles"][-1] > 0.0:  # the board was told how long its interrupts take
+        timing = ("t_s", *timing_columns(record.names))
+        write_csv(folder / TIMING_FILE, timing, record.pick(timing).values)
     write_json(folder / "summary.json", summary)
     write_page(folder, page_of(setup, record, summary, command, learned))
 
@@ -120,6 +126,11 @@ def _news(setup: Setup, record: Record, learned: AngleTable | None) -> float | N
     if learned is None or learned.empty or setup.drive["observer_hold"]:
         return None
     return float(record["observer_news"][-1])
+
+
+def _controls_position(setup: Setup) -> bool:
+    curve = setup.inputs.get("control_mode")
+    return curve is not None and CONTROL["position"] in curve.value
 
 
 def _first_fault(record: Record) -> dict[str, Any] | None:

@@ -1,0 +1,35 @@
+#include "firmware/app/timing.h"
+
+#include <string.h>
+
+#include "hal/hal_clock.h"
+
+/* 0 is the epoch of figures that nobody has begun yet. */
+void timing_restart(timing_t *timing)
+{
+    const uint16_t next = (uint16_t)(timing->epoch + 1U);
+    timing->epoch = (next != 0U) ? next : 1U;
+}
+
+uint32_t timing_bin(const timing_one_t *one, uint16_t bin)
+{
+    return (bin < TIMING_BINS) ? one->bin[bin] : 0U;
+}
+
+uint32_t timing_own_clock(const timing_t *timing)
+{
+    uint32_t used = timing->used_cyc;
+    uint32_t now = hal_clock_cyc();
+    if (timing->used_cyc != used) {
+        used = timing->used_cyc;
+        now = hal_clock_cyc();
+    }
+    return now - used;
+}
+
+void timing_begin(timing_one_t *one, uint16_t epoch)
+{
+    (void)memset(one, 0, sizeof *one);
+    one->min_cyc = UINT32_MAX;
+    one->epoch = epoch;
+}

@@ -1,0 +1,27 @@
+"""Compilers, and what they compile."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from evenspin.errors import InputError
+
+
+def call(*words: str | Path) -> str:
+    """Run a command and return what it printed; its failure is an error of one line."""
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        lines = (done.stderr or done.stdout).strip().splitlines() or [""]
+        raise InputError("cycles", "command", " ".join(str(w) for w in words[:1]), "success", " | ".join(lines[:3]))
+    return done.stdout
+
+
+def include_options(root: Path) -> list[str]:
+    return [f"-I{root}", f"-I{root / 'hal/include'}"]
+
+
+def code_sources(root: Path) -> list[Path]:
+    """What runs on the chip but for the port, and what its headers define inline as functions of their own."""
+    own = sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
+    return [*own, root / "tests/target/cycles/inlined.c"]
