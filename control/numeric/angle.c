@@ -1,21 +1,8 @@
 #include "control/numeric/angle.h"
 
-#define INV_TWO_PI NUM_C(0.15915494309f)
-
 angle_t angle_from_rad(num_t rad)
 {
-    if (!((rad <= ANGLE_RAD_MAX) && (rad >= -ANGLE_RAD_MAX))) {
-        return 0U;
-    }
-#ifdef EVENSPIN_FIXED
-    /* 2^32 / (2 pi 2^24) = 40.7436654; the product of two 32-bit numbers keeps its low 32 bits by design */
-    return (angle_t)(uint64_t)(((int64_t)rad * INT64_C(683565276)) >> 24);
-#else
-    /* within half a turn: a small angle keeps all its digits, backwards as well as forwards */
-    const num_t turns = rad * INV_TWO_PI;
-    const num_t steps = (turns - (num_t)num_floor(turns + 0.5f)) * 4294967296.0f;
-    return (steps < 0.0f) ? (0U - (angle_t)(-steps)) : (angle_t)steps;
-#endif
+    return ((rad <= ANGLE_RAD_MAX) && (rad >= -ANGLE_RAD_MAX)) ? angle_from_rad_raw(rad) : 0U;
 }
 
 /* t: angle in quarter turns, within +-1/2. Minimax fits, errors 3.3e-9 (relative, sine) and 5.4e-11 (cosine). */

@@ -19,16 +19,34 @@ typedef uint32_t angle_t;
 /** From radians, |rad| <= ANGLE_RAD_MAX; anything else (NaN included) gives 0. Step 1.5e-9 rad, float adds 2^-23 |rad|. */
 angle_t angle_from_rad(num_t rad);
 
-/** From radians within +-pi (cut to that, NaN gives 0): a step or an advance. One product and one conversion. */
-static inline angle_t angle_from_rad_short(num_t rad)
+/** The same for |rad| <= ANGLE_RAD_MAX, and nothing else. */
+static inline angle_t angle_from_rad_raw(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
-    const num_t cut = num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f));
-    return (angle_t)(int32_t)(((int64_t)cut * INT64_C(683565276)) >> 24);
+    /* 2^32 / (2 pi 2^24) = 40.7436654; the product of two 32-bit numbers keeps its low 32 bits by design */
+    return (angle_t)(uint64_t)(((int64_t)rad * INT64_C(683565276)) >> 24);
 #else
-    const num_t cut = num_clamp(rad, -3.14159250f, 3.14159250f);
-    return (cut == cut) ? (angle_t)(int32_t)(cut * 6.83565276e8f) : 0U; /* 2^31 / pi */
+    /* within half a turn: a small angle keeps all its digits, backwards as well as forwards */
+    const num_t turns = rad * 0.15915494309f;
+    const num_t steps = (turns - (num_t)(int32_t)(turns + ((turns < 0.0f) ? -0.5f : 0.5f))) * 4294967296.0f;
+    return (angle_t)(int32_t)((steps < 2147483520.0f) ? steps : 2147483520.0f); /* half a turn itself does not fit */
 #endif
+}
+
+/** From radians within +-pi: a step or an advance. Cut to that; NaN gives minus half a turn. One product and one conversion. */
+static inline angle_t angle_from_rad_short_raw(num_t rad)
+{
+#ifdef EVENSPIN_FIXED
+    return (angle_t)(int32_t)(((int64_t)num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f)) * INT64_C(683565276)) >> 24);
+#else
+    return (angle_t)(int32_t)(num_clamp(rad, -3.14159250f, 3.14159250f) * 6.83565276e8f); /* 2^31 / pi */
+#endif
+}
+
+/** The same; NaN gives 0. */
+static inline angle_t angle_from_rad_short(num_t rad)
+{
+    return ((rad > (num_t)0) || (rad <= (num_t)0)) ? angle_from_rad_short_raw(rad) : 0U;
 }
 
 /** Radians within [-pi, pi]; the upper end by rounding in float. Absolute error below 3e-7 (float), 7e-8 (fixed). */

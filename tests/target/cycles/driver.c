@@ -113,6 +113,7 @@ static void need(ctl_diag_t d, const char *what)
 
 void  inlined_sincos(angle_t angle, num_t *sine, num_t *cosine);
 num_t inlined_sqrt(num_t x);
+num_t inlined_pll_step(ctl_pll_t *self, angle_t theta);
 
 static void numeric(void)
 {
@@ -154,7 +155,7 @@ static void motor(void)
         MEASURE("ctl_svm", (void)ctl_svm(&ab, 24.0f, &duty));
         MEASURE("ctl_pi_output", out = ctl_pi_output(&pi, 30.0f * noise()));
         MEASURE("ctl_pi_commit", ctl_pi_commit(&pi, out));
-        MEASURE("ctl_pll_step", (void)ctl_pll_step(&pll, k * 7000000U));
+        MEASURE("ctl_pll_step", (void)inlined_pll_step(&pll, k * 7000000U));
         now += 200000U;
         count += ((k % 300U) < 100U) ? 0 : (int32_t)(5.0f * noise());
         MEASURE("ctl_mt_step", (void)ctl_mt_step(&mt, count, now - (k % 997U), now));
