@@ -62,8 +62,3 @@ void ctl_pi_commit(ctl_pi_t *self, num_t realised)
         ctl_pi_learn_raw(self);
     }
 }
-
-void ctl_pi_hold(ctl_pi_t *self)
-{
-    self->state.err = (num_t)0;
-}

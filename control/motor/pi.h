@@ -56,7 +56,7 @@ num_t ctl_pi_output(ctl_pi_t *self, num_t err);
 /** (2): @p realised is what the actuator did, output unit. Once per ctl_pi_output. */
 void ctl_pi_commit(ctl_pi_t *self, num_t realised);
 /** Instead of a commit: the integrator holds, whatever the mode. For a vector limited as a whole. */
-void ctl_pi_hold(ctl_pi_t *self);
+static inline void ctl_pi_hold(ctl_pi_t *self) { self->state.err = (num_t)0; }
 
 static inline num_t ctl_pi_output_raw(ctl_pi_t *self, num_t err)
 {

@@ -30,20 +30,20 @@ bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out);
  */
 bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty);
 
-/** Float: lengths from 1e-18 to 1e12, the limit within them or 0; a shorter vector counts as one of no length. */
-static inline bool ctl_vector_limit_raw(const ctl_dq_t *v, num_t limit, ctl_dq_t *out)
+/** Float: lengths up to 1e12; one below 1e-18 counts as none. Limit: 0, or from 1e-18 to 1e12. */
+static inline bool ctl_vector_limit_raw(ctl_dq_t v, num_t limit, ctl_dq_t *out)
 {
 #ifdef EVENSPIN_FIXED
-    return ctl_vector_limit(v, limit, out);
+    return ctl_vector_limit(&v, limit, out);
 #else
-    const num_t square = (v->d * v->d) + (v->q * v->q);
-    *out = *v;
+    const num_t square = (v.d * v.d) + (v.q * v.q);
     if (square <= (limit * limit)) {
+        *out = v;
         return true;
     }
-    const num_t scale = limit / num_sqrt(square);
-    out->d *= scale;
-    out->q *= scale;
+    const num_t scale = limit / num_sqrt_raw(square);
+    out->d = v.d * scale;
+    out->q = v.q * scale;
     return false;
 #endif
 }

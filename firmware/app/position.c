@@ -162,7 +162,7 @@ void drive_take_over_position(drive_t *d, const drive_setup_t *before, const dri
     const drive_position_setup_t *const q = &s->position;
     const bool same_memory = (before->position.method == q->method) && (before->position.cells == q->cells) &&
                              (before->observer_used == s->observer_used);
-    o->pi.params = q->velocity_pi;
+    ctl_pi_tune(&o->pi, &q->velocity_pi);
     o->rdc.params = q->rdc;
     (void)ctl_profile_tune(&o->profile, o->homing ? &q->homing : &q->profile);
     if (same_memory) {

@@ -302,6 +302,14 @@ static void run(const variant_t *v)
             (void)drive_command(&drive, &c);
             drive_background(&drive);
         }
+        if (k < 20U) { /* start-up: no sample before this one, no durations noted yet */
+            drive_current_isr(&drive);
+            if (speed_wanted) {
+                drive_speed_isr(&drive);
+            }
+            speed_wanted = false;
+            continue;
+        }
         MEASURE(v->current_row, drive_current_isr(&drive));
         if (speed_wanted) {
             speed_wanted = false;
