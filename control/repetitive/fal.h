@@ -9,7 +9,8 @@
  * Source   Han 2009; Guo et al. 2024, equations 19 and 20. Odd and continuous; its slope is largest inside +-delta:
  *          delta^(alpha-1) = 1.4427 for alpha 0.6, delta 0.4.
  * Total    NaN gives fal = 0 and lambda(0); infinity counts as NUM_MAX.
- * Cost     inside +-delta one product, outside num_pow (about 30 operations): no libm.
+ * Cost     inside +-delta one product. Outside, float: three small tables and four terms of a series, no logarithm; fixed:
+ *          num_pow. No libm. ctl_fal_init raises 23 numbers to a power in float.
  *          Float: relative error below 2e-6 for |e| in 1e-9..1e9. Fixed: below 1e-6 of the larger of 1 and |fal|.
  */
 #ifndef CONTROL_REPETITIVE_FAL_H
@@ -22,9 +23,21 @@ typedef struct {
     num_t delta; /**< Half width of the linear part, error unit, > 0. */
 } ctl_fal_params_t;
 
+#define CTL_FAL_PARTS 4U   /**< Of an octave. */
+#define CTL_FAL_EIGHTS 11U /**< Eights of octaves: exponents of float from 80 to 167, 2^-47 to 2^40. */
+
 typedef struct {
     ctl_fal_params_t params;
     num_t            slope; /**< delta^(alpha-1), kept because it never changes. */
+#ifndef EVENSPIN_FIXED
+    /* |e|^alpha = eight[a] octave[b] part[j].power (1 + u)^alpha for |e| = 2^(8 a + b - 127) (1 + j / 4 + ...), b = 0..7 */
+    float eight[CTL_FAL_EIGHTS];
+    float octave[8];
+    struct {
+        float inverse, power; /**< Of the middle of the part. */
+    } part[CTL_FAL_PARTS];
+    float series[4]; /**< Factors of (1 + u)^alpha in Horner's form. */
+#endif
 } ctl_fal_t;
 
 enum { CTL_FAL_ALPHA = 1, CTL_FAL_DELTA };
