@@ -24,10 +24,31 @@ enum { CTL_RING_MEMORY = 1, CTL_RING_CAPACITY };
 ctl_diag_t ctl_ring_init(ctl_ring_t *self, num_t *memory, uint16_t capacity);
 /** Forget everything. */
 void ctl_ring_clear(ctl_ring_t *self);
+/** Where the sample of @p delay pushes ago is, for a delay below the capacity. */
+static inline uint16_t ctl_ring_place(const ctl_ring_t *self, uint16_t delay)
+{
+    const int32_t at = (int32_t)self->head - (int32_t)delay;
+    return (uint16_t)(at + ((at < 0) ? (int32_t)self->capacity : 0));
+}
+/** ctl_ring_get without a branch, for a row of samples: that of delay @p delay + @p older, where @p at is the place of @p delay. */
+static inline num_t ctl_ring_beyond(const ctl_ring_t *self, uint16_t at, uint16_t delay, uint16_t older)
+{
+    const int32_t place = (int32_t)at - (int32_t)older;
+    const num_t   x = self->sample[place + ((place < 0) ? (int32_t)self->capacity : 0)];
+    return ((uint16_t)(delay + older) < self->filled) ? x : (num_t)0;
+}
 /** Put a new sample in front; the oldest leaves. */
-void ctl_ring_push(ctl_ring_t *self, num_t x);
+static inline void ctl_ring_push(ctl_ring_t *self, num_t x)
+{
+    self->head = (uint16_t)(((self->head + 1U) < self->capacity) ? (self->head + 1U) : 0U);
+    self->sample[self->head] = x;
+    self->filled = (uint16_t)(self->filled + ((self->filled < self->capacity) ? 1U : 0U));
+}
 /** Sample of @p delay pushes ago. */
-num_t ctl_ring_get(const ctl_ring_t *self, uint16_t delay);
+static inline num_t ctl_ring_get(const ctl_ring_t *self, uint16_t delay)
+{
+    return (delay < self->filled) ? self->sample[ctl_ring_place(self, delay)] : (num_t)0;
+}
 /** Change a sample that is in the ring already; one that was cleared counts as zero and becomes valid, as all younger ones. */
 void ctl_ring_set(ctl_ring_t *self, uint16_t delay, num_t x);
 

@@ -6,18 +6,9 @@
 
 static void prepare(ctl_fal_t *self) { (void)self; }
 
-/* size^alpha, size > delta */
-static num_t power(const ctl_fal_t *self, num_t size) { return num_pow(size, self->params.alpha); }
-
 #else
 
-#define FIRST_EIGHT 10 /* 8 * 10 is the exponent of 2^-47: delta is 1e-12 at least */
 #define EXPONENT_BIAS 127
-
-typedef union {
-    float    value;
-    uint32_t bits;
-} float_bits_t;
 
 /* 2^(n alpha) for |n| < 64: n alpha is up to 40, and a float would keep only 18 bits of its fraction. So alpha is taken apart
  * into one of 12 bits, whose products are exact, and the rest. */
@@ -26,7 +17,7 @@ static float power_of_two(float alpha, int16_t n)
     const float coarse = (float)(int32_t)(alpha * 4096.0f) * (1.0f / 4096.0f);
     const float product = coarse * (float)n;
     const int32_t whole = num_floor(product);
-    float_bits_t scale;
+    ctl_fal_bits_t scale;
     scale.bits = (uint32_t)(whole + EXPONENT_BIAS) << 23;
     return num_exp2((product - (float)whole) + ((alpha - coarse) * (float)n)) * scale.value;
 }
@@ -35,7 +26,7 @@ static void prepare(ctl_fal_t *self)
 {
     const float alpha = self->params.alpha;
     for (uint16_t a = 0U; a < CTL_FAL_EIGHTS; a++) {
-        self->eight[a] = power_of_two(alpha, (int16_t)((8 * (FIRST_EIGHT + (int16_t)a)) - EXPONENT_BIAS));
+        self->eight[a] = power_of_two(alpha, (int16_t)((8 * (CTL_FAL_FIRST_EIGHT + (int16_t)a)) - EXPONENT_BIAS));
     }
     for (uint16_t b = 0U; b < 8U; b++) {
         self->octave[b] = power_of_two(alpha, (int16_t)b);
@@ -48,23 +39,6 @@ static void prepare(ctl_fal_t *self)
     for (uint16_t n = 0U; n < 4U; n++) {
         self->series[n] = (alpha - (float)n) / ((float)n + 1.0f);
     }
-}
-
-/* size^alpha, size > delta. u is within +-1/9: the fifth term of the series is below 5e-7. */
-static num_t power(const ctl_fal_t *self, num_t size)
-{
-    float_bits_t m;
-    m.value = size;
-    const uint32_t bits = m.bits;
-    const uint32_t a = (bits >> 26) - (uint32_t)FIRST_EIGHT;
-    const uint32_t b = (bits >> 23) & 7U;
-    const uint32_t j = (bits >> 21) & (CTL_FAL_PARTS - 1U);
-    m.bits = (bits & UINT32_C(0x007FFFFF)) | UINT32_C(0x3F800000);
-
-    const float u = (m.value * self->part[j].inverse) - 1.0f;
-    const float *const c = self->series;
-    const float curve = 1.0f + (c[0] * u * (1.0f + (c[1] * u * (1.0f + (c[2] * u * (1.0f + (c[3] * u)))))));
-    return self->eight[a] * self->octave[b] * self->part[j].power * curve;
 }
 
 #endif
@@ -93,12 +67,7 @@ ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
 
 num_t ctl_fal(const ctl_fal_t *self, num_t e)
 {
-    const num_t size = num_abs(e);
-    if (size > self->params.delta) {
-        const num_t y = power(self, num_min(size, NUM_MAX));
-        return (e < (num_t)0) ? num_neg(y) : y;
-    }
-    return (size <= self->params.delta) ? num_mul(self->slope, e) : (num_t)0; /* NaN: neither */
+    return (num_abs(e) <= NUM_MAX) ? ctl_fal_raw(self, e) : ((e > (num_t)0) ? ctl_fal_raw(self, NUM_MAX) : ((e < (num_t)0) ? ctl_fal_raw(self, -NUM_MAX) : (num_t)0)); /* NaN: neither */
 }
 
 num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e)
@@ -109,7 +78,7 @@ num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e)
         return num_min(num_pow(size, num_sub(self->params.alpha, NUM_C(1.0f))), self->slope);
 #else
         const num_t cut = num_min(size, NUM_MAX);
-        return num_min(power(self, cut) / cut, self->slope);
+        return num_min(ctl_fal_power(self, cut) / cut, self->slope);
 #endif
     }
     return self->slope;

@@ -17,6 +17,7 @@
 #define CONTROL_REPETITIVE_FAL_H
 
 #include "control/numeric/diag.h"
+#include "control/numeric/num_math.h"
 
 typedef struct {
     num_t alpha; /**< Exponent, (0, 1]. */
@@ -24,6 +25,7 @@ typedef struct {
 } ctl_fal_params_t;
 
 #define CTL_FAL_PARTS 4U   /**< Of an octave. */
+#define CTL_FAL_FIRST_EIGHT 10 /**< 8 * 10 is the exponent of 2^-47: delta is 1e-12 at least. */
 #define CTL_FAL_EIGHTS 11U /**< Eights of octaves: exponents of float from 80 to 167, 2^-47 to 2^40. */
 
 typedef struct {
@@ -48,5 +50,41 @@ ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params);
 num_t ctl_fal(const ctl_fal_t *self, num_t e);
 /** (2), within (0, delta^(alpha-1)]. */
 num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e);
+
+#ifdef EVENSPIN_FIXED
+static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size) { return num_pow(size, self->params.alpha); }
+#else
+typedef union {
+    float    value;
+    uint32_t bits;
+} ctl_fal_bits_t;
+
+/** size^alpha for delta < size <= NUM_MAX. u is within +-1/9: the fifth term of the series is below 5e-7. */
+static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size)
+{
+    ctl_fal_bits_t m;
+    m.value = size;
+    const uint32_t bits = m.bits;
+    const uint32_t a = (bits >> 26) - (uint32_t)CTL_FAL_FIRST_EIGHT;
+    const uint32_t b = (bits >> 23) & 7U;
+    const uint32_t j = (bits >> 21) & (CTL_FAL_PARTS - 1U);
+    m.bits = (bits & UINT32_C(0x007FFFFF)) | UINT32_C(0x3F800000);
+
+    const float u = (m.value * self->part[j].inverse) - 1.0f;
+    const float *const c = self->series;
+    const float curve = 1.0f + (c[0] * u * (1.0f + (c[1] * u * (1.0f + (c[2] * u * (1.0f + (c[3] * u)))))));
+    return self->eight[a] * self->octave[b] * self->part[j].power * curve;
+}
+#endif
+
+static inline num_t ctl_fal_raw(const ctl_fal_t *self, num_t e)
+{
+    const num_t size = num_abs(e);
+    if (size > self->params.delta) {
+        const num_t y = ctl_fal_power(self, size);
+        return (e < (num_t)0) ? num_neg(y) : y;
+    }
+    return num_mul(self->slope, e);
+}
 
 #endif

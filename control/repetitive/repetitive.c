@@ -43,25 +43,46 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
     return d;
 }
 
+static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t *fal)
+{
+    self->params = *params;
+    if (params->fal_at != CTL_RC_FAL_NONE) {
+        self->fal = *fal;
+    }
+}
+
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity)
 {
     if ((self == NULL) || (params == NULL)) {
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
-    ctl_rc_t made = {0};
-    ctl_diag_t d = check(params, capacity, &made.fal);
+    ctl_rc_state_t rest = {0};
+    ctl_fal_t      fal;
+    ctl_diag_t     d = check(params, capacity, &fal);
     if (d.status == CTL_OK) {
-        made.params = *params;
-        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&made.state.turn, memory, capacity)
-                                             : ctl_ring_init(&made.state.time, memory, capacity);
+        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity) : ctl_ring_init(&rest.time, memory, capacity);
         if (d.status != CTL_OK) {
             d.field = CTL_RC_CAPACITY;
         }
     }
     if (d.status == CTL_OK) {
-        *self = made; /* the coefficients come with the first period: no period is 0 */
+        self->state = rest; /* the coefficients come with the first period: no period is 0 */
+        self->shortest = (uint16_t)(params->lead + 2U);
+        self->longest = (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U);
+        self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
+        take(self, params, &fal);
     }
     return d;
+}
+
+void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
+{
+    ctl_fal_t  fal = self->fal;
+    const bool same = (params->fal.alpha == fal.params.alpha) && (params->fal.delta == fal.params.delta);
+    if ((params->fal_at != CTL_RC_FAL_NONE) && !same) {
+        (void)ctl_fal_init(&fal, &params->fal);
+    }
+    take(self, params, &fal);
 }
 
 void ctl_rc_reset(ctl_rc_t *self)
@@ -77,44 +98,13 @@ void ctl_rc_reset(ctl_rc_t *self)
     s->frozen = 0U;
 }
 
-uint16_t ctl_rc_period_max(const ctl_rc_t *self)
-{
-    return (self->params.memory == CTL_RC_ANGLE) ? (uint16_t)65534U
-                                                 : (uint16_t)(self->state.time.capacity - self->params.order - 1U);
-}
-
-ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
-{
-    ctl_period_t n = {65534U, (num_t)0};
-    if ((denominator > (num_t)0) && (numerator > (num_t)0)) {
-#ifdef EVENSPIN_FIXED
-        const int64_t samples = ((int64_t)numerator * INT64_C(0x1000000)) / denominator;
-        if (samples < (INT64_C(65534) * INT64_C(0x1000000))) {
-            n.whole = (uint16_t)(samples >> 24);
-            n.fraction = (num_t)(samples & INT64_C(0xFFFFFF));
-        }
-#else
-        const num_t samples = num_div(numerator, denominator);
-        if (samples < 65534.0f) {
-            n.whole = (uint16_t)samples;
-            n.fraction = samples - (num_t)n.whole;
-        }
-#endif
-    }
-    return n;
-}
-
 /* ---- one sample --------------------------------------------------------------------------------------------------- */
 
-/* The period as the delay will use it: whole samples only for order 0, inside of what the memory holds. */
+/* A period that the delay cannot use as it is: whole samples only, almost whole, or outside of what the memory holds. */
 static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
 {
-    const ctl_rc_params_t *const p = &self->params;
-    const uint16_t               shortest = (uint16_t)(p->lead + 2U);
-    const uint16_t               longest = ctl_rc_period_max(self);
-    const bool                   in_whole = (p->order == 0U) && (p->memory != CTL_RC_ANGLE);
-    const num_t                  rounding = (in_whole && !p->truncate) ? NUM_C(0.5f) : ALMOST_ONE;
-    ctl_period_t                 n = wanted;
+    const num_t  rounding = (self->whole_only && !self->params.truncate) ? NUM_C(0.5f) : ALMOST_ONE;
+    ctl_period_t n = wanted;
 
     if (!((n.fraction >= (num_t)0) && (n.fraction < NUM_C(1.0f)))) {
         n.fraction = (num_t)0;
@@ -123,11 +113,11 @@ static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
         n.whole++;
         n.fraction = (num_t)0;
     }
-    if (in_whole) {
+    if (self->whole_only) {
         n.fraction = (num_t)0;
     }
-    if ((n.whole < shortest) || (n.whole > longest)) {
-        n.whole = (n.whole < shortest) ? shortest : longest;
+    if ((n.whole < self->shortest) || (n.whole > self->longest)) {
+        n.whole = (n.whole < self->shortest) ? self->shortest : self->longest;
         n.fraction = (num_t)0;
         num_count(&self->state.cut_periods);
     }
@@ -144,16 +134,22 @@ static num_t period_step(ctl_period_t a, ctl_period_t b)
 static void take_period(ctl_rc_t *self, ctl_period_t wanted)
 {
     ctl_rc_state_t *const s = &self->state;
-    const ctl_period_t    n = usable_period(self, wanted);
+    const bool usual = (wanted.fraction >= (num_t)0) & (wanted.fraction < ALMOST_ONE) & (wanted.whole >= self->shortest) &
+                       (wanted.whole <= self->longest) & (!self->whole_only); /* one branch */
+    const ctl_period_t n = usual ? wanted : usable_period(self, wanted);
 
-    if ((n.whole == s->period.whole) && (n.fraction == s->period.fraction)) {
+    if ((n.whole == s->period.whole) & (n.fraction == s->period.fraction)) {
         return;
     }
     if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(n, s->period)) > CLEAR_STEP)) {
         ctl_ring_clear(&s->time);
     }
     s->period = n;
-    ctl_lagrange(self->params.order, n.fraction, s->a);
+    if (self->params.order == 2U) {
+        ctl_lagrange_2_raw(n.fraction, s->a);
+    } else {
+        ctl_lagrange(self->params.order, n.fraction, s->a);
+    }
 }
 
 /* What this sample teaches: k_rc f(e), or nothing while learning rests. */
@@ -162,14 +158,43 @@ static num_t lesson(ctl_rc_t *self, num_t e)
     const ctl_rc_params_t *const p = &self->params;
     ctl_rc_state_t *const        s = &self->state;
 
-    if ((p->freeze_above > (num_t)0) && (num_abs(e) > p->freeze_above)) {
-        s->frozen = p->freeze_samples;
-    } else if (s->frozen > 0U) {
-        s->frozen--;
-    } else {
-        return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal(&self->fal, e) : e);
+    if ((p->freeze_above > (num_t)0) | (s->frozen > 0U)) { /* one branch where nothing freezes */
+        if ((p->freeze_above > (num_t)0) && (num_abs(e) > p->freeze_above)) {
+            s->frozen = p->freeze_samples;
+            return (num_t)0;
+        }
+        if (s->frozen > 0U) {
+            s->frozen--;
+            return (num_t)0;
+        }
     }
-    return (num_t)0;
+    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(&self->fal, e) : e);
+}
+
+/* Q D of (1) from ring delay d on: the Lagrange sum of the middle, and of its neighbours on both sides. */
+static num_t play_back(const ctl_rc_t *self, uint16_t d)
+{
+    const ctl_rc_state_t *const s = &self->state;
+    const num_t *const          a = s->a;
+    const uint16_t              at = ctl_ring_place(&s->time, d);
+    /* written out: a loop would cost more than what it repeats */
+    const num_t x0 = ctl_ring_beyond(&s->time, at, d, 0U);
+    const num_t x1 = ctl_ring_beyond(&s->time, at, d, 1U);
+    const num_t x2 = ctl_ring_beyond(&s->time, at, d, 2U);
+    const num_t x3 = ctl_ring_beyond(&s->time, at, d, 3U);
+    const num_t x4 = ctl_ring_beyond(&s->time, at, d, 4U);
+    num_t here = num_mul(a[0], x1);
+    num_t beside = num_mul(a[0], num_add(x0, x2));
+    here = num_mac(here, a[1], x2);
+    beside = num_mac(beside, a[1], num_add(x1, x3));
+    here = num_mac(here, a[2], x3);
+    beside = num_mac(beside, a[2], num_add(x2, x4));
+    if (self->params.order > 2U) {
+        const num_t x5 = ctl_ring_beyond(&s->time, at, d, 5U);
+        here = num_mac(here, a[3], x4);
+        beside = num_mac(beside, a[3], num_add(x3, x5));
+    }
+    return num_mac(num_mul(self->params.q.centre, here), self->params.q.side, beside);
 }
 
 static num_t step_in_time(ctl_rc_t *self, num_t learned)
@@ -180,22 +205,15 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
 
     /* This call is sample k, not yet pushed: delay d in (1) is ring delay d - 1. */
     if (p->lead > 0U) {
-        const uint16_t at = (uint16_t)(p->lead - 1U);
-        const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
-        ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
+        const uint16_t delay = (uint16_t)(p->lead - 1U);
+        num_t *const   w = &s->time.sample[ctl_ring_place(&s->time, delay)];
+        if (delay < s->time.filled) {
+            *w = num_clamp(num_add(*w, learned), num_neg(limit), limit);
+        } else {
+            ctl_ring_set(&s->time, delay, num_clamp(learned, num_neg(limit), limit));
+        }
     }
-    uint16_t d = (uint16_t)(s->period.whole - 2U); /* k - Ni + 1 */
-    num_t    after = ctl_ring_get(&s->time, d);
-    num_t    here = ctl_ring_get(&s->time, (uint16_t)(d + 1U));
-    num_t    y = (num_t)0;
-    for (uint16_t j = 0U; j <= p->order; j++) {
-        const num_t before = ctl_ring_get(&s->time, (uint16_t)(d + 2U));
-        y = num_mac(y, s->a[j], ctl_q_apply(&p->q, before, here, after));
-        after = here;
-        here = before;
-        d++;
-    }
-    y = num_clamp(y, num_neg(limit), limit);
+    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
     ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
     return y;
 }

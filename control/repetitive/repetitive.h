@@ -81,6 +81,8 @@ typedef struct {
 
 typedef struct {
     ctl_rc_params_t params;
+    uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
+    bool            whole_only;        /**< ...and whether they have no fraction. */
     ctl_fal_t       fal;
     ctl_rc_state_t  state;
 } ctl_rc_t;
@@ -106,14 +108,36 @@ enum {
  */
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity);
 
+/** Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays. */
+void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);
+
 /** Forget what was learned, start from rest. Costs O(capacity) in angle mode: not for an interrupt. Counters stay. */
 void ctl_rc_reset(ctl_rc_t *self);
 
 /** Longest period that the memory holds, samples; in angle mode 65534. */
-uint16_t ctl_rc_period_max(const ctl_rc_t *self);
+static inline uint16_t ctl_rc_period_max(const ctl_rc_t *self) { return self->longest; }
 
 /** numerator / denominator as a period; what is not positive or too long gives the longest one. */
-ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator);
+static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
+{
+    ctl_period_t n = {65534U, (num_t)0};
+#ifdef EVENSPIN_FIXED
+    if ((denominator > (num_t)0) && (numerator > (num_t)0)) {
+        const int64_t samples = ((int64_t)numerator * INT64_C(0x1000000)) / denominator;
+        if (samples < (INT64_C(65534) * INT64_C(0x1000000))) {
+            n.whole = (uint16_t)(samples >> 24);
+            n.fraction = (num_t)(samples & INT64_C(0xFFFFFF));
+        }
+    }
+#else
+    const num_t samples = numerator / denominator;
+    if ((denominator > 0.0f) & (numerator > 0.0f) & (samples < 65534.0f)) { /* one branch; a quotient of nothing is not used */
+        n.whole = (uint16_t)samples;
+        n.fraction = samples - (num_t)n.whole;
+    }
+#endif
+    return n;
+}
 
 /**
  * Advance one sample.
