@@ -24,17 +24,21 @@ enum { CTL_RING_MEMORY = 1, CTL_RING_CAPACITY };
 ctl_diag_t ctl_ring_init(ctl_ring_t *self, num_t *memory, uint16_t capacity);
 /** Forget everything. */
 void ctl_ring_clear(ctl_ring_t *self);
+/** A place that may lie up to one capacity before the first. Without a branch: the capacity is read in any case. */
+static inline uint16_t ctl_ring_wrap(const ctl_ring_t *self, int32_t place)
+{
+    const int32_t capacity = (int32_t)self->capacity;
+    return (uint16_t)(place + (capacity & ((place < 0) ? -1 : 0)));
+}
 /** Where the sample of @p delay pushes ago is, for a delay below the capacity. */
 static inline uint16_t ctl_ring_place(const ctl_ring_t *self, uint16_t delay)
 {
-    const int32_t at = (int32_t)self->head - (int32_t)delay;
-    return (uint16_t)(at + ((at < 0) ? (int32_t)self->capacity : 0));
+    return ctl_ring_wrap(self, (int32_t)self->head - (int32_t)delay);
 }
 /** ctl_ring_get without a branch, for a row of samples: that of delay @p delay + @p older, where @p at is the place of @p delay. */
 static inline num_t ctl_ring_beyond(const ctl_ring_t *self, uint16_t at, uint16_t delay, uint16_t older)
 {
-    const int32_t place = (int32_t)at - (int32_t)older;
-    const num_t   x = self->sample[place + ((place < 0) ? (int32_t)self->capacity : 0)];
+    const num_t x = self->sample[ctl_ring_wrap(self, (int32_t)at - (int32_t)older)];
     return ((uint16_t)(delay + older) < self->filled) ? x : (num_t)0;
 }
 /** Put a new sample in front; the oldest leaves. */

@@ -46,6 +46,9 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
 static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t *fal)
 {
     self->params = *params;
+    self->usual = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
+                  (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
+    self->state.period.whole = 0U; /* no period is: the coefficients are computed anew */
     if (params->fal_at != CTL_RC_FAL_NONE) {
         self->fal = *fal;
     }
@@ -66,7 +69,7 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         }
     }
     if (d.status == CTL_OK) {
-        self->state = rest; /* the coefficients come with the first period: no period is 0 */
+        self->state = rest;
         self->shortest = (uint16_t)(params->lead + 2U);
         self->longest = (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U);
         self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
@@ -131,25 +134,26 @@ static num_t period_step(ctl_period_t a, ctl_period_t b)
     return num_add(num_from_int((int16_t)((whole > 2) ? 2 : ((whole < -2) ? -2 : whole))), num_sub(a.fraction, b.fraction));
 }
 
-static void take_period(ctl_rc_t *self, ctl_period_t wanted)
+static ctl_period_t checked_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
+{
+    const ctl_period_t wanted = {whole, fraction};
+    const bool fits = (fraction >= (num_t)0) & (fraction < ALMOST_ONE) & (whole >= self->shortest) & (whole <= self->longest) & (!self->whole_only);
+    return fits ? wanted : usable_period(self, wanted);
+}
+
+static void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 {
     ctl_rc_state_t *const s = &self->state;
-    const bool usual = (wanted.fraction >= (num_t)0) & (wanted.fraction < ALMOST_ONE) & (wanted.whole >= self->shortest) &
-                       (wanted.whole <= self->longest) & (!self->whole_only); /* one branch */
-    const ctl_period_t n = usual ? wanted : usable_period(self, wanted);
+    const ctl_period_t    n = checked_period(self, whole, fraction);
 
-    if ((n.whole == s->period.whole) & (n.fraction == s->period.fraction)) {
+    if ((n.whole == s->period.whole) && (n.fraction == s->period.fraction)) {
         return;
     }
     if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(n, s->period)) > CLEAR_STEP)) {
         ctl_ring_clear(&s->time);
     }
     s->period = n;
-    if (self->params.order == 2U) {
-        ctl_lagrange_2_raw(n.fraction, s->a);
-    } else {
-        ctl_lagrange(self->params.order, n.fraction, s->a);
-    }
+    ctl_lagrange(self->params.order, n.fraction, s->a);
 }
 
 /* What this sample teaches: k_rc f(e), or nothing while learning rests. */
@@ -158,63 +162,74 @@ static num_t lesson(ctl_rc_t *self, num_t e)
     const ctl_rc_params_t *const p = &self->params;
     ctl_rc_state_t *const        s = &self->state;
 
-    if ((p->freeze_above > (num_t)0) | (s->frozen > 0U)) { /* one branch where nothing freezes */
-        if ((p->freeze_above > (num_t)0) && (num_abs(e) > p->freeze_above)) {
-            s->frozen = p->freeze_samples;
-            return (num_t)0;
-        }
-        if (s->frozen > 0U) {
-            s->frozen--;
-            return (num_t)0;
-        }
+    if ((p->freeze_above > (num_t)0) && (num_abs(e) > p->freeze_above)) {
+        s->frozen = p->freeze_samples;
+        return (num_t)0;
+    }
+    if (s->frozen > 0U) {
+        s->frozen--;
+        return (num_t)0;
     }
     return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(&self->fal, e) : e);
 }
 
-/* Q D of (1) from ring delay d on: the Lagrange sum of the middle, and of its neighbours on both sides. */
-static num_t play_back(const ctl_rc_t *self, uint16_t d)
+/* Q D of (1) from ring delay d on: the Lagrange sum of the middle, and of its neighbours on both sides. Written out: a loop
+ * would cost more than what it repeats. */
+static inline num_t play_back(const ctl_rc_t *self, uint16_t d, const num_t a[CTL_LAGRANGE_TAPS], uint16_t order)
 {
-    const ctl_rc_state_t *const s = &self->state;
-    const num_t *const          a = s->a;
-    const uint16_t              at = ctl_ring_place(&s->time, d);
-    /* written out: a loop would cost more than what it repeats */
-    const num_t x0 = ctl_ring_beyond(&s->time, at, d, 0U);
-    const num_t x1 = ctl_ring_beyond(&s->time, at, d, 1U);
-    const num_t x2 = ctl_ring_beyond(&s->time, at, d, 2U);
-    const num_t x3 = ctl_ring_beyond(&s->time, at, d, 3U);
-    const num_t x4 = ctl_ring_beyond(&s->time, at, d, 4U);
-    num_t here = num_mul(a[0], x1);
-    num_t beside = num_mul(a[0], num_add(x0, x2));
-    here = num_mac(here, a[1], x2);
-    beside = num_mac(beside, a[1], num_add(x1, x3));
-    here = num_mac(here, a[2], x3);
-    beside = num_mac(beside, a[2], num_add(x2, x4));
-    if (self->params.order > 2U) {
-        const num_t x5 = ctl_ring_beyond(&s->time, at, d, 5U);
+    const ctl_ring_t *const ring = &self->state.time;
+    const uint16_t          at = ctl_ring_place(ring, d);
+    const num_t             x0 = ctl_ring_beyond(ring, at, d, 0U);
+    const num_t             x1 = ctl_ring_beyond(ring, at, d, 1U);
+    const num_t             x2 = ctl_ring_beyond(ring, at, d, 2U);
+    const num_t             x3 = ctl_ring_beyond(ring, at, d, 3U);
+    const num_t             x4 = ctl_ring_beyond(ring, at, d, 4U);
+    num_t                   here = num_mac(num_mac(num_mul(a[0], x1), a[1], x2), a[2], x3);
+    num_t beside = num_mac(num_mac(num_mul(a[0], num_add(x0, x2)), a[1], num_add(x1, x3)), a[2], num_add(x2, x4));
+    if (order > 2U) {
         here = num_mac(here, a[3], x4);
-        beside = num_mac(beside, a[3], num_add(x3, x5));
+        beside = num_mac(beside, a[3], num_add(x3, ctl_ring_beyond(ring, at, d, 5U)));
     }
     return num_mac(num_mul(self->params.q.centre, here), self->params.q.side, beside);
 }
 
+/* z^m of (1): sample k - m gets its error. This call is sample k, not yet pushed: delay d in (1) is ring delay d - 1. */
+static inline void complete(ctl_rc_t *self, num_t learned)
+{
+    ctl_ring_t *const ring = &self->state.time;
+    const num_t       limit = self->params.limit;
+    const uint16_t    delay = (uint16_t)(self->params.lead - 1U);
+    num_t *const      w = &ring->sample[ctl_ring_place(ring, delay)];
+    if (delay < ring->filled) {
+        *w = num_clamp(num_add(*w, learned), num_neg(limit), limit);
+    } else {
+        ctl_ring_set(ring, delay, num_clamp(learned, num_neg(limit), limit));
+    }
+}
+
 static num_t step_in_time(ctl_rc_t *self, num_t learned)
 {
-    const ctl_rc_params_t *const p = &self->params;
-    ctl_rc_state_t *const        s = &self->state;
-    const num_t                  limit = p->limit;
-
-    /* This call is sample k, not yet pushed: delay d in (1) is ring delay d - 1. */
-    if (p->lead > 0U) {
-        const uint16_t delay = (uint16_t)(p->lead - 1U);
-        num_t *const   w = &s->time.sample[ctl_ring_place(&s->time, delay)];
-        if (delay < s->time.filled) {
-            *w = num_clamp(num_add(*w, learned), num_neg(limit), limit);
-        } else {
-            ctl_ring_set(&s->time, delay, num_clamp(learned, num_neg(limit), limit));
-        }
+    ctl_rc_state_t *const s = &self->state;
+    const num_t           limit = self->params.limit;
+    const bool            leads = self->params.lead > 0U;
+    if (leads) {
+        complete(self, learned);
     }
-    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
-    ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
+    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U), s->a, self->params.order), num_neg(limit), limit);
+    ctl_ring_push(&s->time, leads ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
+    return y;
+}
+
+/* The same with what `usual` says: nothing to decide but fal. */
+static num_t step_usual(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)
+{
+    const num_t limit = self->params.limit;
+    num_t       a[CTL_LAGRANGE_TAPS];
+    self->state.period = checked_period(self, whole, fraction);
+    ctl_lagrange_2_raw(self->state.period.fraction, a);
+    complete(self, num_mul(self->params.gain, (self->params.fal_at != CTL_RC_FAL_NONE) ? ctl_fal_raw(&self->fal, e) : e));
+    const num_t y = num_clamp(play_back(self, (uint16_t)(self->state.period.whole - 2U), a, 2U), num_neg(limit), limit);
+    ctl_ring_push(&self->state.time, y);
     return y;
 }
 
@@ -275,13 +290,19 @@ static num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
     return y;
 }
 
+num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
+{
+    if (self->usual) {
+        return step_usual(self, err, whole, fraction);
+    }
+    take_period(self, whole, fraction);
+    const num_t learned = lesson(self, err);
+    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e) : step_in_time(self, learned);
+    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, err), y) : y;
+}
+
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
     const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
-
-    take_period(self, period);
-    const num_t learned = lesson(self, e);
-    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e)
-                                                          : step_in_time(self, learned);
-    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
+    return ctl_rc_step_raw(self, e, period.whole, period.fraction, theta_e);
 }

@@ -83,6 +83,7 @@ typedef struct {
     ctl_rc_params_t params;
     uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
     bool            whole_only;        /**< ...and whether they have no fraction. */
+    bool            usual;             /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
     ctl_fal_t       fal;
     ctl_rc_state_t  state;
 } ctl_rc_t;
@@ -138,6 +139,9 @@ static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
 #endif
     return n;
 }
+
+/** ctl_rc_step for an error that is known to be finite, the period in parts. */
+num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e);
 
 /**
  * Advance one sample.
