@@ -81,8 +81,7 @@ static inline num_t ctl_fal_raw(const ctl_fal_t *self, num_t e)
 {
     const num_t size = num_abs(e);
     if (size > self->params.delta) {
-        const num_t y = ctl_fal_power(self, size);
-        return (e < (num_t)0) ? num_neg(y) : y;
+        return num_mul((e < (num_t)0) ? NUM_C(-1.0f) : NUM_C(1.0f), ctl_fal_power(self, size));
     }
     return num_mul(self->slope, e);
 }

@@ -103,28 +103,36 @@ void ctl_rc_reset(ctl_rc_t *self)
 
 /* ---- one sample --------------------------------------------------------------------------------------------------- */
 
-/* A period that the delay cannot use as it is: whole samples only, almost whole, or outside of what the memory holds. */
-static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
+/* state.period as the delay cannot use it: whole samples only, almost whole, or outside of what the memory holds. */
+static void correct_period(ctl_rc_t *self)
 {
-    const num_t  rounding = (self->whole_only && !self->params.truncate) ? NUM_C(0.5f) : ALMOST_ONE;
-    ctl_period_t n = wanted;
+    const num_t         rounding = (self->whole_only && !self->params.truncate) ? NUM_C(0.5f) : ALMOST_ONE;
+    ctl_period_t *const n = &self->state.period;
 
-    if (!((n.fraction >= (num_t)0) && (n.fraction < NUM_C(1.0f)))) {
-        n.fraction = (num_t)0;
+    if (!((n->fraction >= (num_t)0) && (n->fraction < NUM_C(1.0f)))) {
+        n->fraction = (num_t)0;
     }
-    if ((n.fraction >= rounding) && (n.whole < UINT16_MAX)) {
-        n.whole++;
-        n.fraction = (num_t)0;
+    if ((n->fraction >= rounding) && (n->whole < UINT16_MAX)) {
+        n->whole++;
+        n->fraction = (num_t)0;
     }
     if (self->whole_only) {
-        n.fraction = (num_t)0;
+        n->fraction = (num_t)0;
     }
-    if ((n.whole < self->shortest) || (n.whole > self->longest)) {
-        n.whole = (n.whole < self->shortest) ? self->shortest : self->longest;
-        n.fraction = (num_t)0;
+    if ((n->whole < self->shortest) || (n->whole > self->longest)) {
+        n->whole = (n->whole < self->shortest) ? self->shortest : self->longest;
+        n->fraction = (num_t)0;
         num_count(&self->state.cut_periods);
     }
-    return n;
+}
+
+static inline void set_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
+{
+    self->state.period.whole = whole;
+    self->state.period.fraction = fraction;
+    if (!((fraction >= (num_t)0) & (fraction < ALMOST_ONE) & (whole >= self->shortest) & (whole <= self->longest) & (!self->whole_only))) {
+        correct_period(self);
+    }
 }
 
 /* a - b in samples, where they are close; else just more than that */
@@ -134,26 +142,18 @@ static num_t period_step(ctl_period_t a, ctl_period_t b)
     return num_add(num_from_int((int16_t)((whole > 2) ? 2 : ((whole < -2) ? -2 : whole))), num_sub(a.fraction, b.fraction));
 }
 
-static ctl_period_t checked_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
-{
-    const ctl_period_t wanted = {whole, fraction};
-    const bool fits = (fraction >= (num_t)0) & (fraction < ALMOST_ONE) & (whole >= self->shortest) & (whole <= self->longest) & (!self->whole_only);
-    return fits ? wanted : usable_period(self, wanted);
-}
-
 static void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 {
     ctl_rc_state_t *const s = &self->state;
-    const ctl_period_t    n = checked_period(self, whole, fraction);
-
-    if ((n.whole == s->period.whole) && (n.fraction == s->period.fraction)) {
+    const ctl_period_t    before = s->period;
+    set_period(self, whole, fraction);
+    if ((before.whole == s->period.whole) && (before.fraction == s->period.fraction)) {
         return;
     }
-    if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(n, s->period)) > CLEAR_STEP)) {
+    if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(s->period, before)) > CLEAR_STEP)) {
         ctl_ring_clear(&s->time);
     }
-    s->period = n;
-    ctl_lagrange(self->params.order, n.fraction, s->a);
+    ctl_lagrange(self->params.order, s->period.fraction, s->a);
 }
 
 /* What this sample teaches: k_rc f(e), or nothing while learning rests. */
@@ -225,7 +225,7 @@ static num_t step_usual(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)
 {
     const num_t limit = self->params.limit;
     num_t       a[CTL_LAGRANGE_TAPS];
-    self->state.period = checked_period(self, whole, fraction);
+    set_period(self, whole, fraction);
     ctl_lagrange_2_raw(self->state.period.fraction, a);
     complete(self, num_mul(self->params.gain, (self->params.fal_at != CTL_RC_FAL_NONE) ? ctl_fal_raw(&self->fal, e) : e));
     const num_t y = num_clamp(play_back(self, (uint16_t)(self->state.period.whole - 2U), a, 2U), num_neg(limit), limit);

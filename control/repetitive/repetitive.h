@@ -118,25 +118,33 @@ void ctl_rc_reset(ctl_rc_t *self);
 /** Longest period that the memory holds, samples; in angle mode 65534. */
 static inline uint16_t ctl_rc_period_max(const ctl_rc_t *self) { return self->longest; }
 
-/** numerator / denominator as a period; what is not positive or too long gives the longest one. */
-static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
+/** numerator / denominator as a period in parts; what is not positive or too long gives the longest one. */
+static inline void ctl_period_split(num_t numerator, num_t denominator, uint16_t *whole, num_t *fraction)
 {
-    ctl_period_t n = {65534U, (num_t)0};
+    *whole = 65534U;
+    *fraction = (num_t)0;
 #ifdef EVENSPIN_FIXED
     if ((denominator > (num_t)0) && (numerator > (num_t)0)) {
         const int64_t samples = ((int64_t)numerator * INT64_C(0x1000000)) / denominator;
         if (samples < (INT64_C(65534) * INT64_C(0x1000000))) {
-            n.whole = (uint16_t)(samples >> 24);
-            n.fraction = (num_t)(samples & INT64_C(0xFFFFFF));
+            *whole = (uint16_t)(samples >> 24);
+            *fraction = (num_t)(samples & INT64_C(0xFFFFFF));
         }
     }
 #else
     const num_t samples = numerator / denominator;
     if ((denominator > 0.0f) & (numerator > 0.0f) & (samples < 65534.0f)) { /* one branch; a quotient of nothing is not used */
-        n.whole = (uint16_t)samples;
-        n.fraction = samples - (num_t)n.whole;
+        *whole = (uint16_t)samples;
+        *fraction = samples - (num_t)*whole;
     }
 #endif
+}
+
+/** The same as one. */
+static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
+{
+    ctl_period_t n;
+    ctl_period_split(numerator, denominator, &n.whole, &n.fraction);
     return n;
 }
 
