@@ -17,7 +17,7 @@ static float power_of_two(float alpha, int16_t n)
     const float coarse = (float)(int32_t)(alpha * 4096.0f) * (1.0f / 4096.0f);
     const float product = coarse * (float)n;
     const int32_t whole = num_floor(product);
-    ctl_fal_bits_t scale;
+    num_bits_t scale;
     scale.bits = (uint32_t)(whole + EXPONENT_BIAS) << 23;
     return num_exp2((product - (float)whole) + ((alpha - coarse) * (float)n)) * scale.value;
 }

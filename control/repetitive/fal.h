@@ -54,15 +54,10 @@ num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e);
 #ifdef EVENSPIN_FIXED
 static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size) { return num_pow(size, self->params.alpha); }
 #else
-typedef union {
-    float    value;
-    uint32_t bits;
-} ctl_fal_bits_t;
-
 /** size^alpha for delta < size <= NUM_MAX. u is within +-1/9: the fifth term of the series is below 5e-7. */
 static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size)
 {
-    ctl_fal_bits_t m;
+    num_bits_t m;
     m.value = size;
     const uint32_t bits = m.bits;
     const uint32_t a = (bits >> 26) - (uint32_t)CTL_FAL_FIRST_EIGHT;
