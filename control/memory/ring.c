@@ -23,6 +23,14 @@ void ctl_ring_clear(ctl_ring_t *self)
     self->filled = 0U;
 }
 
+void ctl_ring_fill_zero(ctl_ring_t *self)
+{
+    for (uint16_t i = 0U; i < self->capacity; i++) {
+        self->sample[i] = (num_t)0;
+    }
+    self->filled = self->capacity;
+}
+
 void ctl_ring_set(ctl_ring_t *self, uint16_t delay, num_t x)
 {
     if (delay >= self->capacity) {

@@ -24,6 +24,8 @@ enum { CTL_RING_MEMORY = 1, CTL_RING_CAPACITY };
 ctl_diag_t ctl_ring_init(ctl_ring_t *self, num_t *memory, uint16_t capacity);
 /** Forget everything. */
 void ctl_ring_clear(ctl_ring_t *self);
+/** The same, and write the zeros: from here on every delay below the capacity is valid. Costs O(capacity). */
+void ctl_ring_fill_zero(ctl_ring_t *self);
 /** A place that may lie up to one capacity before the first. Without a branch: the capacity is read in any case. */
 static inline uint16_t ctl_ring_wrap(const ctl_ring_t *self, int32_t place)
 {
@@ -35,17 +37,16 @@ static inline uint16_t ctl_ring_place(const ctl_ring_t *self, uint16_t delay)
 {
     return ctl_ring_wrap(self, (int32_t)self->head - (int32_t)delay);
 }
-/** ctl_ring_get without a branch, for a row of samples: that of delay @p delay + @p older, where @p at is the place of @p delay. */
-static inline num_t ctl_ring_beyond(const ctl_ring_t *self, uint16_t at, uint16_t delay, uint16_t older)
+/** ctl_ring_push for a ring that is full. */
+static inline void ctl_ring_push_full(ctl_ring_t *self, num_t x)
 {
-    const num_t x = self->sample[ctl_ring_wrap(self, (int32_t)at - (int32_t)older)];
-    return ((uint16_t)(delay + older) < self->filled) ? x : (num_t)0;
+    self->head = (uint16_t)(((self->head + 1U) < self->capacity) ? (self->head + 1U) : 0U);
+    self->sample[self->head] = x;
 }
 /** Put a new sample in front; the oldest leaves. */
 static inline void ctl_ring_push(ctl_ring_t *self, num_t x)
 {
-    self->head = (uint16_t)(((self->head + 1U) < self->capacity) ? (self->head + 1U) : 0U);
-    self->sample[self->head] = x;
+    ctl_ring_push_full(self, x);
     self->filled = (uint16_t)(self->filled + ((self->filled < self->capacity) ? 1U : 0U));
 }
 /** Sample of @p delay pushes ago. */

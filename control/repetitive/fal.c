@@ -29,15 +29,18 @@ static void prepare(ctl_fal_t *self)
         self->eight[a] = power_of_two(alpha, (int16_t)((8 * (CTL_FAL_FIRST_EIGHT + (int16_t)a)) - EXPONENT_BIAS));
     }
     for (uint16_t b = 0U; b < 8U; b++) {
-        self->octave[b] = power_of_two(alpha, (int16_t)b);
+        const float octave = power_of_two(alpha, (int16_t)b);
+        for (uint16_t j = 0U; j < CTL_FAL_PARTS; j++) {
+            const float    middle = 1.125f + (0.25f * (float)j);
+            const uint16_t i = (uint16_t)((CTL_FAL_PARTS * b) + j);
+            self->part[i].inverse = 1.0f / middle;
+            self->part[i].power = octave * ((b == 0U) ? num_pow(middle, alpha) : self->part[j].power);
+        }
     }
-    for (uint16_t j = 0U; j < CTL_FAL_PARTS; j++) {
-        const float middle = 1.125f + (0.25f * (float)j);
-        self->part[j].inverse = 1.0f / middle;
-        self->part[j].power = num_pow(middle, alpha);
-    }
+    float factor = 1.0f;
     for (uint16_t n = 0U; n < 4U; n++) {
-        self->series[n] = (alpha - (float)n) / ((float)n + 1.0f);
+        factor *= (alpha - (float)n) / ((float)n + 1.0f);
+        self->series[n] = factor;
     }
 }
 

@@ -9,7 +9,7 @@
  * Source   Han 2009; Guo et al. 2024, equations 19 and 20. Odd and continuous; its slope is largest inside +-delta:
  *          delta^(alpha-1) = 1.4427 for alpha 0.6, delta 0.4.
  * Total    NaN gives fal = 0 and lambda(0); infinity counts as NUM_MAX.
- * Cost     inside +-delta one product. Outside, float: three small tables and four terms of a series, no logarithm; fixed:
+ * Cost     inside +-delta one product. Outside, float: two small tables and four terms of a series, no logarithm; fixed:
  *          num_pow. No libm. ctl_fal_init raises 23 numbers to a power in float.
  *          Float: relative error below 2e-6 for |e| in 1e-9..1e9. Fixed: below 1e-6 of the larger of 1 and |fal|.
  */
@@ -32,13 +32,12 @@ typedef struct {
     ctl_fal_params_t params;
     num_t            slope; /**< delta^(alpha-1), kept because it never changes. */
 #ifndef EVENSPIN_FIXED
-    /* |e|^alpha = eight[a] octave[b] part[j].power (1 + u)^alpha for |e| = 2^(8 a + b - 127) (1 + j / 4 + ...), b = 0..7 */
+    /* |e|^alpha = eight[a] part[i].power (1 + u)^alpha for |e| = 2^(8 a + b - 127) (1 + j / 4 + ...), b = 0..7, i = 4 b + j */
     float eight[CTL_FAL_EIGHTS];
-    float octave[8];
     struct {
-        float inverse, power; /**< Of the middle of the part. */
-    } part[CTL_FAL_PARTS];
-    float series[4]; /**< Factors of (1 + u)^alpha in Horner's form. */
+        float inverse, power; /**< Of the middle of the part; the former without 2^b. */
+    } part[8U * CTL_FAL_PARTS];
+    float series[4]; /**< Of (1 + u)^alpha: the factors of u, u^2, u^3, u^4. */
 #endif
 } ctl_fal_t;
 
@@ -61,14 +60,13 @@ static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size)
     m.value = size;
     const uint32_t bits = m.bits;
     const uint32_t a = (bits >> 26) - (uint32_t)CTL_FAL_FIRST_EIGHT;
-    const uint32_t b = (bits >> 23) & 7U;
-    const uint32_t j = (bits >> 21) & (CTL_FAL_PARTS - 1U);
+    const uint32_t i = (bits >> 21) & ((8U * CTL_FAL_PARTS) - 1U);
     m.bits = (bits & UINT32_C(0x007FFFFF)) | UINT32_C(0x3F800000);
 
-    const float u = (m.value * self->part[j].inverse) - 1.0f;
+    const float u = (m.value * self->part[i].inverse) - 1.0f;
     const float *const c = self->series;
-    const float curve = 1.0f + (c[0] * u * (1.0f + (c[1] * u * (1.0f + (c[2] * u * (1.0f + (c[3] * u)))))));
-    return self->eight[a] * self->octave[b] * self->part[j].power * curve;
+    const float curve = 1.0f + (u * (c[0] + (u * (c[1] + (u * (c[2] + (u * c[3])))))));
+    return self->eight[a] * self->part[i].power * curve;
 }
 #endif
 

@@ -51,6 +51,10 @@ static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t 
     self->state.period.whole = 0U; /* no period is: the coefficients are computed anew */
     if (params->fal_at != CTL_RC_FAL_NONE) {
         self->fal = *fal;
+    } else { /* a linear part without an end */
+        self->fal.params.alpha = NUM_C(1.0f);
+        self->fal.params.delta = NUM_MAX;
+        self->fal.slope = NUM_C(1.0f);
     }
 }
 
@@ -70,8 +74,14 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
     }
     if (d.status == CTL_OK) {
         self->state = rest;
+        if (params->memory != CTL_RC_ANGLE) {
+            ctl_ring_fill_zero(&self->state.time);
+        }
         self->shortest = (uint16_t)(params->lead + 2U);
         self->longest = (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U);
+#ifndef EVENSPIN_FIXED
+        self->too_long = (float)self->longest + 1.0f;
+#endif
         self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
         take(self, params, &fal);
     }
@@ -94,7 +104,7 @@ void ctl_rc_reset(ctl_rc_t *self)
     if (self->params.memory == CTL_RC_ANGLE) {
         ctl_grid_clear(&s->turn);
     } else {
-        ctl_ring_clear(&s->time);
+        ctl_ring_fill_zero(&s->time);
     }
     s->known = 0U;
     s->writing = false;
@@ -173,63 +183,64 @@ static num_t lesson(ctl_rc_t *self, num_t e)
     return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(&self->fal, e) : e);
 }
 
-/* Q D of (1) from ring delay d on: the Lagrange sum of the middle, and of its neighbours on both sides. Written out: a loop
- * would cost more than what it repeats. */
-static inline num_t play_back(const ctl_rc_t *self, uint16_t d, const num_t a[CTL_LAGRANGE_TAPS], uint16_t order)
+/* Q(z) of the Lagrange sum: the sum of the middle, and of its neighbours on both sides, of x[0..4], newest first. */
+static inline num_t filtered(const ctl_q_t *q, const num_t a[CTL_LAGRANGE_TAPS], const num_t x[CTL_LAGRANGE_TAPS + 1U])
 {
-    const ctl_ring_t *const ring = &self->state.time;
-    const uint16_t          at = ctl_ring_place(ring, d);
-    const num_t             x0 = ctl_ring_beyond(ring, at, d, 0U);
-    const num_t             x1 = ctl_ring_beyond(ring, at, d, 1U);
-    const num_t             x2 = ctl_ring_beyond(ring, at, d, 2U);
-    const num_t             x3 = ctl_ring_beyond(ring, at, d, 3U);
-    const num_t             x4 = ctl_ring_beyond(ring, at, d, 4U);
-    num_t                   here = num_mac(num_mac(num_mul(a[0], x1), a[1], x2), a[2], x3);
-    num_t beside = num_mac(num_mac(num_mul(a[0], num_add(x0, x2)), a[1], num_add(x1, x3)), a[2], num_add(x2, x4));
-    if (order > 2U) {
-        here = num_mac(here, a[3], x4);
-        beside = num_mac(beside, a[3], num_add(x3, ctl_ring_beyond(ring, at, d, 5U)));
-    }
-    return num_mac(num_mul(self->params.q.centre, here), self->params.q.side, beside);
+    const num_t here = num_mac(num_mac(num_mul(a[0], x[1]), a[1], x[2]), a[2], x[3]);
+    const num_t beside = num_mac(num_mac(num_mul(a[0], num_add(x[0], x[2])), a[1], num_add(x[1], x[3])), a[2], num_add(x[2], x[4]));
+    return num_mac(num_mul(q->centre, here), q->side, beside);
 }
 
-/* z^m of (1): sample k - m gets its error. This call is sample k, not yet pushed: delay d in (1) is ring delay d - 1. */
-static inline void complete(ctl_rc_t *self, num_t learned)
+/* Q D of (1) from ring delay d on. */
+static num_t play_back(const ctl_rc_t *self, uint16_t d)
 {
-    ctl_ring_t *const ring = &self->state.time;
-    const num_t       limit = self->params.limit;
-    const uint16_t    delay = (uint16_t)(self->params.lead - 1U);
-    num_t *const      w = &ring->sample[ctl_ring_place(ring, delay)];
-    if (delay < ring->filled) {
-        *w = num_clamp(num_add(*w, learned), num_neg(limit), limit);
-    } else {
-        ctl_ring_set(ring, delay, num_clamp(learned, num_neg(limit), limit));
+    const ctl_rc_state_t *const s = &self->state;
+    const ctl_q_t *const        q = &self->params.q;
+    num_t                       x[CTL_LAGRANGE_TAPS + 2U];
+    for (uint16_t j = 0U; j < (CTL_LAGRANGE_TAPS + 2U); j++) {
+        x[j] = ctl_ring_get(&s->time, (uint16_t)(d + j));
     }
+    const num_t y = filtered(q, s->a, x);
+    return (self->params.order > 2U) ? num_mac(y, s->a[3], ctl_q_apply(q, x[5], x[4], x[3])) : y;
 }
 
 static num_t step_in_time(ctl_rc_t *self, num_t learned)
 {
-    ctl_rc_state_t *const s = &self->state;
-    const num_t           limit = self->params.limit;
-    const bool            leads = self->params.lead > 0U;
-    if (leads) {
-        complete(self, learned);
+    const ctl_rc_params_t *const p = &self->params;
+    ctl_rc_state_t *const        s = &self->state;
+    const num_t                  limit = p->limit;
+
+    /* This call is sample k, not yet pushed: delay d in (1) is ring delay d - 1. */
+    if (p->lead > 0U) {
+        const uint16_t at = (uint16_t)(p->lead - 1U);
+        const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
+        ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
     }
-    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U), s->a, self->params.order), num_neg(limit), limit);
-    ctl_ring_push(&s->time, leads ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
+    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
+    ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
     return y;
 }
 
-/* The same with what `usual` says: nothing to decide but fal. */
-static num_t step_usual(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)
+/* The same where `usual` says that there is nothing to decide but fal, and the memory has no gaps (ctl_ring_fill_zero). The
+ * samples to read lie one after the other but for one jump at the end of the memory, hence two pointers and no branch. */
+static inline num_t step_usual(ctl_rc_t *self, num_t e)
 {
-    const num_t limit = self->params.limit;
-    num_t       a[CTL_LAGRANGE_TAPS];
-    set_period(self, whole, fraction);
+    const ctl_rc_params_t *const p = &self->params;
+    const ctl_ring_t *const      ring = &self->state.time;
+    const num_t                  learned = num_mul(p->gain, ctl_fal_raw(&self->fal, e));
+    num_t                        a[CTL_LAGRANGE_TAPS];
     ctl_lagrange_2_raw(self->state.period.fraction, a);
-    complete(self, num_mul(self->params.gain, (self->params.fal_at != CTL_RC_FAL_NONE) ? ctl_fal_raw(&self->fal, e) : e));
-    const num_t y = num_clamp(play_back(self, (uint16_t)(self->state.period.whole - 2U), a, 2U), num_neg(limit), limit);
-    ctl_ring_push(&self->state.time, y);
+
+    num_t *const w = &ring->sample[ctl_ring_place(ring, (uint16_t)(p->lead - 1U))];
+    *w = num_clamp(num_add(*w, learned), num_neg(p->limit), p->limit);
+
+    const uint16_t     at = ctl_ring_place(ring, (uint16_t)(self->state.period.whole - 2U)); /* k - Ni + 1 */
+    const num_t *const here = &ring->sample[at];
+    const num_t *const there = &ring->sample[(ring->capacity - 4U) + ((at < 3U) ? at : 3U)] + 4; /* looked at for at < 4 */
+    const num_t        x[CTL_LAGRANGE_TAPS + 1U] = {here[0], ((at >= 1U) ? here : there)[-1], ((at >= 2U) ? here : there)[-2],
+                                                    ((at >= 3U) ? here : there)[-3], ((at >= 4U) ? here : there)[-4]};
+    const num_t y = num_clamp(filtered(&p->q, a, x), num_neg(p->limit), p->limit);
+    ctl_ring_push_full(&self->state.time, y);
     return y;
 }
 
@@ -290,19 +301,33 @@ static num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
     return y;
 }
 
+static num_t step_otherwise(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction, angle_t theta_e)
+{
+    take_period(self, whole, fraction);
+    const num_t learned = lesson(self, e);
+    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e) : step_in_time(self, learned);
+    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
+}
+
 num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
 {
-    if (self->usual) {
-        return step_usual(self, err, whole, fraction);
+    if (!self->usual) {
+        return step_otherwise(self, err, whole, fraction, theta_e);
     }
-    take_period(self, whole, fraction);
-    const num_t learned = lesson(self, err);
-    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e) : step_in_time(self, learned);
-    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, err), y) : y;
+    self->state.period.whole = whole;
+    self->state.period.fraction = fraction;
+    if ((whole < self->shortest) | (fraction >= ALMOST_ONE)) {
+        correct_period(self);
+    }
+    return step_usual(self, err);
 }
 
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
     const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
-    return ctl_rc_step_raw(self, e, period.whole, period.fraction, theta_e);
+    if (!self->usual) {
+        return step_otherwise(self, e, period.whole, period.fraction, theta_e);
+    }
+    set_period(self, period.whole, period.fraction);
+    return ctl_rc_step_raw(self, e, self->state.period.whole, self->state.period.fraction, theta_e);
 }
