@@ -3,7 +3,6 @@
 #define HAT_MIN_WEIGHT NUM_C(0.25f) /* less nearness than this is not an average: the straight line is better */
 #define HAT_MAX_WEIGHT NUM_C(64.0f)
 #define HAT_MAX_SUM (NUM_MAX / 2)
-#define CHANGE_GAIN NUM_C(0.01f)    /* the quality figure looks back over some hundred points */
 
 static const ctl_hat_t NO_HAT = {(num_t)0, (num_t)0, false};
 
@@ -55,19 +54,6 @@ void ctl_angle_memory_pause(ctl_angle_memory_t *self)
     self->state.above = NO_HAT;
 }
 
-/* (1) */
-static void learn(ctl_angle_memory_t *self, uint16_t i, num_t v, num_t gain)
-{
-    const ctl_angle_memory_params_t *const p = &self->params;
-    ctl_angle_memory_state_t *const        s = &self->state;
-    const num_t                            m = s->grid.cell[i];
-    const num_t                            news = num_sub(v, m);
-
-    s->grid.cell[i] = num_clamp(num_mac(num_mul(p->forgetting, m), gain, news), num_neg(p->limit), p->limit);
-    s->change = num_mac(s->change, CHANGE_GAIN, num_sub(num_abs(news), s->change));
-    num_count(&s->written);
-}
-
 static void gather_one(ctl_hat_t *hat, num_t nearness, num_t v)
 {
     hat->sum = num_mac(hat->sum, nearness, v);
@@ -108,7 +94,7 @@ static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now,
     num_t                           line = s->value;
 
     if (behind->passed) {
-        learn(self, up ? before : ctl_grid_next(grid, before), num_div(behind->sum, behind->weight), gain);
+        ctl_angle_memory_learn(self, up ? before : ctl_grid_next(grid, before), num_div(behind->sum, behind->weight), gain);
     }
     /* Downwards from exactly on a point the walk begins at the next one: the first is passed with the last value. Landing
      * exactly on a point from above, the walk ends there, but the cell does not: that point is passed by the next step. */
@@ -119,7 +105,7 @@ static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now,
         (void)ctl_grid_walk_next(&walk, &i, &line);
     }
     for (pass(&hat, line); left > 1U; left--) {
-        learn(self, i, num_div(hat.sum, hat.weight), gain);
+        ctl_angle_memory_learn(self, i, num_div(hat.sum, hat.weight), gain);
         hat = NO_HAT;
         (void)ctl_grid_walk_next(&walk, &i, &line);
         pass(&hat, line);
@@ -143,54 +129,23 @@ static void write_all(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t ga
     uint16_t        i = 0U;
     num_t           line = (num_t)0;
     while (ctl_grid_walk_next(&walk, &i, &line)) {
-        learn(self, i, line, gain);
+        ctl_angle_memory_learn(self, i, line, gain);
     }
 }
 
-/* The point not below a place. */
-static uint16_t ceiling(const ctl_grid_t *grid, ctl_grid_spot_t spot)
-{
-    return (spot.inside != 0U) ? ctl_grid_next(grid, spot.below) : spot.below;
-}
-
-/* Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. */
-static void write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+void ctl_angle_memory_write_otherwise(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
-    const ctl_grid_t *const         grid = &s->grid;
-    const angle_t                   turn = angle - s->at;
-    uint16_t                        point = now.below;
-    uint32_t                        beyond = now.inside; /* way since the point, 2^-32 cells */
-    uint16_t                        last = s->spot.below;
-    if (turn >= (2U * ANGLE_QUARTER)) {
-        point = ceiling(grid, now);
-        beyond = 0U - now.inside;
-        last = ceiling(grid, s->spot);
-    }
-    if (point != last) {
-        learn(self, point, num_sub(v, num_mul(num_sub(v, s->value), ctl_grid_share(grid, beyond, angle_size(turn)))), gain);
-    }
-}
-
-void ctl_angle_memory_write_raw(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
-{
-    ctl_angle_memory_state_t *const s = &self->state;
-    const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
     if (!s->primed) {
         s->primed = true;
         if (self->params.write == CTL_WRITE_HAT) {
             gather(s, angle_to_turns(now.inside), v);
         }
-    } else if (self->params.write == CTL_WRITE_ONE) {
-        write_one(self, angle, now, v, gain);
     } else if (self->params.write == CTL_WRITE_ALL) {
         write_all(self, angle, v, gain);
     } else {
         write_hat(self, angle, now, v, gain);
     }
-    s->at = angle;
-    s->spot = now;
-    s->value = v;
 }
 
 void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)

@@ -174,7 +174,7 @@ static void watch_mean(ctl_observer_state_t *s, num_t torque, num_t way)
     s->turn_sum = num_mac(s->turn_sum, torque, way);
     s->turn_way = num_add(s->turn_way, way);
     if (s->turn_way >= NUM_C(1.0f)) {
-        s->mean = num_div(s->turn_sum, s->turn_way);
+        s->mean = num_quotient(s->turn_sum, s->turn_way);
         s->mean_known = true;
         s->turn_sum = (num_t)0;
         s->turn_way = (num_t)0;
@@ -254,16 +254,13 @@ static angle_t angle_then(const ctl_observer_t *self)
     return young + (angle_t)((int32_t)(old - young) >> 1); /* arithmetic on every compiler that builds this */
 }
 
-num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque)
+num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t w, num_t t)
 {
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
     const num_t                        limit = p->memory.limit;
 
-    const bool  good = num_is_finite(speed) && num_is_finite(torque);
-    const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
-    const num_t t = num_guard(torque, s->mean, &s->rejected);
-    uint32_t    turned = (s->known > 0U) ? angle_size(theta - s->past[s->head]) : 0U;
+    uint32_t                           turned = (s->known > 0U) ? angle_size(theta - s->past[s->head]) : 0U;
 
     if (turned >= ANGLE_QUARTER) { /* a jump: half way between two ages it would look like two motions */
         num_count(&s->rejected);
@@ -275,7 +272,7 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
     s->past[s->head] = theta;
     s->known = (uint16_t)((s->known <= CTL_ARO_AGE_MAX) ? (s->known + 1U) : s->known);
     watch_speed(s, w);
-    const bool learn = may_learn(self, t, way) && good;
+    const bool learn = may_learn(self, t, way);
     watch_mean(s, t, way);
     const num_t news = p->remove_mean ? num_sub(t, s->mean) : t;
     const num_t gain = (s->samples < p->fast_samples) ? p->fast_gain : p->memory.gain;
@@ -289,7 +286,7 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
         } else {
             ctl_angle_memory_pause(&s->memory);
         }
-        out = ctl_angle_memory_read(&s->memory, theta + angle_from_rad_short(num_mul(num_mul(w, p->rad_per_speed), p->ahead)));
+        out = ctl_angle_memory_read(&s->memory, theta + angle_from_rad_short_raw(num_mul(num_mul(w, p->rad_per_speed), p->ahead)));
     } else if (p->kind == CTL_OBSERVER_RO) {
         learn_time(self, news, learn ? gain : (num_t)0);
         out = read_time(self);
@@ -301,4 +298,15 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
         out = s->estimate;
     }
     return num_clamp(out, num_neg(limit), limit);
+}
+
+num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque)
+{
+    ctl_observer_state_t *const s = &self->state;
+    const bool                  held = s->held;
+    s->held = held || !num_is_finite(speed) || !num_is_finite(torque); /* such a sample teaches nothing */
+    const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
+    const num_t out = ctl_observer_step_raw(self, theta, w, num_guard(torque, s->mean, &s->rejected));
+    s->held = held;
+    return out;
 }

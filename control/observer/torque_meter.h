@@ -72,4 +72,35 @@ uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);
  */
 ctl_meter_out_t ctl_meter_step(ctl_meter_t *self, angle_t theta, num_t ref_last);
 
+static inline ctl_meter_out_t ctl_meter_step_raw(ctl_meter_t *self, angle_t theta, num_t ref_last)
+{
+    const ctl_meter_params_t *const p = &self->params;
+    ctl_meter_state_t *const        s = &self->state;
+
+    if (!s->primed) {
+        s->primed = true;
+        s->theta = theta;
+    }
+    const num_t step = angle_to_rad_signed(theta - s->theta);
+    if (num_abs(step) <= p->step_max_rad) {
+        s->step_rad = step;
+    } else {
+        num_count(&s->rejected);
+    }
+    s->theta = theta;
+
+    /* (1) to (3) */
+    const num_t speed = ctl_fir_step_raw(&s->speed_fir, num_mul(s->step_rad, p->speed_per_rad));
+    const num_t gained = num_sub(speed, num_mul(p->a22, s->speed));
+    const num_t sum = num_mul(num_mul(gained, p->torque_per_16), NUM_C(16.0f));
+    s->speed = speed;
+
+    /* [0] of the window is the reference of sample k - 1, hence actuation + 1 is delay `actuation` there */
+    const num_t *const young = &ctl_window_push(&s->ref, ref_last)[self->held_whole];
+    const num_t        held = num_mac(young[0], self->held_part, num_sub(young[1], young[0]));
+
+    const ctl_meter_out_t out = {speed, ctl_fir_step_raw(&s->torque_fir, num_sub(sum, ctl_fir_step_raw(&s->ref_fir, held)))}; /* (4) */
+    return out;
+}
+
 #endif

@@ -73,9 +73,9 @@ static void observe(drive_t *d)
     if (!d->setup.meter_used) {
         return;
     }
-    o->seen = ctl_meter_step(&o->meter, d->tracking.theta_m, d->current.ref.q);
+    o->seen = ctl_meter_step_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
     if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
-        o->estimate = ctl_observer_step(&o->observer, d->tracking.theta_m, o->seen.speed, o->seen.torque);
+        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, o->seen.speed, o->seen.torque);
     }
 }
 
@@ -140,7 +140,7 @@ static void control_currents(drive_t *d, angle_t ahead)
     const num_t            limit = num_min(d->setup.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
     if (d->setup.deadbeat_used) {
-        const ctl_dq_t wanted = ctl_deadbeat_step(&c->deadbeat, &c->meas, &c->ref, d->tracking.pll.state.w, &c->volt);
+        const ctl_dq_t wanted = ctl_deadbeat_step_raw(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
         (void)ctl_vector_limit_raw(wanted, limit, &c->volt);
     } else {
         control_by_pi(c, limit);
