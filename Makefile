@@ -47,8 +47,8 @@ lint: setup ## ruff and the rules of the layers
 	@.venv/bin/ruff check .
 	@$(PYTHON) tests/architecture/check_layers.py .
 
-target-report: setup ## flash and RAM of every block, from the build for Cortex-M4F
-	@$(PYTHON) tests/target/report.py .
+target-report: setup ## flash and RAM of every block: build for Cortex-M4F, and TI's map file (MAP=FILE) if there is one
+	@$(PYTHON) tests/target/report.py . $(if $(MAP),--map $(MAP))
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

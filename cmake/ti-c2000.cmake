@@ -1,7 +1,7 @@
 # TMS320F28379D with TI's compiler cl2000 (EABI, FPU32, TMU0): `cmake --preset c2000`.
 #
 #   C2000ROOT        folder of the compiler, with bin/cl2000 in it
-#   C2000WARE_ROOT   folder of C2000Ware (or of the C2000Ware core SDK), with driverlib/f2837xd in it
+#   C2000WARE_ROOT   folder of C2000Ware (or of the C2000Ware core SDK), with driverlib/f2837xd and device_support/f2837xd in it
 #
 # Both may be environment variables or -D options. Neither is part of this repository. No build with TI's tools has been
 # made by the authors: options marked [mem] are from memory of the compiler guide.
@@ -20,16 +20,18 @@ set(c2000_help "
   1. Compiler: install TI C2000 code generation tools 22.6 LTS or newer (free, from ti.com; also inside Code Composer
      Studio, ccs/tools/compiler/ti-cgt-c2000_*), and set C2000ROOT to its folder, the one that holds bin/cl2000.
   2. Library: install C2000Ware, or clone the C2000Ware core SDK, and set C2000WARE_ROOT to its folder, the one that
-     holds driverlib/f2837xd.
+     holds driverlib/f2837xd and device_support/f2837xd.
   3. cmake --preset c2000 && cmake --build --preset c2000
   The tests of the port need neither: cmake --preset host.")
 
 if(NOT EXISTS "${C2000ROOT}/bin/cl2000" AND NOT EXISTS "${C2000ROOT}/bin/cl2000.exe")
   message(FATAL_ERROR "C2000ROOT = \"${C2000ROOT}\": there is no bin/cl2000.${c2000_help}")
 endif()
-if(NOT EXISTS "${C2000WARE_ROOT}/driverlib/f2837xd")
-  message(FATAL_ERROR "C2000WARE_ROOT = \"${C2000WARE_ROOT}\": there is no driverlib/f2837xd.${c2000_help}")
-endif()
+foreach(part IN ITEMS driverlib/f2837xd device_support/f2837xd)
+  if(NOT EXISTS "${C2000WARE_ROOT}/${part}")
+    message(FATAL_ERROR "C2000WARE_ROOT = \"${C2000WARE_ROOT}\": there is no ${part}.${c2000_help}")
+  endif()
+endforeach()
 
 find_program(CMAKE_C_COMPILER NAMES cl2000 PATHS "${C2000ROOT}/bin" NO_DEFAULT_PATH REQUIRED)
 find_program(CMAKE_AR NAMES ar2000 PATHS "${C2000ROOT}/bin" NO_DEFAULT_PATH REQUIRED)

@@ -176,6 +176,10 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     if (*culprit != (uint16_t)PARAM_COUNT) {
         return false;
     }
+    *culprit = drive_held_param(d, params);
+    if (*culprit != (uint16_t)PARAM_COUNT) {
+        return false;
+    }
     *culprit = changed_base(&d->next.scale, &d->scale);
     if (*culprit != (uint16_t)PARAM_COUNT) {
         return false;
@@ -193,6 +197,9 @@ void drive_take_over(drive_t *d)
     drive_take_over_position(d, &d->setup, s);
     if (s->deadbeat_used && !d->setup.deadbeat_used) {
         ctl_deadbeat_reset(&d->current.deadbeat);
+    }
+    if (s->encoder_reversed != d->setup.encoder_reversed) {
+        d->tracking.locked = false; /* the angle jumps: that is no lost encoder */
     }
     d->setup = *s;
     d->params = d->next_params;

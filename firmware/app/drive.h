@@ -117,6 +117,8 @@ typedef struct {
     angle_t   theta_m, theta_e;
     angle_t   zero_e;       /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
     bool      zero_found;   /**< By alignment; otherwise it follows the parameter. */
+    bool      zero_reversed;   /**< What it was found with: encoder_reversed... */
+    uint16_t  zero_pole_pairs; /**< ...and pole_pairs. */
     bool      locked;       /**< The filter has been set on a first angle. */
     uint16_t  jump_periods; /**< Periods for which encoder and filter have been apart. */
 } drive_tracking_t;
@@ -146,6 +148,8 @@ typedef struct {
     num_t              meas, error, correction;
     num_t              iq_ref;   /**< Read by the current interrupt. */
     float              ref_rad_s;
+    angle_t            stall_from;    /**< Where the encoder stood when it seemed to stand still... */
+    uint16_t           stall_samples; /**< ...and for how many samples it has. */
 } drive_speed_t;
 
 /** The position loop; written by the speed interrupt. */
@@ -185,6 +189,7 @@ typedef struct {
     uint16_t               fault_detail; /**< Parameter index for FAULT_configuration. */
     bool                   started_up;   /**< Offsets and the electrical zero are known. */
     bool                   start_wanted, stop_wanted, clear_wanted;
+    bool                   held;         /**< Stopped: nothing arms the bridge until a start. */
     volatile bool          home_wanted;
 
     hal_sample_t     sample;
@@ -220,7 +225,9 @@ void drive_background(drive_t *d);
 bool drive_command(drive_t *d, const drive_command_t *command);
 /**
  * Requests to the state machine; looked at in the next pass of the main loop, a stop before a start. A start during
- * start-up waits for its end. Clearing a fault of the encoder, or one that came during start-up, starts up anew.
+ * start-up waits for its end. A stop switches the bridge off in every state, and it stays off until a start, auto_run or
+ * not; start-up that was stopped before its end begins again with that start. Clearing a fault of the encoder, or one that
+ * came during start-up, starts up anew.
  */
 void drive_start(drive_t *d);
 void drive_stop(drive_t *d);
@@ -234,9 +241,13 @@ void drive_home(drive_t *d);
  * @return false when refused, or while an earlier change still waits; nothing changes then.
  * What only acts at start-up (calibration, alignment) acts at the next start-up; the electrical zero that an alignment
  * has found stays. The memory of the repetitive controller is cleared when its
- * kind, length or order changes.
+ * kind, length or order changes. What the electrical angle stands on (pole_pairs, encoder_reversed) is refused while the
+ * bridge is armed; changed at rest, it makes an alignment that was made before it void, and the drive starts up anew.
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
+
+/** Whether drive_tune refuses this parameter now and would not at rest. */
+bool drive_needs_rest(const drive_t *d, uint16_t param);
 
 /**
  * What the angle observer has learned, as a table in ampere of q current over one mechanical turn. Main loop only.

@@ -36,6 +36,8 @@ num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
 #define DRIVE_AXIS_BOUND 1.0e6f
 #endif
 
+/** state_machine.c: the first parameter that would change and must not now, or PARAM_COUNT. */
+uint16_t drive_held_param(const drive_t *d, const drive_params_t *params);
 /** current_isr.c: controllers at rest, for a start. */
 void drive_rest(drive_t *d);
 
@@ -43,6 +45,8 @@ void drive_rest(drive_t *d);
 void drive_trip(drive_t *d, drive_fault_t fault);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
+/** protection.c: at the current limit without motion, in speed mode. Speed interrupt. */
+void drive_check_stall(drive_t *d);
 /** protection.c: what to do about a motion that is not usual: encoder against its tracking filter, speed. Current interrupt. */
 void drive_judge_motion(drive_t *d, float speed_rad_s, float apart_rad);
 

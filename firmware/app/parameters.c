@@ -80,6 +80,11 @@ bool params_set(drive_params_t *p, uint16_t index, float value)
     return true;
 }
 
+bool params_only_at_rest(uint16_t index)
+{
+    return (index == (uint16_t)PARAM_pole_pairs) || (index == (uint16_t)PARAM_encoder_reversed);
+}
+
 uint16_t params_check(const drive_params_t *p)
 {
     uint16_t i = 0U;

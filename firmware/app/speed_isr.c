@@ -29,6 +29,7 @@ void drive_speed_step(drive_t *d)
     const drive_command_t *const cmd = drive_active_command(d);
     drive_speed_t *const         s = &d->speed;
 
+    drive_check_stall(d);
     s->meas = measure_speed(d);
     drive_position_measure(d);
     if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_POSITION)) {

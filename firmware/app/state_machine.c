@@ -28,7 +28,11 @@ static void enter_armed(drive_t *d, drive_state_t state)
 static void after_calibration(drive_t *d)
 {
     if (d->params.align_periods > 0U) {
-        enter_armed(d, DRIVE_ALIGN);
+        if (d->held) {
+            enter(d, DRIVE_INIT);
+        } else {
+            enter_armed(d, DRIVE_ALIGN);
+        }
     } else {
         d->tracking.zero_e = d->setup.encoder_offset;
         d->tracking.zero_found = false;
@@ -69,6 +73,8 @@ static void finish_alignment(drive_t *d)
     /* the d axis lies on phase a now: what the encoder shows is electrical zero */
     d->tracking.zero_e = 0U - (d->tracking.theta_m * d->setup.pole_pairs);
     d->tracking.zero_found = true;
+    d->tracking.zero_pole_pairs = d->setup.pole_pairs;
+    d->tracking.zero_reversed = d->setup.encoder_reversed;
     d->started_up = d->fault == FAULT_none;
     enter(d, DRIVE_READY);
 }
@@ -87,14 +93,43 @@ static void leave_fault(drive_t *d)
     enter(d, (d->started_up && !encoder) ? DRIVE_READY : DRIVE_INIT);
 }
 
+/* The electrical zero that an alignment has found belongs to the pole pairs and the direction that it was found with. */
+static bool zero_is_stale(const drive_t *d)
+{
+    const drive_tracking_t *const t = &d->tracking;
+    return t->zero_found && ((t->zero_pole_pairs != d->setup.pole_pairs) || (t->zero_reversed != d->setup.encoder_reversed));
+}
+
+static void wait_for_start(drive_t *d)
+{
+    if (d->next_ready != 0U) {
+        return; /* what is being changed may be what a start stands on: first the current interrupt takes it over */
+    }
+    if (zero_is_stale(d)) {
+        enter(d, DRIVE_INIT);
+        return;
+    }
+    if (d->start_wanted || ((d->params.auto_run != 0U) && !d->held)) {
+        enter_armed(d, DRIVE_RUN);
+        drive_restart_timing(d); /* the figures of a run are not those of the start-up before it */
+    }
+    d->start_wanted = false;
+}
+
 void drive_background(drive_t *d)
 {
     if (d->stop_wanted) {
         d->start_wanted = false;
+        d->held = true;
+    } else if (d->start_wanted) {
+        d->held = false;
     }
     switch (d->state) {
     case DRIVE_INIT:
         d->started_up = false;
+        if (d->held) {
+            break;
+        }
         if (d->params.offset_calibration_periods > 0U) {
             d->sum_a_a = 0.0f;
             d->sum_b_a = 0.0f;
@@ -111,16 +146,15 @@ void drive_background(drive_t *d)
         }
         break;
     case DRIVE_ALIGN:
-        if (d->periods_in_state >= d->params.align_periods) {
+        if (d->stop_wanted) {
+            hal_inverter_disarm();
+            enter(d, DRIVE_INIT);
+        } else if (d->periods_in_state >= d->params.align_periods) {
             finish_alignment(d);
         }
         break;
     case DRIVE_READY:
-        if (d->start_wanted || (d->params.auto_run != 0U)) {
-            enter_armed(d, DRIVE_RUN);
-            drive_restart_timing(d); /* the figures of a run are not those of the start-up before it */
-        }
-        d->start_wanted = false;
+        wait_for_start(d);
         break;
     case DRIVE_RUN:
         d->start_wanted = false;
@@ -168,6 +202,18 @@ bool drive_command(drive_t *d, const drive_command_t *command)
     d->command_at = idle;
     return true;
 }
+
+uint16_t drive_held_param(const drive_t *d, const drive_params_t *params)
+{
+    uint16_t k = 0U;
+    while ((k < (uint16_t)PARAM_COUNT) &&
+           !(drive_needs_rest(d, k) && (params_get(params, k) != params_get(&d->params, k)))) {
+        k++;
+    }
+    return k;
+}
+
+bool drive_needs_rest(const drive_t *d, uint16_t param) { return drive_is_armed(d) && params_only_at_rest(param); }
 
 void drive_start(drive_t *d) { d->start_wanted = true; }
 void drive_stop(drive_t *d) { d->stop_wanted = true; }

@@ -548,6 +548,9 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
     sim_board_select(&sim->board);
     uint16_t culprit = PARAM_COUNT;
     if (!drive_tune(&sim->drive, &p, &culprit)) {
+        if (drive_needs_rest(&sim->drive, culprit)) {
+            return refuse(sim, params_info(culprit)->name, value, "cannot change while the drive runs; stop it first");
+        }
         return refuse(sim, (culprit < (uint16_t)PARAM_COUNT) ? params_info(culprit)->name : param, value,
                       (culprit < (uint16_t)PARAM_COUNT) ? "does not fit the other parameters" : "an earlier change still waits");
     }

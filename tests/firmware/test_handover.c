@@ -385,6 +385,45 @@ void test_drive_tune_leaves_the_zero_that_an_alignment_has_found(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, theta_e());
 }
 
+/* ---- what the electrical angle stands on ------------------------------------------------------------------------------ */
+
+void test_drive_tune_refuses_what_the_electrical_angle_stands_on_while_the_bridge_is_armed(void)
+{
+    const drive_state_t armed[] = {DRIVE_RUN, DRIVE_ALIGN};
+    const uint16_t      param[] = {PARAM_pole_pairs, PARAM_encoder_reversed};
+    for (size_t k = 0; k < 4U; k++) {
+        bench_start();
+        bench_into(armed[k / 2U]);
+        drive_params_t p = drive.params;
+        TEST_ASSERT_TRUE(params_set(&p, param[k % 2U], 1.0f));
+
+        TEST_ASSERT_FALSE(tune(&p));
+
+        TEST_ASSERT_EQUAL_STRING(params_info(param[k % 2U])->name, params_info(culprit)->name);
+        TEST_ASSERT_TRUE(drive_needs_rest(&drive, culprit));
+        bench_periods(2U);
+        TEST_ASSERT_EQUAL_UINT16(4U, drive.setup.pole_pairs);
+        TEST_ASSERT_FALSE(drive.setup.encoder_reversed);
+    }
+}
+
+void test_drive_tune_takes_them_at_rest_and_everything_else_while_running(void)
+{
+    bench_into(DRIVE_READY);
+    drive_params_t p = drive.params;
+    p.pole_pairs = 3U;
+    p.encoder_reversed = 1U;
+    TEST_ASSERT_TRUE(tune(&p));
+    TEST_ASSERT_FALSE(drive_needs_rest(&drive, PARAM_pole_pairs));
+
+    bench_into(DRIVE_RUN);
+    for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
+        TEST_ASSERT_EQUAL_MESSAGE((k == (uint16_t)PARAM_pole_pairs) || (k == (uint16_t)PARAM_encoder_reversed),
+                                  drive_needs_rest(&drive, k), params_info(k)->name);
+    }
+    TEST_ASSERT_FALSE(drive_needs_rest(&drive, PARAM_COUNT));
+}
+
 /* ---- bases of the fixed build --------------------------------------------------------------------------------------- */
 
 static void assert_base_refused(uint16_t index, float value)

@@ -1,4 +1,6 @@
 /* firmware/app/parameters.c: one table, one struct, and nothing that does not fit gets in. */
+#include <string.h>
+
 #include "firmware/app/parameters.h"
 #include "tests/support/numeric.h"
 
@@ -202,4 +204,13 @@ void test_parameters_check_names_the_first_of_several(void)
     params.align_current_a = NAN;
 
     TEST_ASSERT_EQUAL_UINT16(PARAM_rc_gain, params_check(&params));
+}
+
+void test_parameters_that_only_change_at_rest_say_so(void)
+{
+    for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
+        const bool says = strstr(row(k)->doc, "Only at rest.") != NULL;
+        TEST_ASSERT_EQUAL_MESSAGE(params_only_at_rest(k), says, row(k)->name);
+    }
+    TEST_ASSERT_FALSE(params_only_at_rest(PARAM_COUNT));
 }

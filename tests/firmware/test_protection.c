@@ -1,4 +1,5 @@
 /* firmware/app/protection.c: every fault of the list can happen, happens at its limit, and leaves the bridge off. */
+#include "firmware/app/telemetry.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
@@ -156,6 +157,21 @@ static void provoke_speed_overrun(void)
     }
 }
 
+/* 100 rad/s at standstill ask for more than the limit at once: 400 units of 0.0368 A. */
+static void push_without_motion(uint16_t stall_samples, double speed_ref_rad_s)
+{
+    drive_params_t p = bench_params();
+    p.stall_samples = stall_samples;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_SPEED, speed_ref_rad_s, 0.0, 0.0);
+}
+
+static void provoke_stall(void)
+{
+    push_without_motion(20U, 100.0);
+    bench_periods(300U);
+}
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_over_current] = provoke_over_current,
@@ -176,6 +192,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_homing] = provoke_homing,
     [FAULT_isr_overrun] = provoke_isr_overrun,
     [FAULT_speed_overrun] = provoke_speed_overrun,
+    [FAULT_stall] = provoke_stall,
 };
 
 /* The board is well again. */
@@ -609,6 +626,89 @@ void test_protection_interrupt_that_just_fits_its_period_is_no_overrun(void)
     bench.isr_cyc = BENCH_PERIOD_CYC + 1U;
     bench_period();
     ASSERT_FAULT(FAULT_isr_overrun, "20001 cycles");
+}
+
+/* ---- stall ---------------------------------------------------------------------------------------------------------- */
+
+/* The first sample of the speed loop makes the current, 20 count, and the next trips: in periods 1, 11 .. 201, 211. */
+void test_protection_stall_is_a_fault_after_its_samples_and_not_before(void)
+{
+    push_without_motion(20U, -100.0);
+    bench_periods(210U);
+    ASSERT_NO_FAULT("20 samples without motion");
+    bench_periods(1U);
+    ASSERT_FAULT(FAULT_stall, "one more");
+}
+
+void test_protection_stall_counts_anew_after_every_motion(void)
+{
+    const double move[] = {0.03, -0.03}; /* more than 1/256 turn, 0.0245 rad */
+    for (size_t k = 0; k < COUNT_OF(move); k++) {
+        bench_start();
+        push_without_motion(20U, 100.0);
+        for (int step = 1; step <= 10; step++) {
+            bench_periods(150U);
+            bench_angle(move[k] * step);
+        }
+        ASSERT_NO_FAULT(at("moves by %g rad", move[k]));
+        bench_periods(300U);
+        ASSERT_FAULT(FAULT_stall, "stands again");
+    }
+}
+
+void test_protection_shaft_that_only_gives_way_is_a_stall(void)
+{
+    const double step_rad[] = {0.0005, -0.0005}; /* 0.015 rad in all */
+    for (size_t k = 0; k < COUNT_OF(step_rad); k++) {
+        bench_start();
+        push_without_motion(20U, 100.0);
+        for (int step = 1; step <= 30; step++) {
+            bench_periods(10U);
+            bench_angle(step_rad[k] * step);
+        }
+        ASSERT_FAULT(FAULT_stall, at("%g rad", 30.0 * step_rad[k]));
+    }
+}
+
+void test_protection_no_stall_without_a_wish_to_turn_or_below_the_current_limit(void)
+{
+    push_without_motion(20U, 0.0);
+    bench_periods(1000U);
+    ASSERT_NO_FAULT("speed 0");
+
+    bench_start();
+    drive_params_t p = bench_params();
+    p.stall_samples = 20U;
+    p.speed_ki_a_per_unit_s = 0.0f;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_SPEED, 60.0, 0.0, 0.0); /* 240 * 0.0368 = 8.83 A of 10 */
+    bench_periods(1000U);
+    ASSERT_NO_FAULT("8.8 A");
+    bench_command(DRIVE_MODE_SPEED, 62.0, 0.0, 0.0); /* 9.13 A */
+    bench_periods(1000U);
+    ASSERT_FAULT(FAULT_stall, "9.1 A");
+
+    bench_start();
+    push_without_motion(20U, 100.0);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 10.0);
+    bench_periods(1000U);
+    ASSERT_NO_FAULT("current mode");
+
+    bench_start();
+    p = bench_params();
+    p.stall_samples = 20U;
+    p.following_error_rad = 100.0f; /* position mode has a fault of its own */
+    bench_run_with(&p);
+    const drive_command_t far = {.mode = DRIVE_MODE_POSITION, .speed_ref_rad_s = 100.0f, .target_turns = 10};
+    TEST_ASSERT_TRUE(drive_command(&drive, &far));
+    bench_periods(20000U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0, (double)telemetry_read(&drive, SIGNAL_iq_ref_a));
+    ASSERT_NO_FAULT("position mode");
+
+    bench_start();
+    push_without_motion(0U, 100.0);
+    bench_periods(1000U);
+    ASSERT_NO_FAULT("stall_samples = 0");
 }
 
 /* ---- hardware ------------------------------------------------------------------------------------------------------- */

@@ -425,6 +425,95 @@ void test_state_machine_stop_before_the_start_has_no_memory(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
 }
 
+void test_state_machine_stop_switches_an_alignment_off_and_a_start_aligns_again(void)
+{
+    init(0U, 30U, 0U);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(10U);
+    TEST_ASSERT_TRUE(bench.armed);
+    drive_stop(&drive);
+    pass_to(DRIVE_INIT);
+    TEST_ASSERT_FALSE(bench.armed);
+    const uint32_t arms = bench.arms;
+    bench_live(200U);
+    TEST_ASSERT_EQUAL_INT(DRIVE_INIT, drive.state);
+    TEST_ASSERT_EQUAL_UINT32(arms, bench.arms);
+
+    drive_start(&drive);
+    pass_to(DRIVE_ALIGN);
+    bench_periods(30U);
+    pass_to(DRIVE_READY);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_stop_during_calibration_keeps_the_alignment_from_coming(void)
+{
+    init(20U, 30U, 1U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    drive_stop(&drive);
+    bench_live(200U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_INIT, drive.state);
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.arms);
+}
+
+void test_state_machine_stop_lasts_until_a_start_although_the_drive_runs_by_itself(void)
+{
+    bench_into(DRIVE_RUN);
+    TEST_ASSERT_EQUAL_UINT16(1U, drive.params.auto_run);
+    drive_stop(&drive);
+    pass_to(DRIVE_READY);
+    bench_live(200U);
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+    TEST_ASSERT_FALSE(bench.armed);
+
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+}
+
+void test_state_machine_stop_during_a_fault_keeps_the_drive_from_running_when_it_is_cleared(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.vdc_v = 100.0f;
+    bench_period();
+    bench.sample.vdc_v = (float)BENCH_VDC;
+    drive_stop(&drive);
+    drive_background(&drive);
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_READY);
+    bench_live(100U);
+
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+}
+
+void test_state_machine_other_pole_pairs_or_direction_void_an_alignment(void)
+{
+    const uint16_t param[] = {PARAM_pole_pairs, PARAM_encoder_reversed};
+    const float    other[] = {3.0f, 1.0f};
+    for (size_t k = 0; k < COUNT_OF(param); k++) {
+        bench_start();
+        init(0U, 30U, 0U);
+        pass_to(DRIVE_ALIGN);
+        bench_angle(2.0); /* far from 0: with the other direction the angle jumps by 4 rad */
+        bench_periods(30U);
+        pass_to(DRIVE_READY);
+        drive_params_t p = drive.params;
+        uint16_t       culprit;
+        TEST_ASSERT_TRUE(params_set(&p, param[k], other[k]));
+        TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
+        drive_start(&drive);
+        pass_to(DRIVE_READY); /* not before the change has been taken over */
+        bench_periods(1U);
+        pass_to(DRIVE_INIT);
+        pass_to(DRIVE_ALIGN);
+        bench_periods(30U);
+        pass_to(DRIVE_READY);
+        pass_to(DRIVE_RUN);
+        bench_periods(50U);
+        ASSERT_NO_FAULT(params_info(param[k])->name);
+    }
+}
+
 void test_state_machine_start_begins_with_controllers_at_rest(void)
 {
     drive_params_t p = bench_params();

@@ -20,6 +20,7 @@ void test_start_arms_the_trip_before_the_pins_leave_their_safe_state(void)
             const int connected = CALLED("GPIO_setPinConfig", GATES[pin]);
             BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_TZA, EPWM_TZ_ACTION_LOW), connected);
             BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_TZB, EPWM_TZ_ACTION_LOW), connected);
+            BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_DCAEVT1, EPWM_TZ_ACTION_LOW), connected);
             BEFORE(CALLED("EPWM_enableTripZoneSignals", EPWM[k], EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_DCAEVT1), connected);
             BEFORE(CALLED("EPWM_forceTripZoneEvent", EPWM[k], EPWM_TZ_FORCE_EVENT_OST), connected);
         }

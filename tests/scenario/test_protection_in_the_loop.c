@@ -82,6 +82,49 @@ void test_protection_stuck_encoder_stops_the_drive_when_the_limit_is_below_what_
     assert_trips("encoder_lost", 6, 40);
 }
 
+/* With its defaults the filter does not notice. The speed loop goes to the current limit, at 4 * 31.4 * 0.92 = 116 A/s from
+ * 4.6 A on in 0.04 s, and stays there for 0.5 s. */
+void test_protection_stuck_encoder_stops_the_drive_as_a_stall_with_its_defaults(void)
+{
+    turn(31.4);
+    rig_step("encoder_stuck", 0.0, BREAKS_S, 1.0);
+    assert_trips("stall", 5000, 5600);
+}
+
+void test_protection_blocked_shaft_stops_the_drive_as_a_stall(void)
+{
+    rig_input("speed_ref_rad_s", 31.4);
+    rig_step("load_brake_nm", 0.03, BREAKS_S, 2.0); /* of the drive's 0.384 N m */
+    assert_trips("stall", 5000, 6000);
+}
+
+/* At the limit but turning; holding at speed 0 against nearly all of the torque; a start against nearly all of it. */
+void test_protection_drive_that_works_hard_is_no_stall(void)
+{
+    turn(31.4);
+    rig_step("load_torque_nm", 0.0, BREAKS_S, 0.43); /* 0.384 of the drive and 0.03 of the brake: it slips back */
+    rig_start();
+    rig_run(12000);
+    TEST_ASSERT_TRUE(rig_read("true_speed_rad_s") < -31.4);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 10.0, rig_read("iq_ref_a"));
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+
+    rig_new();
+    rig_input("load_torque_nm", 0.37);
+    rig_start();
+    rig_run(15000);
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 9.64, rig_read("iq_ref_a")); /* 0.37 N m / 0.0384 N m/A */
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+
+    rig_new();
+    rig_input("load_brake_nm", 0.37);
+    rig_input("speed_ref_rad_s", 20.0);
+    rig_start();
+    rig_run(15000);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 20.0, rig_read("true_speed_rad_s"));
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+}
+
 /* the filtered measurement: 60 - 36 exp(-2 pi 20 t) passes 40 V after 4.68 ms */
 void test_protection_rising_dc_link_stops_the_drive(void)
 {

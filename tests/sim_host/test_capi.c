@@ -528,6 +528,9 @@ void test_capi_tune_refuses_and_says_why(void)
     TEST_ASSERT_FALSE(es_sim_tune(sim, "iq_limit_a", NAN));
     TEST_ASSERT_FALSE(es_sim_tune(sim, "iq_limit_a", 500.0)); /* beyond over_current_a */
     assert_error_names("iq_limit_a");
+    TEST_ASSERT_FALSE(es_sim_tune(sim, "pole_pairs", 3.0));
+    assert_error_names("pole_pairs");
+    TEST_ASSERT_NOT_NULL(strstr(es_sim_error(sim), "while the drive runs"));
     TEST_ASSERT_TRUE(es_sim_tune(sim, "iq_limit_a", 5.0));
     TEST_ASSERT_FALSE(es_sim_tune(sim, "id_limit_a", 5.0));
     assert_error_names("waits");

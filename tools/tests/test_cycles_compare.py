@@ -159,6 +159,9 @@ def test_a_log_without_its_summary_needs_the_variant(evenspin: Callable[..., Sai
     assert "--variant" in said.err
 
     assert evenspin("cycles", "--compare", log, "--variant", "forc").status == 0
+    drive = {"method": "forc", "rc_memory": "keep", "aro_read": "linear", "current_controller": "pi"}
+    (tmp_path / "meta.json").write_text(json.dumps({"drive": drive}))
+    assert evenspin("cycles", "--compare", log).status == 0
     assert evenspin("cycles", "--variant", "forc").status == 2
     assert evenspin("cycles", "--compare", log, "--record").status == 2
 

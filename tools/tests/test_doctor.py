@@ -124,9 +124,13 @@ def test_the_library_needs_its_header_and_a_release_build(tmp_path: Path, monkey
     monkeypatch.setenv("C2000WARE_ROOT", str(tmp_path))
     device = tmp_path / "driverlib/f2837xd"
     (device / "driverlib/ccs/Debug").mkdir(parents=True)
-    assert "no driverlib.h" in ti.check_library().found
+    assert "no device_support/f2837xd/common/include/driverlib.h" in ti.check_library().found
 
-    (device / "driverlib/driverlib.h").touch()
+    (tmp_path / "device_support/f2837xd/common/include").mkdir(parents=True)
+    (tmp_path / "device_support/f2837xd/common/include/driverlib.h").touch()
+    assert "no driverlib/f2837xd/driverlib/sysctl.h" in ti.check_library().found
+
+    (device / "driverlib/sysctl.h").touch()
     (device / "driverlib/ccs/Debug/driverlib_eabi.lib").touch()
     assert "no Release" in ti.check_library().found
 

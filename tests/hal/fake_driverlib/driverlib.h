@@ -142,7 +142,7 @@ typedef enum { EPWM_COUNTER_MODE_UP_DOWN = 2 } EPWM_TimeBaseCountMode;
 typedef enum { EPWM_TZ_ACTION_LOW = 2 } EPWM_TripZoneAction;
 typedef enum { EPWM_TZ_DC_OUTPUT_A1 = 0 } EPWM_TripZoneDigitalCompareOutput;
 typedef enum { EPWM_TZ_EVENT_DCXH_HIGH = 2 } EPWM_TripZoneDigitalCompareOutputEvent;
-typedef enum { EPWM_TZ_ACTION_EVENT_TZA = 0, EPWM_TZ_ACTION_EVENT_TZB = 2 } EPWM_TripZoneEvent;
+typedef enum { EPWM_TZ_ACTION_EVENT_TZA = 0, EPWM_TZ_ACTION_EVENT_TZB = 2, EPWM_TZ_ACTION_EVENT_DCAEVT1 = 4 } EPWM_TripZoneEvent;
 typedef enum { EQEP_CAPTURE_CLK_DIV_2 = 16 } EQEP_CAPCLKPrescale;
 typedef enum { EQEP_EMULATIONMODE_RUNFREE = 2 } EQEP_EmulationMode;
 typedef enum { EQEP_POSITION_RESET_MAX_POS = 0x1000 } EQEP_PositionResetMode;

@@ -282,7 +282,7 @@ void GPIO_setPinConfig(uint32_t pinConfig)
     if (pin >= 0) {
         const fake_epwm_t *const e = &chip.epwm[pin / 2];
         chip.pin_config[pin] = pinConfig;
-        if (((e->tz_flags & EPWM_TZ_FLAG_OST) == 0U) || !e->action_low[pin % 2] || chip.pulled_up[pin]) {
+        if (((e->tz_flags & EPWM_TZ_FLAG_OST) == 0U) || !e->action_low[pin % 2] || !e->action_low[2] || chip.pulled_up[pin]) {
             chip.unsafe_connections++;
         }
     }
@@ -328,7 +328,7 @@ void EPWM_enableTripZoneSignals(uint32_t base, uint16_t tzSignal)
 void EPWM_setTripZoneAction(uint32_t base, EPWM_TripZoneEvent tzEvent, EPWM_TripZoneAction tzAction)
 {
     RECORD(base, (uint32_t)tzEvent, (uint32_t)tzAction);
-    epwm_of(base)->action_low[(tzEvent == EPWM_TZ_ACTION_EVENT_TZA) ? 0 : 1] = tzAction == EPWM_TZ_ACTION_LOW;
+    epwm_of(base)->action_low[(int)tzEvent / 2] = tzAction == EPWM_TZ_ACTION_LOW;
 }
 void EPWM_selectDigitalCompareTripInput(uint32_t base, EPWM_DigitalCompareTripInput tripSource, EPWM_DigitalCompareType dcType)
 {
@@ -475,7 +475,7 @@ bool fake_gate_follows(int k)
 bool fake_gate_is_low(int k)
 {
     const fake_epwm_t *const e = &chip.epwm[k];
-    return !connected(k) || (((e->tz_flags & EPWM_TZ_FLAG_OST) != 0U) && e->action_low[0] && e->action_low[1]);
+    return !connected(k) || (((e->tz_flags & EPWM_TZ_FLAG_OST) != 0U) && e->action_low[0] && e->action_low[1] && e->action_low[2]);
 }
 
 double fake_duty(int k)

@@ -22,7 +22,7 @@ typedef struct {
     uint16_t period, compare, compare_active;
     uint16_t red, fed;
     uint16_t tz_flags, ost_flags, tz_signals;
-    bool     action_low[2];     /* on a trip, outputs A and B */
+    bool     action_low[3];     /* on a trip, outputs A and B; on the digital compare event, output A */
     bool     dc_input, dc_condition, dc_source, dc_direct;
     bool     rises_on_up, falls_on_down;
 } fake_epwm_t;

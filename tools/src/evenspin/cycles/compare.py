@@ -140,13 +140,15 @@ def variant_of(drive: Mapping[str, Any], position: bool) -> str:
 
 
 def variant_beside(log: Path) -> str | None:
-    """The same from the summary of the run that the log belongs to."""
-    summary = (log if log.is_dir() else log.parent) / "summary.json"
-    try:
-        document = json.loads(summary.read_text(encoding="utf-8"))
-        return variant_of(document["drive"], bool(document.get("position_control", False)))
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
+    """The same from what lies beside the log: the summary of a run, or meta.json when it has the drive's parameters."""
+    folder = log if log.is_dir() else log.parent
+    for name in ("summary.json", "meta.json"):
+        try:
+            document = json.loads((folder / name).read_text(encoding="utf-8"))
+            return variant_of(document["drive"], bool(document.get("position_control", False)))
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+    return None
 
 
 def compare(measured: Mapping[str, Measured], result: Result, variant: str) -> list[Compared]:

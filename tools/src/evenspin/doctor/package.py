@@ -92,5 +92,7 @@ def newer_source(root: Path, library: Path) -> Path | None:
 
 def checkout() -> Path | None:
     """The folder of the sources that this package is used from; None for an installed package."""
-    root = Path(__file__).resolve().parents[4]
-    return root if (root / "control").is_dir() and (root / "CMakeLists.txt").is_file() else None
+    for root in Path(__file__).resolve().parents:
+        if (root / "tools/src/evenspin").is_dir() and (root / "CMakeLists.txt").is_file():
+            return root
+    return None

@@ -15,6 +15,7 @@ COMPILER_FOR = "compiles for the F28379D"
 LIBRARY_FOR = "driverlib, on which the port stands"
 GET_COMPILER = "install TI C2000 code generation tools (ti.com, free) and set C2000ROOT to the folder with bin/cl2000"
 GET_LIBRARY = "install C2000Ware (ti.com, free) and set C2000WARE_ROOT to the folder with driverlib/f2837xd"
+HEADERS = ("device_support/f2837xd/common/include/driverlib.h", "driverlib/f2837xd/driverlib/sysctl.h")
 
 
 def check_compiler() -> Finding:
@@ -53,8 +54,9 @@ def check_library() -> Finding:
     device = Path(root, "driverlib", "f2837xd")
     if not device.is_dir():
         return finding(State.MISSING, f"C2000WARE_ROOT = {root}: no driverlib/f2837xd", GET_LIBRARY)
-    if not any(device.glob("**/driverlib.h")):
-        return finding(State.BROKEN, f"{device}: no driverlib.h", "install C2000Ware again")
+    for header in HEADERS:
+        if not Path(root, header).is_file():
+            return finding(State.BROKEN, f"{root}: no {header}", "install C2000Ware again, with device_support")
     if not any("Release" in path.parts for path in device.glob("**/*driverlib_eabi.lib")):
         step = "build driverlib with its project in ccs/, configuration Release (EABI)"
         return finding(State.BROKEN, f"{device}: no Release/driverlib_eabi.lib", step)
