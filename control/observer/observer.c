@@ -136,16 +136,21 @@ static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
 
 void ctl_observer_target(ctl_observer_t *self, num_t speed)
 {
-    ctl_observer_state_t *const s = &self->state;
-    const uint32_t              step = step_at(&self->params, num_guard(speed, (num_t)0, &s->rejected));
+    const ctl_observer_params_t *const p = &self->params;
+    ctl_observer_state_t *const        s = &self->state;
+    const num_t                        w = num_guard(speed, (num_t)0, &s->rejected);
     s->turn_samples = UINT16_MAX;
     s->synchronous = false;
+    if ((p->kind != CTL_OBSERVER_RO) & !(p->sync_band > (num_t)0)) {
+        return; /* nobody asks */
+    }
+    const uint32_t step = step_at(p, w);
     if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
-        if (self->params.kind == CTL_OBSERVER_RO) {
+        if (p->kind == CTL_OBSERVER_RO) {
             const uint32_t whole = UINT32_MAX / step;
             s->turn_samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
         }
-        s->synchronous = rounding_is_learned(&self->params, step);
+        s->synchronous = rounding_is_learned(p, step);
     }
 }
 
