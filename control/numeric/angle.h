@@ -46,7 +46,11 @@ static inline angle_t angle_from_rad_short_raw(num_t rad)
 /** The same; NaN gives 0. */
 static inline angle_t angle_from_rad_short(num_t rad)
 {
-    return ((rad > (num_t)0) || (rad <= (num_t)0)) ? angle_from_rad_short_raw(rad) : 0U;
+#ifdef EVENSPIN_FIXED
+    return angle_from_rad_short_raw(rad);
+#else
+    return (rad == rad) ? angle_from_rad_short_raw(rad) : 0U;
+#endif
 }
 
 /** Radians within [-pi, pi]; the upper end by rounding in float. Absolute error below 3e-7 (float), 7e-8 (fixed). */

@@ -76,7 +76,7 @@ ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
 
 void ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params)
 {
-    self->params = *params;
+    self->order = params->order;
     for (uint16_t i = 0U; i < CTL_FIR_PAIRS; i++) {
         const uint16_t twice = (uint16_t)(2U * i);
         const num_t    h = params->tap[i];

@@ -28,8 +28,9 @@ typedef struct {
     uint32_t     rejected;
 } ctl_fir_state_t;
 
+/** Of the parameters only what a step needs: three filters live in every meter. */
 typedef struct {
-    ctl_fir_params_t params;
+    uint16_t         order;
     num_t            fold[CTL_FIR_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */
     ctl_fir_state_t  state;
 } ctl_fir_t;
@@ -49,7 +50,7 @@ num_t      ctl_fir_step(ctl_fir_t *self, num_t x);
 static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
 {
     const num_t *const young = ctl_window_push(&self->state.past, x);
-    const num_t *const old = &young[self->params.order];
+    const num_t *const old = &young[self->order];
     const num_t *const h = self->fold;
 
     /* written out: a loop would cost more than what it repeats */
@@ -59,7 +60,7 @@ static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
     y = num_mac(y, h[3], num_add(young[3], old[-3]));
     y = num_mac(y, h[4], num_add(young[4], old[-4]));
     y = num_mac(y, h[5], num_add(young[5], old[-5]));
-    if (self->params.order > 11U) {
+    if (self->order > 11U) {
         y = num_mac(y, h[6], num_add(young[6], old[-6]));
         y = num_mac(y, h[7], num_add(young[7], old[-7]));
     }
