@@ -83,35 +83,17 @@ bool ctl_grid_walk_next(ctl_grid_walk_t *walk, uint16_t *index, num_t *value)
     return true;
 }
 
-static num_t fraction(uint64_t position)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)((uint32_t)position >> 8);
-#else
-    return (num_t)(uint32_t)position * 2.3283064365386963e-10f; /* 2^-32 */
-#endif
-}
-
-num_t ctl_grid_read_linear(const ctl_grid_t *self, angle_t angle)
-{
-    const uint64_t position = (uint64_t)angle * self->cells;
-    const uint16_t i = (uint16_t)(position >> 32);
-    const uint16_t next = (uint16_t)(((i + 1U) < self->cells) ? (i + 1U) : 0U);
-    return num_mac(self->cell[i], num_sub(self->cell[next], self->cell[i]), fraction(position));
-}
-
 num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle)
 {
-    const uint64_t position = (uint64_t)angle * self->cells;
-    uint16_t       i = (uint16_t)(position >> 32);
-    num_t          a[CTL_LAGRANGE_TAPS];
-    num_t          sum = (num_t)0;
+    const ctl_grid_spot_t spot = ctl_grid_spot(self, angle);
+    uint16_t              i = (uint16_t)((spot.below > 0U) ? (spot.below - 1U) : (self->cells - 1U));
+    num_t                 a[CTL_LAGRANGE_TAPS];
+    num_t                 sum = (num_t)0;
 
-    i = (uint16_t)((i > 0U) ? (i - 1U) : (self->cells - 1U));
-    ctl_lagrange(3U, num_add(NUM_C(1.0f), fraction(position)), a);
+    ctl_lagrange(3U, num_add(NUM_C(1.0f), angle_to_turns(spot.inside)), a);
     for (uint16_t k = 0U; k < CTL_LAGRANGE_TAPS; k++) {
         sum = num_mac(sum, a[k], self->cell[i]);
-        i = (uint16_t)(((i + 1U) < self->cells) ? (i + 1U) : 0U);
+        i = ctl_grid_next(self, i);
     }
     return sum;
 }

@@ -43,8 +43,41 @@ ctl_grid_walk_t ctl_grid_walk(const ctl_grid_t *self, angle_t from, num_t v_from
 /** Next point of the walk; false at its end. */
 bool ctl_grid_walk_next(ctl_grid_walk_t *walk, uint16_t *index, num_t *value);
 
+/** A place on the grid: the point below it, and the part of a cell above that point in 2^-32. */
+typedef struct {
+    uint16_t below;
+    uint32_t inside;
+} ctl_grid_spot_t;
+
+static inline ctl_grid_spot_t ctl_grid_spot(const ctl_grid_t *self, angle_t angle)
+{
+    const uint64_t        position = (uint64_t)angle * self->cells;
+    const ctl_grid_spot_t spot = {(uint16_t)(position >> 32), (uint32_t)position};
+    return spot;
+}
+
+/** The point after point @p i. */
+static inline uint16_t ctl_grid_next(const ctl_grid_t *self, uint16_t i) { return (uint16_t)(((i + 1U) < self->cells) ? (i + 1U) : 0U); }
+
+/** @p part 2^-32 cells over an angle of @p way > 0, where the part is not more than the way: within [0, 1]. */
+static inline num_t ctl_grid_share(const ctl_grid_t *self, uint32_t part, uint32_t way)
+{
+#ifdef EVENSPIN_FIXED
+    return (num_t)(((uint64_t)part << 24) / ((uint64_t)way * self->cells));
+#else
+    return (num_t)part / ((num_t)way * (num_t)self->cells);
+#endif
+}
+
+/** Value at a place, straight line between the two neighbours. */
+static inline num_t ctl_grid_read_spot(const ctl_grid_t *self, ctl_grid_spot_t spot)
+{
+    const num_t below = self->cell[spot.below];
+    return num_mac(below, num_sub(self->cell[ctl_grid_next(self, spot.below)], below), angle_to_turns(spot.inside));
+}
+
 /** Value at @p angle, straight line between the two neighbours. */
-num_t ctl_grid_read_linear(const ctl_grid_t *self, angle_t angle);
+static inline num_t ctl_grid_read_linear(const ctl_grid_t *self, angle_t angle) { return ctl_grid_read_spot(self, ctl_grid_spot(self, angle)); }
 /** Value at @p angle, cubic through the two neighbours on either side (Lagrange). */
 num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle);
 

@@ -23,23 +23,12 @@ void ctl_ring_clear(ctl_ring_t *self)
     self->filled = 0U;
 }
 
-static uint16_t place(const ctl_ring_t *self, uint16_t delay)
+void ctl_ring_fill_zero(ctl_ring_t *self)
 {
-    return (uint16_t)((self->head >= delay) ? (self->head - delay) : (self->head + (self->capacity - delay)));
-}
-
-void ctl_ring_push(ctl_ring_t *self, num_t x)
-{
-    self->head = (uint16_t)(((self->head + 1U) < self->capacity) ? (self->head + 1U) : 0U);
-    self->sample[self->head] = x;
-    if (self->filled < self->capacity) {
-        self->filled++;
+    for (uint16_t i = 0U; i < self->capacity; i++) {
+        self->sample[i] = (num_t)0;
     }
-}
-
-num_t ctl_ring_get(const ctl_ring_t *self, uint16_t delay)
-{
-    return (delay < self->filled) ? self->sample[place(self, delay)] : (num_t)0;
+    self->filled = self->capacity;
 }
 
 void ctl_ring_set(ctl_ring_t *self, uint16_t delay, num_t x)
@@ -48,8 +37,8 @@ void ctl_ring_set(ctl_ring_t *self, uint16_t delay, num_t x)
         return;
     }
     while (self->filled <= delay) { /* runs only in the first samples after a clear */
-        self->sample[place(self, self->filled)] = (num_t)0;
+        self->sample[ctl_ring_place(self, self->filled)] = (num_t)0;
         self->filled++;
     }
-    self->sample[place(self, delay)] = x;
+    self->sample[ctl_ring_place(self, delay)] = x;
 }

@@ -42,53 +42,17 @@ void ctl_deadbeat_reset(ctl_deadbeat_t *self)
     self->state.primed = false;
 }
 
-/* (3) and the resistance: voltage that the winding takes besides L di/dt */
-static ctl_dq_t drop(const ctl_deadbeat_params_t *p, num_t i_d, num_t i_q, num_t w)
-{
-    const ctl_dq_t v = {num_sub(num_mul(p->r, i_d), num_mul(w, num_mul(p->w_lq, i_q))),
-                        num_mac(num_mul(p->r, i_q), w, num_mac(p->w_psi, p->w_ld, i_d))};
-    return v;
-}
-
-static num_t sane(num_t x, num_t bound)
-{
-    return num_clamp(x, num_neg(bound), bound);
-}
-
-/* Inputs at the end of their range, multiplied four times, leave it: then there is no prediction. */
-static num_t calculable(num_t x, num_t otherwise) { return num_is_finite(x) ? x : otherwise; }
-
 ctl_dq_t ctl_deadbeat_step(ctl_deadbeat_t *self, const ctl_dq_t *meas, const ctl_dq_t *ref, num_t speed, const ctl_dq_t *v_last)
 {
-    const ctl_deadbeat_params_t *const p = &self->params;
-    ctl_deadbeat_state_t *const        s = &self->state;
-
-    const ctl_dq_t i = {num_guard(meas->d, s->predicted.d, &s->rejected), num_guard(meas->q, s->predicted.q, &s->rejected)};
-    const num_t    w = num_guard(speed, (num_t)0, &s->rejected);
-    const ctl_dq_t v = {num_guard(v_last->d, (num_t)0, &s->rejected), num_guard(v_last->q, (num_t)0, &s->rejected)};
-    s->ref.d = num_guard(ref->d, s->ref.d, &s->rejected);
-    s->ref.q = num_guard(ref->q, s->ref.q, &s->rejected);
-
-    if (s->primed) { /* (4) */
-        s->c.d = sane(num_mac(s->c.d, p->correction, num_sub(i.d, s->predicted.d)), p->c_max);
-        s->c.q = sane(num_mac(s->c.q, p->correction, num_sub(i.q, s->predicted.q)), p->c_max);
-    }
-    s->primed = true;
-
-    /* (1): a first guess with the drop of now, then with the drop in the middle of the way */
-    const ctl_dq_t now = drop(p, i.d, i.q, w);
-    const num_t    rise_d = num_mac(s->c.d, p->ts_ld, num_sub(v.d, now.d));
-    const num_t    rise_q = num_mac(s->c.q, p->ts_lq, num_sub(v.q, now.q));
-    const ctl_dq_t mid = drop(p, num_mac(i.d, NUM_C(0.5f), rise_d), num_mac(i.q, NUM_C(0.5f), rise_q), w);
-    s->predicted.d = calculable(num_add(num_mac(i.d, p->ts_ld, num_sub(v.d, mid.d)), s->c.d), i.d);
-    s->predicted.q = calculable(num_add(num_mac(i.q, p->ts_lq, num_sub(v.q, mid.q)), s->c.q), i.q);
-
-    /* (2), the drop in the middle between i1 and the reference */
-    const ctl_dq_t later = drop(p, num_mul(num_add(s->predicted.d, s->ref.d), NUM_C(0.5f)),
-                                num_mul(num_add(s->predicted.q, s->ref.q), NUM_C(0.5f)), w);
-    const ctl_dq_t out = {
-        sane(num_mac(later.d, p->ld_ts, num_sub(num_sub(s->ref.d, s->predicted.d), s->c.d)), p->v_max),
-        sane(num_mac(later.q, p->lq_ts, num_sub(num_sub(s->ref.q, s->predicted.q), s->c.q)), p->v_max),
-    };
+    ctl_deadbeat_state_t *const s = &self->state;
+    uint32_t *const             rejected = &s->rejected;
+    const ctl_dq_t i = {num_guard(meas->d, s->predicted.d, rejected), num_guard(meas->q, s->predicted.q, rejected)};
+    const num_t    w = num_guard(speed, (num_t)0, rejected);
+    const ctl_dq_t v = {num_guard(v_last->d, (num_t)0, rejected), num_guard(v_last->q, (num_t)0, rejected)};
+    const ctl_dq_t r = {num_guard(ref->d, s->ref.d, rejected), num_guard(ref->q, s->ref.q, rejected)};
+    const ctl_dq_t out = ctl_deadbeat_step_raw(self, i, r, w, v);
+    /* inputs at the end of their range, multiplied four times, leave it: then there is no prediction */
+    s->predicted.d = num_is_finite(s->predicted.d) ? s->predicted.d : i.d;
+    s->predicted.q = num_is_finite(s->predicted.q) ? s->predicted.q : i.q;
     return out;
 }

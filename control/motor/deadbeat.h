@@ -73,4 +73,42 @@ void       ctl_deadbeat_reset(ctl_deadbeat_t *self);
  */
 ctl_dq_t ctl_deadbeat_step(ctl_deadbeat_t *self, const ctl_dq_t *meas, const ctl_dq_t *ref, num_t speed, const ctl_dq_t *v_last);
 
+/** (3) and the resistance: voltage that the winding takes besides L di/dt. */
+static inline ctl_dq_t ctl_deadbeat_drop(const ctl_deadbeat_params_t *p, num_t i_d, num_t i_q, num_t w)
+{
+    const ctl_dq_t v = {num_sub(num_mul(p->r, i_d), num_mul(w, num_mul(p->w_lq, i_q))),
+                        num_mac(num_mul(p->r, i_q), w, num_mac(p->w_psi, p->w_ld, i_d))};
+    return v;
+}
+
+static inline ctl_dq_t ctl_deadbeat_step_raw(ctl_deadbeat_t *self, ctl_dq_t i, ctl_dq_t ref, num_t w, ctl_dq_t v)
+{
+    const ctl_deadbeat_params_t *const p = &self->params;
+    ctl_deadbeat_state_t *const        s = &self->state;
+
+    if (s->primed) { /* (4) */
+        s->c.d = num_clamp(num_mac(s->c.d, p->correction, num_sub(i.d, s->predicted.d)), num_neg(p->c_max), p->c_max);
+        s->c.q = num_clamp(num_mac(s->c.q, p->correction, num_sub(i.q, s->predicted.q)), num_neg(p->c_max), p->c_max);
+    }
+    s->primed = true;
+
+    /* (1): a first guess with the drop of now, then with the drop in the middle of the way */
+    const ctl_dq_t now = ctl_deadbeat_drop(p, i.d, i.q, w);
+    const num_t    rise_d = num_mac(s->c.d, p->ts_ld, num_sub(v.d, now.d));
+    const num_t    rise_q = num_mac(s->c.q, p->ts_lq, num_sub(v.q, now.q));
+    const ctl_dq_t mid = ctl_deadbeat_drop(p, num_mac(i.d, NUM_C(0.5f), rise_d), num_mac(i.q, NUM_C(0.5f), rise_q), w);
+    const ctl_dq_t i1 = {num_add(num_mac(i.d, p->ts_ld, num_sub(v.d, mid.d)), s->c.d),
+                         num_add(num_mac(i.q, p->ts_lq, num_sub(v.q, mid.q)), s->c.q)};
+
+    /* (2), the drop in the middle between i1 and the reference */
+    const ctl_dq_t later = ctl_deadbeat_drop(p, num_mul(num_add(i1.d, ref.d), NUM_C(0.5f)), num_mul(num_add(i1.q, ref.q), NUM_C(0.5f)), w);
+    const ctl_dq_t out = {
+        num_clamp(num_mac(later.d, p->ld_ts, num_sub(num_sub(ref.d, i1.d), s->c.d)), num_neg(p->v_max), p->v_max),
+        num_clamp(num_mac(later.q, p->lq_ts, num_sub(num_sub(ref.q, i1.q), s->c.q)), num_neg(p->v_max), p->v_max),
+    };
+    s->predicted = i1;
+    s->ref = ref;
+    return out;
+}
+
 #endif

@@ -25,9 +25,15 @@ ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params)
         return d;
     }
     const ctl_pi_state_t rest = {(num_t)0, (num_t)0, (num_t)0, 0U};
-    self->params = *params;
+    ctl_pi_tune(self, params);
     self->state = rest;
     return d;
+}
+
+void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params)
+{
+    self->params = *params;
+    self->bound = num_max(num_abs(params->out_min), num_abs(params->out_max));
 }
 
 void ctl_pi_reset(ctl_pi_t *self, num_t x)
@@ -40,32 +46,19 @@ void ctl_pi_reset(ctl_pi_t *self, num_t x)
 
 num_t ctl_pi_output(ctl_pi_t *self, num_t err)
 {
-    const ctl_pi_params_t *const p = &self->params;
-    ctl_pi_state_t *const        s = &self->state;
-
-    s->err = num_guard(err, (num_t)0, &s->rejected);
-    s->wanted = num_mac(s->x, p->kp, s->err);
-    return num_clamp(s->wanted, p->out_min, p->out_max);
+    return ctl_pi_output_raw(self, num_guard(err, (num_t)0, &self->state.rejected));
 }
 
 void ctl_pi_commit(ctl_pi_t *self, num_t realised)
 {
-    const ctl_pi_params_t *const p = &self->params;
-    ctl_pi_state_t *const        s = &self->state;
-
-    const num_t done = num_guard(realised, s->wanted, &s->rejected);
-    bool        hold = false;
+    ctl_pi_state_t *const s = &self->state;
+    const num_t           done = num_guard(realised, s->wanted, &s->rejected);
+    bool                  hold = false;
     if (done != s->wanted) {
         const bool too_low = done < s->wanted; /* the actuator could not follow upwards */
-        hold = (p->anti_windup == CTL_PI_HOLD) || (too_low ? (s->err > (num_t)0) : (s->err < (num_t)0));
+        hold = (self->params.anti_windup == CTL_PI_HOLD) || (too_low ? (s->err > (num_t)0) : (s->err < (num_t)0));
     }
     if (!hold) {
-        const num_t bound = num_max(num_abs(p->out_min), num_abs(p->out_max));
-        s->x = num_clamp(num_mac(s->x, p->ki_ts, s->err), num_neg(bound), bound);
+        ctl_pi_learn_raw(self);
     }
-}
-
-void ctl_pi_hold(ctl_pi_t *self)
-{
-    self->state.err = (num_t)0;
 }

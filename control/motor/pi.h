@@ -39,6 +39,7 @@ typedef struct {
 
 typedef struct {
     ctl_pi_params_t params;
+    num_t           bound; /**< Of x: the larger of the two output limits. */
     ctl_pi_state_t  state;
 } ctl_pi_t;
 
@@ -46,6 +47,8 @@ enum { CTL_PI_KP = 1, CTL_PI_KI_TS, CTL_PI_OUT_MIN, CTL_PI_OUT_MAX, CTL_PI_ANTI_
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params);
+/** Other parameters, that ctl_pi_init would accept; the state goes on. */
+void       ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params);
 /** Start again with integrator @p x (clamped to the limits; 0 when not finite). Counters stay. */
 void ctl_pi_reset(ctl_pi_t *self, num_t x);
 /** (1): proposal for this sample, within the limits. */
@@ -53,6 +56,18 @@ num_t ctl_pi_output(ctl_pi_t *self, num_t err);
 /** (2): @p realised is what the actuator did, output unit. Once per ctl_pi_output. */
 void ctl_pi_commit(ctl_pi_t *self, num_t realised);
 /** Instead of a commit: the integrator holds, whatever the mode. For a vector limited as a whole. */
-void ctl_pi_hold(ctl_pi_t *self);
+static inline void ctl_pi_hold(ctl_pi_t *self) { self->state.err = (num_t)0; }
+
+static inline num_t ctl_pi_output_raw(ctl_pi_t *self, num_t err)
+{
+    self->state.err = err;
+    self->state.wanted = num_mac(self->state.x, self->params.kp, err);
+    return num_clamp(self->state.wanted, self->params.out_min, self->params.out_max);
+}
+/** ctl_pi_commit of a proposal that was not limited. */
+static inline void ctl_pi_learn_raw(ctl_pi_t *self)
+{
+    self->state.x = num_clamp(num_mac(self->state.x, self->params.ki_ts, self->state.err), num_neg(self->bound), self->bound);
+}
 
 #endif

@@ -32,19 +32,12 @@ bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out)
 
 bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty)
 {
-    ctl_abc_t phase;
-    if (!ctl_inverse_clarke(v, &phase) || !num_is_finite(v_dc) || !(v_dc > (num_t)0)) {
+    if (!num_is_finite(v->alpha) || !num_is_finite(v->beta) || !num_is_finite(v_dc) || !(v_dc >= NUM_EPS)) {
         duty->a = HALF;
         duty->b = HALF;
         duty->c = HALF;
         return false;
     }
-    const num_t high = num_max(phase.a, num_max(phase.b, phase.c));
-    const num_t low = num_min(phase.a, num_min(phase.b, phase.c));
-    const num_t common = num_mul(num_add(high, low), HALF);
-    const num_t scale = num_div(NUM_C(1.0f), v_dc);
-    duty->a = num_clamp(num_mac(HALF, num_sub(phase.a, common), scale), (num_t)0, NUM_C(1.0f));
-    duty->b = num_clamp(num_mac(HALF, num_sub(phase.b, common), scale), (num_t)0, NUM_C(1.0f));
-    duty->c = num_clamp(num_mac(HALF, num_sub(phase.c, common), scale), (num_t)0, NUM_C(1.0f));
+    *duty = ctl_svm_raw(*v, v_dc);
     return true;
 }

@@ -15,6 +15,7 @@
 #define CONTROL_MOTOR_SVM_H
 
 #include "control/motor/frames.h"
+#include "control/numeric/num_math.h"
 
 /**
  * Shorten @p v to at most @p limit (>= 0, same unit), keeping its direction.
@@ -28,5 +29,36 @@ bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out);
  * @return false when an input was not usable; all duties are then 1/2 (zero voltage).
  */
 bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty);
+
+/** Float: lengths up to 1e12; one below 1e-18 counts as none. Limit: 0, or from 1e-18 to 1e12. */
+static inline bool ctl_vector_limit_raw(ctl_dq_t v, num_t limit, ctl_dq_t *out)
+{
+#ifdef EVENSPIN_FIXED
+    return ctl_vector_limit(&v, limit, out);
+#else
+    const num_t square = (v.d * v.d) + (v.q * v.q);
+    if (square <= (limit * limit)) {
+        *out = v;
+        return true;
+    }
+    const num_t scale = limit / num_sqrt_raw(square);
+    out->d = v.d * scale;
+    out->q = v.q * scale;
+    return false;
+#endif
+}
+
+static inline ctl_abc_t ctl_svm_raw(ctl_ab_t v, num_t v_dc)
+{
+    const num_t     scale = num_quotient(NUM_C(1.0f), v_dc);
+    const ctl_ab_t  of_dc = {num_mul(v.alpha, scale), num_mul(v.beta, scale)};
+    const ctl_abc_t x = ctl_inverse_clarke_raw(of_dc);
+    const num_t     high = num_max(x.a, num_max(x.b, x.c));
+    const num_t     low = num_min(x.a, num_min(x.b, x.c));
+    const num_t     shift = num_sub(NUM_C(0.5f), num_mul(num_add(high, low), NUM_C(0.5f)));
+    const ctl_abc_t duty = {num_clamp(num_add(x.a, shift), (num_t)0, NUM_C(1.0f)), num_clamp(num_add(x.b, shift), (num_t)0, NUM_C(1.0f)),
+                            num_clamp(num_add(x.c, shift), (num_t)0, NUM_C(1.0f))};
+    return duty;
+}
 
 #endif

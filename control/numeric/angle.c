@@ -1,50 +1,8 @@
 #include "control/numeric/angle.h"
 
-#define INV_TWO_PI NUM_C(0.15915494309f)
-
 angle_t angle_from_rad(num_t rad)
 {
-    if (!((rad <= ANGLE_RAD_MAX) && (rad >= -ANGLE_RAD_MAX))) {
-        return 0U;
-    }
-#ifdef EVENSPIN_FIXED
-    /* 2^32 / (2 pi 2^24) = 40.7436654; the product of two 32-bit numbers keeps its low 32 bits by design */
-    return (angle_t)(uint64_t)(((int64_t)rad * INT64_C(683565276)) >> 24);
-#else
-    /* within half a turn: a small angle keeps all its digits, backwards as well as forwards */
-    const num_t turns = rad * INV_TWO_PI;
-    const num_t steps = (turns - (num_t)num_floor(turns + 0.5f)) * 4294967296.0f;
-    return (steps < 0.0f) ? (0U - (angle_t)(-steps)) : (angle_t)steps;
-#endif
-}
-
-angle_t angle_from_rad_short(num_t rad)
-{
-#ifdef EVENSPIN_FIXED
-    const num_t cut = num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f));
-    return (angle_t)(int32_t)(((int64_t)cut * INT64_C(683565276)) >> 24);
-#else
-    const num_t cut = num_clamp(rad, -3.14159250f, 3.14159250f);
-    return (cut == cut) ? (angle_t)(int32_t)(cut * 6.83565276e8f) : 0U; /* 2^31 / pi */
-#endif
-}
-
-num_t angle_to_rad_signed(angle_t angle)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)(((int64_t)(int32_t)angle * INT64_C(105414357)) >> 32); /* 2 pi 2^24 */
-#else
-    return (num_t)(int32_t)angle * 1.46291807926715968e-9f; /* pi / 2^31 */
-#endif
-}
-
-num_t angle_to_rad(angle_t angle)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)(((uint64_t)angle * UINT64_C(105414357)) >> 32);
-#else
-    return (num_t)angle * 1.46291807926715968e-9f;
-#endif
+    return ((rad <= ANGLE_RAD_MAX) && (rad >= -ANGLE_RAD_MAX)) ? angle_from_rad_raw(rad) : 0U;
 }
 
 /* t: angle in quarter turns, within +-1/2. Minimax fits, errors 3.3e-9 (relative, sine) and 5.4e-11 (cosine). */
@@ -68,7 +26,7 @@ static num_t cosine_reduced(num_t t)
     return num_mac(NUM_C(1.0f), p, t2);
 }
 
-void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
+void angle_sincos_portable(angle_t angle, num_t *sine, num_t *cosine)
 {
     const uint16_t quadrant = (uint16_t)((angle + (ANGLE_QUARTER / 2U)) >> 30);
     const int32_t  rest = (int32_t)(angle - ((angle_t)quadrant << 30));

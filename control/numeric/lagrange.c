@@ -16,10 +16,7 @@ void ctl_lagrange(uint16_t order, num_t f, num_t a[CTL_LAGRANGE_TAPS])
         a[0] = num_neg(f1);
         a[1] = f0;
     } else if (n == 2U) {
-        const num_t half01 = num_mul(num_mul(f0, f1), NUM_C(0.5f));
-        a[0] = num_mul(num_mul(f1, f2), NUM_C(0.5f));
-        a[1] = num_neg(num_mul(f0, f2));
-        a[2] = half01;
+        ctl_lagrange_2_raw(f0, a);
     } else if (n == 3U) {
         const num_t f01 = num_mul(f0, f1);
         const num_t f23 = num_mul(f2, f3);

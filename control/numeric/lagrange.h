@@ -19,4 +19,15 @@
 /** (1) for order n in [0, 3]; coefficients above the order are zero. @param f fraction F in samples, [0, n]. */
 void ctl_lagrange(uint16_t order, num_t f, num_t a[CTL_LAGRANGE_TAPS]);
 
+/** The same for order 2 and f within [0, 2]; a[3] is not written. */
+static inline void ctl_lagrange_2_raw(num_t f, num_t a[CTL_LAGRANGE_TAPS])
+{
+    const num_t f1 = num_sub(f, NUM_C(1.0f));
+    const num_t f2 = num_sub(f, NUM_C(2.0f));
+    const num_t half0 = num_mul(f, NUM_C(0.5f));
+    a[0] = num_mul(num_mul(f1, f2), NUM_C(0.5f));
+    a[1] = num_neg(num_mul(f, f2));
+    a[2] = num_mul(half0, f1);
+}
+
 #endif

@@ -11,6 +11,9 @@
  *
  * Total: with operands within +-NUM_MAX no operation gives NaN or infinity in either build, as long as no more than
  * two products are chained (1e12^3 is below FLT_MAX). Inputs from outside go through num_guard first.
+ *
+ * A function whose name ends in _raw does the work of the one without it and leaves the looking out: for a caller that has
+ * looked at its inputs already, such as the current interrupt, which looks at each sample once.
  */
 #ifndef CONTROL_NUMERIC_NUM_H
 #define CONTROL_NUMERIC_NUM_H
@@ -53,6 +56,7 @@ static inline num_t num_div(num_t a, num_t b)
     }
     return num_sat64(((int64_t)a * INT64_C(0x1000000)) / b);
 }
+static inline num_t num_quotient(num_t a, num_t b) { return num_div(a, b); }
 static inline bool num_is_finite(num_t x) { return x != INT32_MIN; }
 /** Nearest step to x; NaN gives 0, out of range saturates. */
 static inline num_t num_from_float(float x)
@@ -65,6 +69,7 @@ static inline num_t num_from_float(float x)
     }
     return (num_t)((x * 16777216.0f) + NUM_HALF_STEP(x));
 }
+static inline num_t num_from_finite(float x) { return num_from_float(x); }
 static inline float num_to_float(num_t x) { return (float)x * 5.9604644775390625e-8f; }
 static inline num_t num_from_int(int16_t n) { return num_sat64((int64_t)n * INT64_C(0x1000000)); }
 /** Largest whole number not above x. */
@@ -90,9 +95,13 @@ static inline num_t num_div(num_t a, num_t b)
     const num_t q = (b != 0.0f) ? (a / b) : limit;
     return (q > NUM_MAX) ? NUM_MAX : ((q < -NUM_MAX) ? -NUM_MAX : q);
 }
+/** a / b for b other than 0 and a quotient within +-NUM_MAX: nothing is looked at. */
+static inline num_t num_quotient(num_t a, num_t b) { return a / b; }
 /** True inside +-NUM_MAX; false for NaN, infinity and what would become infinite in a product. */
 static inline bool  num_is_finite(num_t x) { return (x <= NUM_MAX) && (x >= -NUM_MAX); }
 static inline num_t num_from_float(float x) { return (x <= NUM_MAX) ? ((x >= -NUM_MAX) ? x : -NUM_MAX) : ((x > NUM_MAX) ? NUM_MAX : 0.0f); }
+/** The same for an x that is known to be finite. */
+static inline num_t num_from_finite(float x) { return x; }
 static inline float num_to_float(num_t x) { return x; }
 static inline num_t num_from_int(int16_t n) { return (num_t)n; }
 /** Largest whole number not above x, for |x| < 2^31; outside that range the result is the limit. */
@@ -113,16 +122,11 @@ static inline int32_t num_floor(num_t x)
 static inline num_t num_abs(num_t x) { return (x < (num_t)0) ? num_neg(x) : x; }
 static inline num_t num_min(num_t a, num_t b) { return (a < b) ? a : b; }
 static inline num_t num_max(num_t a, num_t b) { return (a > b) ? a : b; }
-/** x within [lo, hi]; needs lo <= hi. */
-static inline num_t num_clamp(num_t x, num_t lo, num_t hi) { return (x < lo) ? lo : ((x > hi) ? hi : x); }
+/** x within [lo, hi], whatever x is: NaN gives lo. Needs lo <= hi. */
+static inline num_t num_clamp(num_t x, num_t lo, num_t hi) { return (x > lo) ? ((x < hi) ? x : hi) : lo; }
 
 /** Add one to an event counter that stops at its end instead of wrapping. */
-static inline void num_count(uint32_t *counter)
-{
-    if (*counter < UINT32_MAX) {
-        (*counter)++;
-    }
-}
+static inline void num_count(uint32_t *counter) { *counter += (*counter < UINT32_MAX) ? 1U : 0U; }
 
 /** A signal from outside: x when it can be computed with, else the fallback, counted. */
 static inline num_t num_guard(num_t x, num_t fallback, uint32_t *rejected)

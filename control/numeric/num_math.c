@@ -1,30 +1,5 @@
 #include "control/numeric/num_math.h"
 
-/* log2(1 + u) = u P(u), u within [sqrt(1/2) - 1, sqrt(2) - 1], absolute error 4.9e-8. */
-static num_t log2_reduced(num_t u)
-{
-    num_t p = NUM_C(-0.145744442f);
-    p = num_mac(NUM_C(0.236890367f), p, u);
-    p = num_mac(NUM_C(-0.250069047f), p, u);
-    p = num_mac(NUM_C(0.286707457f), p, u);
-    p = num_mac(NUM_C(-0.360087216f), p, u);
-    p = num_mac(NUM_C(0.480939445f), p, u);
-    p = num_mac(NUM_C(-0.721357149f), p, u);
-    p = num_mac(NUM_C(1.442694772f), p, u);
-    return num_mul(p, u);
-}
-
-/* 2^f = 1 + f P(f), f within +-1/2, relative error 9.2e-8. */
-static num_t exp2_reduced(num_t f)
-{
-    num_t p = NUM_C(0.001326472707f);
-    p = num_mac(NUM_C(0.009671512649f), p, f);
-    p = num_mac(NUM_C(0.055507337437f), p, f);
-    p = num_mac(NUM_C(0.240222420852f), p, f);
-    p = num_mac(NUM_C(0.693146977599f), p, f);
-    return num_mac(NUM_C(1.0f), p, f);
-}
-
 #ifdef EVENSPIN_FIXED
 
 num_t num_log2(num_t x)
@@ -42,7 +17,7 @@ num_t num_log2(num_t x)
         m >>= 1;
         k++;
     }
-    return num_add(num_from_int(k), log2_reduced((num_t)m - NUM_C(1.0f)));
+    return num_add(num_from_int(k), num_log2_reduced((num_t)m - NUM_C(1.0f)));
 }
 
 num_t num_exp2(num_t x)
@@ -54,11 +29,11 @@ num_t num_exp2(num_t x)
     if (k < -26) {
         return 0;
     }
-    const num_t m = exp2_reduced(num_sub(x, num_from_int((int16_t)k)));
+    const num_t m = num_exp2_reduced(num_sub(x, num_from_int((int16_t)k)));
     return (k >= 0) ? num_sat64((int64_t)m * (INT64_C(1) << (uint16_t)k)) : (m >> (uint16_t)-k);
 }
 
-num_t num_sqrt(num_t x)
+num_t num_sqrt_portable(num_t x)
 {
     if (x <= 0) {
         return 0;
@@ -78,29 +53,9 @@ num_t num_sqrt(num_t x)
 
 #else /* float */
 
-/* IEEE 754 single precision on every machine that runs this; the C28x has no other float either. */
-typedef union {
-    float    value;
-    uint32_t bits;
-} float_bits_t;
-
-#define EXPONENT_SHIFT 23U
-#define EXPONENT_BIAS 127
-#define MANTISSA_MASK UINT32_C(0x007FFFFF)
-#define ONE_BITS UINT32_C(0x3F800000)
-#define SMALLEST_NORMAL 1.17549435e-38f
-
 num_t num_log2(num_t x)
 {
-    float_bits_t m;
-    m.value = (x > SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : SMALLEST_NORMAL;
-    int16_t k = (int16_t)((int16_t)(m.bits >> EXPONENT_SHIFT) - EXPONENT_BIAS);
-    m.bits = (m.bits & MANTISSA_MASK) | ONE_BITS;
-    if (m.value > 1.41421356f) {
-        m.value *= 0.5f;
-        k++;
-    }
-    return (num_t)k + log2_reduced(m.value - 1.0f);
+    return num_log2_raw((x > NUM_SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : NUM_SMALLEST_NORMAL);
 }
 
 num_t num_exp2(num_t x)
@@ -108,21 +63,15 @@ num_t num_exp2(num_t x)
     if (!(x < 40.0f)) { /* log2(NUM_MAX) = 39.86 */
         return (x >= 40.0f) ? NUM_MAX : 0.0f;
     }
-    if (x < -126.0f) {
-        return 0.0f;
-    }
-    const int32_t k = num_floor(x + 0.5f);
-    float_bits_t  scale;
-    scale.bits = (uint32_t)(k + EXPONENT_BIAS) << EXPONENT_SHIFT;
-    return num_min(exp2_reduced(x - (num_t)k) * scale.value, NUM_MAX);
+    return (x < -126.0f) ? 0.0f : num_min(num_exp2_raw(x), NUM_MAX);
 }
 
-num_t num_sqrt(num_t x)
+num_t num_sqrt_portable(num_t x)
 {
-    if (!(x > SMALLEST_NORMAL)) {
+    if (!(x > NUM_SMALLEST_NORMAL)) {
         return 0.0f;
     }
-    float_bits_t y;
+    num_bits_t y;
     y.value = (x > NUM_MAX) ? NUM_MAX : x;
     const float v = y.value;
     y.bits = UINT32_C(0x5F3759DF) - (y.bits >> 1); /* 1/sqrt(v) within 3.5 %: halved and negated logarithm */

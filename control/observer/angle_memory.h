@@ -42,6 +42,7 @@ typedef struct {
 typedef struct {
     ctl_grid_t grid;
     angle_t    at;       /**< Last sample... */
+    ctl_grid_spot_t spot; /**< ...where that is on the grid... */
     num_t      value;    /**< ...and its value. */
     bool       primed;   /**< A last sample exists. */
     ctl_hat_t  below, above; /**< Hat sums of the two grid points around the last sample. */
@@ -65,7 +66,66 @@ void ctl_angle_memory_clear(ctl_angle_memory_t *self);
 void ctl_angle_memory_pause(ctl_angle_memory_t *self);
 /** One sample: value @p v seen at @p angle, learned with gain @p gain (the parameter, or another one for a fast start). */
 void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain);
+/** (1). */
+static inline void ctl_angle_memory_learn(ctl_angle_memory_t *self, uint16_t i, num_t v, num_t gain)
+{
+    const ctl_angle_memory_params_t *const p = &self->params;
+    ctl_angle_memory_state_t *const        s = &self->state;
+    const num_t                            m = s->grid.cell[i];
+    const num_t                            news = num_sub(v, m);
+
+    s->grid.cell[i] = num_clamp(num_mac(num_mul(p->forgetting, m), gain, news), num_neg(p->limit), p->limit);
+    s->change = num_mac(s->change, NUM_C(0.01f), num_sub(num_abs(news), s->change)); /* looks back over some hundred points */
+    num_count(&s->written);
+}
+
+/** The point not below a place. */
+static inline uint16_t ctl_grid_ceiling(const ctl_grid_t *grid, ctl_grid_spot_t spot)
+{
+    return (spot.inside != 0U) ? ctl_grid_next(grid, spot.below) : spot.below;
+}
+
+/** Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. */
+static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    const ctl_grid_t *const         grid = &s->grid;
+    const angle_t                   turn = angle - s->at;
+    uint16_t                        point = now.below;
+    uint32_t                        beyond = now.inside; /* way since the point, 2^-32 cells */
+    uint16_t                        last = s->spot.below;
+    if (turn >= (2U * ANGLE_QUARTER)) {
+        point = ctl_grid_ceiling(grid, now);
+        beyond = 0U - now.inside;
+        last = ctl_grid_ceiling(grid, s->spot);
+    }
+    if (point != last) {
+        ctl_angle_memory_learn(self, point, num_sub(v, num_mul(num_sub(v, s->value), ctl_grid_share(grid, beyond, angle_size(turn)))), gain);
+    }
+}
+
+/** A first sample, or one for CTL_WRITE_ALL or CTL_WRITE_HAT: what ctl_angle_memory_write_raw does not do itself. */
+void ctl_angle_memory_write_otherwise(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain);
+
+/** ctl_angle_memory_write without looking at the inputs: @p v is finite, @p gain within [0, 1], the step below a quarter turn. */
+static inline void ctl_angle_memory_write_raw(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
+    if (s->primed & (self->params.write == CTL_WRITE_ONE)) {
+        ctl_angle_memory_write_one(self, angle, now, v, gain);
+    } else {
+        ctl_angle_memory_write_otherwise(self, angle, now, v, gain);
+    }
+    s->at = angle;
+    s->spot = now;
+    s->value = v;
+}
 /** What was learned for @p angle. */
-num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle);
+static inline num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle)
+{
+    return (self->params.read == CTL_READ_CUBIC) ? ctl_grid_read_cubic(&self->state.grid, angle)
+                                                 : ctl_grid_read_linear(&self->state.grid, angle);
+}
 
 #endif

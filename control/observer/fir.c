@@ -2,8 +2,6 @@
 
 #include "control/numeric/angle.h"
 
-#define RING_MASK CTL_FIR_ORDER_MAX
-
 /* sin(x) / x with x = 2 pi c d: the ideal low-pass of corner c (of the rate), d samples from its middle, but for a factor
  * that the normalisation removes. Without it fixed point keeps its digits at low corners. */
 static num_t ideal(num_t cutoff, uint16_t twice_d)
@@ -70,41 +68,28 @@ ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
             return ctl_diag(CTL_ERR_RANGE, CTL_FIR_TAP, h);
         }
     }
-    self->params = *params;
+    ctl_fir_tune(self, params);
     self->state.rejected = 0U;
     ctl_fir_reset(self, (num_t)0);
     return ctl_diag_ok();
 }
 
+void ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params)
+{
+    self->order = params->order;
+    for (uint16_t i = 0U; i < CTL_FIR_PAIRS; i++) {
+        const uint16_t twice = (uint16_t)(2U * i);
+        const num_t    h = params->tap[i];
+        self->fold[i] = (twice < params->order) ? h : ((twice == params->order) ? num_mul(h, NUM_C(0.5f)) : (num_t)0);
+    }
+}
+
 void ctl_fir_reset(ctl_fir_t *self, num_t x)
 {
-    const num_t start = num_guard(x, (num_t)0, &self->state.rejected);
-    for (uint16_t i = 0U; i <= CTL_FIR_ORDER_MAX; i++) {
-        self->state.x[i] = start;
-    }
-    self->state.head = 0U;
+    ctl_window_fill(&self->state.past, num_guard(x, (num_t)0, &self->state.rejected));
 }
 
 num_t ctl_fir_step(ctl_fir_t *self, num_t x)
 {
-    const ctl_fir_params_t *const p = &self->params;
-    ctl_fir_state_t *const        s = &self->state;
-    const num_t                   good = num_guard(x, s->x[s->head], &s->rejected);
-
-    s->head = (uint16_t)((s->head + 1U) & RING_MASK);
-    s->x[s->head] = good;
-
-    /* fold: equal taps share a product */
-    num_t    y = (num_t)0;
-    uint16_t young = s->head;
-    uint16_t old = (uint16_t)((s->head - p->order) & RING_MASK);
-    for (uint16_t i = 0U; (2U * i) < p->order; i++) {
-        y = num_mac(y, p->tap[i], num_add(s->x[young], s->x[old]));
-        young = (uint16_t)((young - 1U) & RING_MASK);
-        old = (uint16_t)((old + 1U) & RING_MASK);
-    }
-    if ((p->order & 1U) == 0U) {
-        y = num_mac(y, p->tap[p->order / 2U], s->x[young]);
-    }
-    return y;
+    return ctl_fir_step_raw(self, num_guard(x, ctl_window_newest(&self->state.past)[0], &self->state.rejected));
 }

@@ -136,14 +136,21 @@ static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
 
 void ctl_observer_target(ctl_observer_t *self, num_t speed)
 {
-    ctl_observer_state_t *const s = &self->state;
-    const uint32_t              step = step_at(&self->params, num_guard(speed, (num_t)0, &s->rejected));
+    const ctl_observer_params_t *const p = &self->params;
+    ctl_observer_state_t *const        s = &self->state;
+    const num_t                        w = num_guard(speed, (num_t)0, &s->rejected);
     s->turn_samples = UINT16_MAX;
     s->synchronous = false;
+    if ((p->kind != CTL_OBSERVER_RO) & !(p->sync_band > (num_t)0)) {
+        return; /* nobody asks */
+    }
+    const uint32_t step = step_at(p, w);
     if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
-        const uint32_t whole = UINT32_MAX / step;
-        s->turn_samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
-        s->synchronous = rounding_is_learned(&self->params, step);
+        if (p->kind == CTL_OBSERVER_RO) {
+            const uint32_t whole = UINT32_MAX / step;
+            s->turn_samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
+        }
+        s->synchronous = rounding_is_learned(p, step);
     }
 }
 
@@ -172,15 +179,15 @@ static void watch_mean(ctl_observer_state_t *s, num_t torque, num_t way)
     s->turn_sum = num_mac(s->turn_sum, torque, way);
     s->turn_way = num_add(s->turn_way, way);
     if (s->turn_way >= NUM_C(1.0f)) {
-        s->mean = num_div(s->turn_sum, s->turn_way);
+        s->mean = num_quotient(s->turn_sum, s->turn_way);
         s->mean_known = true;
         s->turn_sum = (num_t)0;
         s->turn_way = (num_t)0;
     }
 }
 
-/* May this sample be learned? Counts down what rests. */
-static bool may_learn(ctl_observer_t *self, num_t torque, num_t way)
+/* Does learning rest? Counts down. */
+static bool rests(ctl_observer_t *self, num_t torque, num_t way)
 {
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
@@ -191,8 +198,8 @@ static bool may_learn(ctl_observer_t *self, num_t torque, num_t way)
         s->turn_sum = (num_t)0; /* the old mean is void: begin a new turn here */
         s->turn_way = (num_t)0;
     }
-    bool rests = s->rest_way > (num_t)0;
-    if (rests) {
+    bool rest = s->rest_way > (num_t)0;
+    if (rest) {
         s->rest_way = num_sub(s->rest_way, way);
     }
     if ((p->rest_step > (num_t)0) && (num_abs(s->step_slow) > p->rest_step)) {
@@ -200,9 +207,20 @@ static bool may_learn(ctl_observer_t *self, num_t torque, num_t way)
     }
     if (s->rest_left > 0U) {
         s->rest_left--;
-        rests = true;
+        rest = true;
     }
-    return !rests && !s->held && !s->synchronous && !(p->remove_mean && !s->mean_known);
+    return rest;
+}
+
+/* May this sample be learned? & and | instead of && and ||: one branch for all of them. */
+static bool may_learn(ctl_observer_t *self, num_t torque, num_t way)
+{
+    const ctl_observer_params_t *const p = &self->params;
+    const ctl_observer_state_t *const  s = &self->state;
+
+    const bool can_rest = (p->rest_torque > (num_t)0) | (p->rest_step > (num_t)0) | (s->rest_way > (num_t)0) | (s->rest_left > 0U);
+    const bool idle = can_rest && rests(self, torque, way);
+    return (bool)((!idle) & (!s->held) & (!s->synchronous) & ((!p->remove_mean) | s->mean_known) & (s->known > CTL_ARO_AGE_MAX));
 }
 
 static num_t read_time(const ctl_observer_t *self)
@@ -231,48 +249,35 @@ static void learn_time(ctl_observer_t *self, num_t torque, num_t gain)
     ctl_ring_push(&s->time, num_clamp(x, num_neg(m->limit), m->limit));
 }
 
-/* The angle to which T_d belongs. */
+/* The angle to which T_d belongs: that of a sample, or between two. */
 static angle_t angle_then(const ctl_observer_t *self)
 {
     const ctl_observer_state_t *const s = &self->state;
-    const uint16_t                    whole = (uint16_t)(self->params.age_half / 2U);
-    const angle_t                     young = s->past[(s->head - whole) & PAST_MASK];
-    if ((self->params.age_half & 1U) == 0U) {
-        return young;
-    }
-    const angle_t old = s->past[(s->head - (whole + 1U)) & PAST_MASK];
-    return young + (angle_t)((int32_t)(old - young) / 2);
+    const uint16_t                    age_half = self->params.age_half;
+    const angle_t                     young = s->past[(s->head - (age_half >> 1)) & PAST_MASK];
+    const angle_t                     old = s->past[(s->head - ((age_half + 1U) >> 1)) & PAST_MASK];
+    return young + (angle_t)((int32_t)(old - young) >> 1); /* arithmetic on every compiler that builds this */
 }
 
-static num_t size_of_step(const ctl_observer_state_t *s, angle_t theta)
-{
-    const num_t turns = num_abs(num_mul(angle_to_rad_signed(theta - s->past[s->head]), NUM_C(0.15915494f)));
-    return (s->known > 0U) ? turns : (num_t)0;
-}
-
-num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque)
+num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t w, num_t t)
 {
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
     const num_t                        limit = p->memory.limit;
 
-    const bool  good = num_is_finite(speed) && num_is_finite(torque);
-    const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
-    const num_t t = num_guard(torque, s->mean, &s->rejected);
-    num_t       way = size_of_step(s, theta);
+    uint32_t                           turned = (s->known > 0U) ? angle_size(theta - s->past[s->head]) : 0U;
 
-    if (way >= NUM_C(0.25f)) { /* a jump: half way between two ages it would look like two motions */
+    if (turned >= ANGLE_QUARTER) { /* a jump: half way between two ages it would look like two motions */
         num_count(&s->rejected);
         s->known = 0U;
-        way = (num_t)0;
+        turned = 0U;
     }
+    const num_t way = angle_to_turns(turned);
     s->head = (uint16_t)((s->head + 1U) & PAST_MASK);
     s->past[s->head] = theta;
-    if (s->known <= CTL_ARO_AGE_MAX) {
-        s->known++;
-    }
+    s->known = (uint16_t)((s->known <= CTL_ARO_AGE_MAX) ? (s->known + 1U) : s->known);
     watch_speed(s, w);
-    const bool  learn = may_learn(self, t, way) && good && (s->known > CTL_ARO_AGE_MAX);
+    const bool learn = may_learn(self, t, way);
     watch_mean(s, t, way);
     const num_t news = p->remove_mean ? num_sub(t, s->mean) : t;
     const num_t gain = (s->samples < p->fast_samples) ? p->fast_gain : p->memory.gain;
@@ -280,27 +285,33 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
     s->seen = num_mac(s->seen, SEEN_GAIN, num_sub(num_abs(news), s->seen));
 
     num_t out;
-    switch (p->kind) {
-    case CTL_OBSERVER_ARO:
+    if (p->kind == CTL_OBSERVER_ARO) {
         if (learn) {
-            ctl_angle_memory_write(&s->memory, angle_then(self), news, gain);
+            ctl_angle_memory_write_raw(&s->memory, angle_then(self), news, gain);
         } else {
             ctl_angle_memory_pause(&s->memory);
         }
-        out = ctl_angle_memory_read(&s->memory, theta + angle_from_rad_short(num_mul(num_mul(w, p->rad_per_speed), p->ahead)));
-        break;
-    case CTL_OBSERVER_RO:
+        out = ctl_angle_memory_read(&s->memory, theta + angle_from_rad_short_raw(num_mul(num_mul(w, p->rad_per_speed), p->ahead)));
+    } else if (p->kind == CTL_OBSERVER_RO) {
         learn_time(self, news, learn ? gain : (num_t)0);
         out = read_time(self);
-        break;
-    case CTL_OBSERVER_DOB:
-    default:
+    } else {
         if (learn) {
             s->estimate = num_clamp(num_mac(num_mul(p->memory.forgetting, s->estimate), gain, num_sub(news, s->estimate)),
                                     num_neg(limit), limit);
         }
         out = s->estimate;
-        break;
     }
     return num_clamp(out, num_neg(limit), limit);
+}
+
+num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque)
+{
+    ctl_observer_state_t *const s = &self->state;
+    const bool                  held = s->held;
+    s->held = held || !num_is_finite(speed) || !num_is_finite(torque); /* such a sample teaches nothing */
+    const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
+    const num_t out = ctl_observer_step_raw(self, theta, w, num_guard(torque, s->mean, &s->rejected));
+    s->held = held;
+    return out;
 }

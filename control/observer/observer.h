@@ -119,5 +119,6 @@ num_t ctl_observer_news(const ctl_observer_t *self);
  * @return estimate of the disturbance torque when an output of now acts.
  */
 num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
+num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
 
 #endif

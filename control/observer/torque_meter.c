@@ -28,15 +28,24 @@ ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_METER_FIR2;
     }
     if (d.status == CTL_OK) {
-        self->params = *params;
         self->state.speed_fir = fir1;
         self->state.ref_fir = fir1;
         self->state.torque_fir = fir2;
         self->state.rejected = 0U;
-        (void)ctl_ring_init(&self->state.ref, self->state.ref_memory, CTL_METER_HISTORY);
+        ctl_meter_tune(self, params);
         ctl_meter_reset(self);
     }
     return d;
+}
+
+void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params)
+{
+    self->params = *params;
+    self->held_whole = (uint16_t)num_floor(params->actuation);
+    self->held_part = num_sub(params->actuation, num_from_int((int16_t)self->held_whole));
+    ctl_fir_tune(&self->state.speed_fir, &params->fir1);
+    ctl_fir_tune(&self->state.ref_fir, &params->fir1);
+    ctl_fir_tune(&self->state.torque_fir, &params->fir2);
 }
 
 void ctl_meter_reset(ctl_meter_t *self)
@@ -45,7 +54,7 @@ void ctl_meter_reset(ctl_meter_t *self)
     ctl_fir_reset(&s->speed_fir, (num_t)0);
     ctl_fir_reset(&s->ref_fir, (num_t)0);
     ctl_fir_reset(&s->torque_fir, (num_t)0);
-    ctl_ring_clear(&s->ref);
+    ctl_window_fill(&s->ref, (num_t)0);
     s->primed = false;
     s->step_rad = (num_t)0;
     s->speed = (num_t)0;
@@ -58,34 +67,6 @@ uint16_t ctl_meter_age_half(const ctl_meter_params_t *params)
 
 ctl_meter_out_t ctl_meter_step(ctl_meter_t *self, angle_t theta, num_t ref_last)
 {
-    const ctl_meter_params_t *const p = &self->params;
-    ctl_meter_state_t *const        s = &self->state;
-
-    if (!s->primed) {
-        s->primed = true;
-        s->theta = theta;
-    }
-    const num_t step = angle_to_rad_signed(theta - s->theta);
-    if (num_abs(step) <= p->step_max_rad) {
-        s->step_rad = step;
-    } else {
-        num_count(&s->rejected);
-    }
-    s->theta = theta;
-
-    /* (1) to (3) */
-    const num_t speed = ctl_fir_step(&s->speed_fir, num_mul(s->step_rad, p->speed_per_rad));
-    const num_t gained = num_sub(speed, num_mul(p->a22, s->speed));
-    const num_t sum = num_mul(num_mul(gained, p->torque_per_16), NUM_C(16.0f));
-    s->speed = speed;
-
-    /* ring delay 0 is the reference of sample k - 1, hence actuation + 1 is delay `actuation` there */
-    ctl_ring_push(&s->ref, num_guard(ref_last, ctl_ring_get(&s->ref, 0U), &s->rejected));
-    const uint16_t whole = (uint16_t)num_floor(p->actuation);
-    const num_t    part = num_sub(p->actuation, num_from_int((int16_t)whole));
-    const num_t    young = ctl_ring_get(&s->ref, whole);
-    const num_t    held = num_mac(young, part, num_sub(ctl_ring_get(&s->ref, (uint16_t)(whole + 1U)), young));
-
-    const ctl_meter_out_t out = {speed, ctl_fir_step(&s->torque_fir, num_sub(sum, ctl_fir_step(&s->ref_fir, held)))}; /* (4) */
-    return out;
+    ctl_meter_state_t *const s = &self->state;
+    return ctl_meter_step_raw(self, theta, num_guard(ref_last, ctl_window_newest(&s->ref)[0], &s->rejected));
 }

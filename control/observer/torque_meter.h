@@ -23,11 +23,8 @@
 #ifndef CONTROL_OBSERVER_TORQUE_METER_H
 #define CONTROL_OBSERVER_TORQUE_METER_H
 
-#include "control/memory/ring.h"
 #include "control/numeric/angle.h"
 #include "control/observer/fir.h"
-
-#define CTL_METER_HISTORY 16U
 
 typedef struct {
     num_t            speed_per_rad;  /**< Speed unit per rad and sample: 1 / (T_s base), > 0. */
@@ -39,17 +36,18 @@ typedef struct {
 } ctl_meter_params_t;
 
 typedef struct {
-    ctl_fir_t  speed_fir, torque_fir, ref_fir;
-    ctl_ring_t ref;                            /**< Newest references. */
-    num_t      ref_memory[CTL_METER_HISTORY];
-    angle_t    theta;
-    num_t      step_rad, speed;                /**< Last step and last filtered speed. */
-    bool       primed;
-    uint32_t   rejected;
+    ctl_fir_t    speed_fir, torque_fir, ref_fir;
+    ctl_window_t ref;             /**< Newest references. */
+    angle_t      theta;
+    num_t        step_rad, speed; /**< Last step and last filtered speed. */
+    bool         primed;
+    uint32_t     rejected;
 } ctl_meter_state_t;
 
 typedef struct {
     ctl_meter_params_t params;
+    uint16_t           held_whole; /**< params.actuation in samples... */
+    num_t              held_part;  /**< ...and what is left, [0, 1). */
     ctl_meter_state_t  state;
 } ctl_meter_t;
 
@@ -60,8 +58,10 @@ typedef struct {
 
 enum { CTL_METER_SPEED = 1, CTL_METER_TORQUE, CTL_METER_A22, CTL_METER_FIR1, CTL_METER_FIR2, CTL_METER_ACTUATION, CTL_METER_STEP };
 
-/** Validate, start at rest. On error @p self stays as it was. @p self must not be moved in memory afterwards. */
+/** Validate, start at rest. On error @p self stays as it was. */
 ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params);
+/** Other parameters, that ctl_meter_init would accept, without a break in the samples; the orders must be those of before. */
+void       ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
 void       ctl_meter_reset(ctl_meter_t *self);
 /** Age of the torque, half samples: 2 + n1 + n2. */
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);
@@ -71,5 +71,36 @@ uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);
  * @param ref_last torque reference issued in the last sample.
  */
 ctl_meter_out_t ctl_meter_step(ctl_meter_t *self, angle_t theta, num_t ref_last);
+
+static inline ctl_meter_out_t ctl_meter_step_raw(ctl_meter_t *self, angle_t theta, num_t ref_last)
+{
+    const ctl_meter_params_t *const p = &self->params;
+    ctl_meter_state_t *const        s = &self->state;
+
+    if (!s->primed) {
+        s->primed = true;
+        s->theta = theta;
+    }
+    const num_t step = angle_to_rad_signed(theta - s->theta);
+    if (num_abs(step) <= p->step_max_rad) {
+        s->step_rad = step;
+    } else {
+        num_count(&s->rejected);
+    }
+    s->theta = theta;
+
+    /* (1) to (3) */
+    const num_t speed = ctl_fir_step_raw(&s->speed_fir, num_mul(s->step_rad, p->speed_per_rad));
+    const num_t gained = num_sub(speed, num_mul(p->a22, s->speed));
+    const num_t sum = num_mul(num_mul(gained, p->torque_per_16), NUM_C(16.0f));
+    s->speed = speed;
+
+    /* [0] of the window is the reference of sample k - 1, hence actuation + 1 is delay `actuation` there */
+    const num_t *const young = &ctl_window_push(&s->ref, ref_last)[self->held_whole];
+    const num_t        held = num_mac(young[0], self->held_part, num_sub(young[1], young[0]));
+
+    const ctl_meter_out_t out = {speed, ctl_fir_step_raw(&s->torque_fir, num_sub(sum, ctl_fir_step_raw(&s->ref_fir, held)))}; /* (4) */
+    return out;
+}
 
 #endif

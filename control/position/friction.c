@@ -1,9 +1,5 @@
 #include "control/position/friction.h"
 
-#include "control/numeric/num_math.h"
-
-#define LOG2_E NUM_C(1.44269504f)
-
 ctl_diag_t ctl_friction_check(const ctl_friction_t *p)
 {
     if (p == NULL) {
@@ -30,11 +26,5 @@ ctl_diag_t ctl_friction_check(const ctl_friction_t *p)
 
 num_t ctl_friction(const ctl_friction_t *p, num_t speed)
 {
-    if (!num_is_finite(speed) || (speed == (num_t)0)) {
-        return (num_t)0;
-    }
-    const num_t ratio = num_pow(num_div(num_abs(speed), p->stribeck), p->shape);
-    const num_t rise = num_mul(num_sub(p->stat, p->coulomb), num_exp2(num_neg(num_mul(ratio, LOG2_E))));
-    const num_t dry = num_add(p->coulomb, rise);
-    return num_mac((speed > (num_t)0) ? dry : num_neg(dry), p->viscous, speed);
+    return num_is_finite(speed) ? ctl_friction_raw(p, speed) : (num_t)0;
 }

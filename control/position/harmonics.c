@@ -24,18 +24,4 @@ ctl_diag_t ctl_harmonics_check(const ctl_harmonics_t *p)
     return ctl_diag_ok();
 }
 
-num_t ctl_harmonics(const ctl_harmonics_t *p, ctl_position_t position)
-{
-    const uint32_t part = (uint32_t)(uint64_t)position;
-    const uint32_t turn = (uint32_t)((uint64_t)position >> 32);
-    num_t          sum = (num_t)0;
-    for (uint16_t i = 0U; i < p->lines; i++) {
-        const ctl_line_t *const l = &p->line[i];
-        /* cycles modulo 1 in 2^-32: of the part of a turn, and of the whole turns (only their fraction matters) */
-        const angle_t at = (angle_t)(((uint64_t)part * l->cycles_q20) >> 20) + ((angle_t)(turn * l->cycles_q20) << 12);
-        num_t         sine, cosine;
-        angle_sincos(at + l->phase, &sine, &cosine);
-        sum = num_mac(sum, l->amplitude, sine);
-    }
-    return sum;
-}
+num_t ctl_harmonics(const ctl_harmonics_t *p, ctl_position_t position) { return ctl_harmonics_raw(p, position); }

@@ -30,4 +30,20 @@ uint32_t   ctl_cycles_q20(float cycles_per_turn);
 ctl_diag_t ctl_harmonics_check(const ctl_harmonics_t *p);
 num_t      ctl_harmonics(const ctl_harmonics_t *p, ctl_position_t position);
 
+/** The same, inline. */
+static inline num_t ctl_harmonics_raw(const ctl_harmonics_t *p, ctl_position_t position)
+{
+    const uint32_t part = (uint32_t)(uint64_t)position;
+    const uint32_t turn = (uint32_t)((uint64_t)position >> 32);
+    num_t          sum = (num_t)0;
+    for (const ctl_line_t *l = p->line, *const end = &p->line[p->lines]; l < end; l++) {
+        /* cycles modulo 1 in 2^-32: of the part of a turn, and of the whole turns (only their fraction matters) */
+        const angle_t at = (angle_t)(((uint64_t)part * l->cycles_q20) >> 20) + ((angle_t)(turn * l->cycles_q20) << 12);
+        num_t         sine, cosine;
+        angle_sincos(at + l->phase, &sine, &cosine);
+        sum = num_mac(sum, l->amplitude, sine);
+    }
+    return sum;
+}
+
 #endif

@@ -77,14 +77,25 @@ void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
     settle(self, 0);
 }
 
-/* Way of the steps a, 2 a, ... n a. */
-static int64_t way_of(int64_t n, int64_t a) { return a * ((n * (n + 1)) / 2); }
+/* Way of the steps a, 2 a, ... n a; n >= 0. */
+static int64_t way_of(int64_t n, int64_t a) { return a * (int64_t)((uint64_t)(n * (n + 1)) >> 1); }
+
+/* x / n, cut towards zero, for |x| < 2^47 and n < 2^15: two quotients of 32 bits, which take a tenth of one of 64. */
+static int64_t quotient(int64_t x, uint16_t n)
+{
+    const uint64_t size = (uint64_t)((x < 0) ? -x : x);
+    const uint32_t top = (uint32_t)(size >> 16);
+    const uint32_t high = top / n;
+    const uint32_t low = (((top - (high * n)) << 16) | ((uint32_t)size & 0xFFFFU)) / n;
+    const int64_t  whole = (int64_t)(((uint64_t)high << 16) + low);
+    return (x < 0) ? -whole : whole;
+}
 
 /* Largest step <= top from which the way is enough to stop, each following step a less; too small when top is more than
  * 2 a above it. From n a <= step < (n + 1) a it takes (n + 1) step - (a + ... + n a). */
 static int64_t fastest(int64_t way, int64_t top, int64_t a)
 {
-    int64_t n = top / a;
+    int64_t n = (int64_t)((uint32_t)top / (uint32_t)a); /* both are below 2^31: 32 bits divide in a tenth of the time */
     if (((top * (n + 1)) - way_of(n, a)) <= way) {
         return top;
     }
@@ -132,7 +143,7 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     s->sum += s->step - s->past[s->head];
     s->past[s->head] = s->step;
     const int64_t whole = s->sum + s->rest;
-    const int64_t step = whole / (int64_t)p->smooth;
+    const int64_t step = quotient(whole, p->smooth); /* 64 steps of 31 bits, and a rest below one */
     s->rest = whole - (step * (int64_t)p->smooth);
     s->position = ctl_position_add(s->position, step);
 

@@ -58,17 +58,9 @@ num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma)
 
 num_t ctl_rdc_step(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, num_t speed_error)
 {
-    const ctl_rdc_params_t *const p = &self->params;
-    ctl_rdc_state_t *const        s = &self->state;
-    const num_t                   x2 = num_guard(error, (num_t)0, &s->rejected);
-    const num_t                   x3 = num_guard(speed_error, (num_t)0, &s->rejected);
-    const num_t                   v = num_guard(command->speed, (num_t)0, &s->rejected);
-    const num_t                   a = num_guard(command->acceleration, (num_t)0, &s->rejected);
-
-    s->x1 = num_clamp(num_mac(s->x1, p->sample_s, x2), num_neg(p->integral_max), p->integral_max);
-    const num_t measure = num_mac(num_mac(num_mul(p->p_row[0], s->x1), p->p_row[1], x2), p->p_row[2], x3);
-    s->robust = ctl_rdc_robust(measure, p->rho, p->sigma);
-
-    const num_t model = num_mac(num_add(ctl_friction(&p->friction, v), ctl_harmonics(&p->harmonics, command->position)), p->inertia, a);
-    return num_add(model, s->robust);
+    uint32_t *const rejected = &self->state.rejected;
+    ctl_setpoint_t  c = *command;
+    c.speed = num_guard(c.speed, (num_t)0, rejected);
+    c.acceleration = num_guard(c.acceleration, (num_t)0, rejected);
+    return ctl_rdc_step_raw(self, &c, num_guard(error, (num_t)0, rejected), num_guard(speed_error, (num_t)0, rejected));
 }

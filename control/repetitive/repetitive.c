@@ -43,25 +43,59 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
     return d;
 }
 
+static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t *fal)
+{
+    self->params = *params;
+    self->usual = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
+                  (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
+    self->state.period.whole = 0U; /* no period is: the coefficients are computed anew */
+    if (params->fal_at != CTL_RC_FAL_NONE) {
+        self->fal = *fal;
+    } else { /* a linear part without an end */
+        self->fal.params.alpha = NUM_C(1.0f);
+        self->fal.params.delta = NUM_MAX;
+        self->fal.slope = NUM_C(1.0f);
+    }
+}
+
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity)
 {
     if ((self == NULL) || (params == NULL)) {
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
-    ctl_rc_t made = {0};
-    ctl_diag_t d = check(params, capacity, &made.fal);
+    ctl_rc_state_t rest = {0};
+    ctl_fal_t      fal;
+    ctl_diag_t     d = check(params, capacity, &fal);
     if (d.status == CTL_OK) {
-        made.params = *params;
-        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&made.state.turn, memory, capacity)
-                                             : ctl_ring_init(&made.state.time, memory, capacity);
+        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity) : ctl_ring_init(&rest.time, memory, capacity);
         if (d.status != CTL_OK) {
             d.field = CTL_RC_CAPACITY;
         }
     }
     if (d.status == CTL_OK) {
-        *self = made; /* the coefficients come with the first period: no period is 0 */
+        self->state = rest;
+        if (params->memory != CTL_RC_ANGLE) {
+            ctl_ring_fill_zero(&self->state.time);
+        }
+        self->shortest = (uint16_t)(params->lead + 2U);
+        self->longest = (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U);
+#ifndef EVENSPIN_FIXED
+        self->too_long = (float)self->longest + 1.0f;
+#endif
+        self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
+        take(self, params, &fal);
     }
     return d;
+}
+
+void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
+{
+    ctl_fal_t  fal = self->fal;
+    const bool same = (params->fal.alpha == fal.params.alpha) && (params->fal.delta == fal.params.delta);
+    if ((params->fal_at != CTL_RC_FAL_NONE) && !same) {
+        (void)ctl_fal_init(&fal, &params->fal);
+    }
+    take(self, params, &fal);
 }
 
 void ctl_rc_reset(ctl_rc_t *self)
@@ -70,68 +104,45 @@ void ctl_rc_reset(ctl_rc_t *self)
     if (self->params.memory == CTL_RC_ANGLE) {
         ctl_grid_clear(&s->turn);
     } else {
-        ctl_ring_clear(&s->time);
+        ctl_ring_fill_zero(&s->time);
     }
     s->known = 0U;
     s->writing = false;
     s->frozen = 0U;
 }
 
-uint16_t ctl_rc_period_max(const ctl_rc_t *self)
-{
-    return (self->params.memory == CTL_RC_ANGLE) ? (uint16_t)65534U
-                                                 : (uint16_t)(self->state.time.capacity - self->params.order - 1U);
-}
-
-ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
-{
-    ctl_period_t n = {65534U, (num_t)0};
-    if ((denominator > (num_t)0) && (numerator > (num_t)0)) {
-#ifdef EVENSPIN_FIXED
-        const int64_t samples = ((int64_t)numerator * INT64_C(0x1000000)) / denominator;
-        if (samples < (INT64_C(65534) * INT64_C(0x1000000))) {
-            n.whole = (uint16_t)(samples >> 24);
-            n.fraction = (num_t)(samples & INT64_C(0xFFFFFF));
-        }
-#else
-        const num_t samples = num_div(numerator, denominator);
-        if (samples < 65534.0f) {
-            n.whole = (uint16_t)samples;
-            n.fraction = samples - (num_t)n.whole;
-        }
-#endif
-    }
-    return n;
-}
-
 /* ---- one sample --------------------------------------------------------------------------------------------------- */
 
-/* The period as the delay will use it: whole samples only for order 0, inside of what the memory holds. */
-static ctl_period_t usable_period(ctl_rc_t *self, ctl_period_t wanted)
+/* state.period as the delay cannot use it: whole samples only, almost whole, or outside of what the memory holds. */
+static void correct_period(ctl_rc_t *self)
 {
-    const ctl_rc_params_t *const p = &self->params;
-    const uint16_t               shortest = (uint16_t)(p->lead + 2U);
-    const uint16_t               longest = ctl_rc_period_max(self);
-    const bool                   in_whole = (p->order == 0U) && (p->memory != CTL_RC_ANGLE);
-    const num_t                  rounding = (in_whole && !p->truncate) ? NUM_C(0.5f) : ALMOST_ONE;
-    ctl_period_t                 n = wanted;
+    const num_t         rounding = (self->whole_only && !self->params.truncate) ? NUM_C(0.5f) : ALMOST_ONE;
+    ctl_period_t *const n = &self->state.period;
 
-    if (!((n.fraction >= (num_t)0) && (n.fraction < NUM_C(1.0f)))) {
-        n.fraction = (num_t)0;
+    if (!((n->fraction >= (num_t)0) && (n->fraction < NUM_C(1.0f)))) {
+        n->fraction = (num_t)0;
     }
-    if ((n.fraction >= rounding) && (n.whole < UINT16_MAX)) {
-        n.whole++;
-        n.fraction = (num_t)0;
+    if ((n->fraction >= rounding) && (n->whole < UINT16_MAX)) {
+        n->whole++;
+        n->fraction = (num_t)0;
     }
-    if (in_whole) {
-        n.fraction = (num_t)0;
+    if (self->whole_only) {
+        n->fraction = (num_t)0;
     }
-    if ((n.whole < shortest) || (n.whole > longest)) {
-        n.whole = (n.whole < shortest) ? shortest : longest;
-        n.fraction = (num_t)0;
+    if ((n->whole < self->shortest) || (n->whole > self->longest)) {
+        n->whole = (n->whole < self->shortest) ? self->shortest : self->longest;
+        n->fraction = (num_t)0;
         num_count(&self->state.cut_periods);
     }
-    return n;
+}
+
+static inline void set_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
+{
+    self->state.period.whole = whole;
+    self->state.period.fraction = fraction;
+    if (!((fraction >= (num_t)0) & (fraction < ALMOST_ONE) & (whole >= self->shortest) & (whole <= self->longest) & (!self->whole_only))) {
+        correct_period(self);
+    }
 }
 
 /* a - b in samples, where they are close; else just more than that */
@@ -141,19 +152,18 @@ static num_t period_step(ctl_period_t a, ctl_period_t b)
     return num_add(num_from_int((int16_t)((whole > 2) ? 2 : ((whole < -2) ? -2 : whole))), num_sub(a.fraction, b.fraction));
 }
 
-static void take_period(ctl_rc_t *self, ctl_period_t wanted)
+static void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 {
     ctl_rc_state_t *const s = &self->state;
-    const ctl_period_t    n = usable_period(self, wanted);
-
-    if ((n.whole == s->period.whole) && (n.fraction == s->period.fraction)) {
+    const ctl_period_t    before = s->period;
+    set_period(self, whole, fraction);
+    if ((before.whole == s->period.whole) && (before.fraction == s->period.fraction)) {
         return;
     }
-    if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(n, s->period)) > CLEAR_STEP)) {
+    if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(s->period, before)) > CLEAR_STEP)) {
         ctl_ring_clear(&s->time);
     }
-    s->period = n;
-    ctl_lagrange(self->params.order, n.fraction, s->a);
+    ctl_lagrange(self->params.order, s->period.fraction, s->a);
 }
 
 /* What this sample teaches: k_rc f(e), or nothing while learning rests. */
@@ -164,12 +174,34 @@ static num_t lesson(ctl_rc_t *self, num_t e)
 
     if ((p->freeze_above > (num_t)0) && (num_abs(e) > p->freeze_above)) {
         s->frozen = p->freeze_samples;
-    } else if (s->frozen > 0U) {
-        s->frozen--;
-    } else {
-        return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal(&self->fal, e) : e);
+        return (num_t)0;
     }
-    return (num_t)0;
+    if (s->frozen > 0U) {
+        s->frozen--;
+        return (num_t)0;
+    }
+    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(&self->fal, e) : e);
+}
+
+/* Q(z) of the Lagrange sum: the sum of the middle, and of its neighbours on both sides, of x[0..4], newest first. */
+static inline num_t filtered(const ctl_q_t *q, const num_t a[CTL_LAGRANGE_TAPS], const num_t x[CTL_LAGRANGE_TAPS + 1U])
+{
+    const num_t here = num_mac(num_mac(num_mul(a[0], x[1]), a[1], x[2]), a[2], x[3]);
+    const num_t beside = num_mac(num_mac(num_mul(a[0], num_add(x[0], x[2])), a[1], num_add(x[1], x[3])), a[2], num_add(x[2], x[4]));
+    return num_mac(num_mul(q->centre, here), q->side, beside);
+}
+
+/* Q D of (1) from ring delay d on. */
+static num_t play_back(const ctl_rc_t *self, uint16_t d)
+{
+    const ctl_rc_state_t *const s = &self->state;
+    const ctl_q_t *const        q = &self->params.q;
+    num_t                       x[CTL_LAGRANGE_TAPS + 2U];
+    for (uint16_t j = 0U; j < (CTL_LAGRANGE_TAPS + 2U); j++) {
+        x[j] = ctl_ring_get(&s->time, (uint16_t)(d + j));
+    }
+    const num_t y = filtered(q, s->a, x);
+    return (self->params.order > 2U) ? num_mac(y, s->a[3], ctl_q_apply(q, x[5], x[4], x[3])) : y;
 }
 
 static num_t step_in_time(ctl_rc_t *self, num_t learned)
@@ -184,19 +216,31 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
         const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
         ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
     }
-    uint16_t d = (uint16_t)(s->period.whole - 2U); /* k - Ni + 1 */
-    num_t    after = ctl_ring_get(&s->time, d);
-    num_t    here = ctl_ring_get(&s->time, (uint16_t)(d + 1U));
-    num_t    y = (num_t)0;
-    for (uint16_t j = 0U; j <= p->order; j++) {
-        const num_t before = ctl_ring_get(&s->time, (uint16_t)(d + 2U));
-        y = num_mac(y, s->a[j], ctl_q_apply(&p->q, before, here, after));
-        after = here;
-        here = before;
-        d++;
-    }
-    y = num_clamp(y, num_neg(limit), limit);
+    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
     ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
+    return y;
+}
+
+/* The same where `usual` says that there is nothing to decide but fal, and the memory has no gaps (ctl_ring_fill_zero). The
+ * samples to read lie one after the other but for one jump at the end of the memory, hence two pointers and no branch. */
+static inline num_t step_usual(ctl_rc_t *self, num_t e)
+{
+    const ctl_rc_params_t *const p = &self->params;
+    const ctl_ring_t *const      ring = &self->state.time;
+    const num_t                  learned = num_mul(p->gain, ctl_fal_raw(&self->fal, e));
+    num_t                        a[CTL_LAGRANGE_TAPS];
+    ctl_lagrange_2_raw(self->state.period.fraction, a);
+
+    num_t *const w = &ring->sample[ctl_ring_place(ring, (uint16_t)(p->lead - 1U))];
+    *w = num_clamp(num_add(*w, learned), num_neg(p->limit), p->limit);
+
+    const uint16_t     at = ctl_ring_place(ring, (uint16_t)(self->state.period.whole - 2U)); /* k - Ni + 1 */
+    const num_t *const here = &ring->sample[at];
+    const num_t *const there = &ring->sample[(ring->capacity - 4U) + ((at < 3U) ? at : 3U)] + 4; /* looked at for at < 4 */
+    const num_t        x[CTL_LAGRANGE_TAPS + 1U] = {here[0], ((at >= 1U) ? here : there)[-1], ((at >= 2U) ? here : there)[-2],
+                                                    ((at >= 3U) ? here : there)[-3], ((at >= 4U) ? here : there)[-4]};
+    const num_t y = num_clamp(filtered(&p->q, a, x), num_neg(p->limit), p->limit);
+    ctl_ring_push_full(&self->state.time, y);
     return y;
 }
 
@@ -257,13 +301,33 @@ static num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
     return y;
 }
 
+static num_t step_otherwise(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction, angle_t theta_e)
+{
+    take_period(self, whole, fraction);
+    const num_t learned = lesson(self, e);
+    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e) : step_in_time(self, learned);
+    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
+}
+
+num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
+{
+    if (!self->usual) {
+        return step_otherwise(self, err, whole, fraction, theta_e);
+    }
+    self->state.period.whole = whole;
+    self->state.period.fraction = fraction;
+    if ((whole < self->shortest) | (fraction >= ALMOST_ONE)) {
+        correct_period(self);
+    }
+    return step_usual(self, err);
+}
+
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
     const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
-
-    take_period(self, period);
-    const num_t learned = lesson(self, e);
-    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e)
-                                                          : step_in_time(self, learned);
-    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
+    if (!self->usual) {
+        return step_otherwise(self, e, period.whole, period.fraction, theta_e);
+    }
+    set_period(self, period.whole, period.fraction);
+    return ctl_rc_step_raw(self, e, self->state.period.whole, self->state.period.fraction, theta_e);
 }

@@ -81,6 +81,12 @@ typedef struct {
 
 typedef struct {
     ctl_rc_params_t params;
+    uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
+#ifndef EVENSPIN_FIXED
+    float           too_long;          /**< longest + 1. */
+#endif
+    bool            whole_only;        /**< ...and whether they have no fraction. */
+    bool            usual;             /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
     ctl_fal_t       fal;
     ctl_rc_state_t  state;
 } ctl_rc_t;
@@ -106,14 +112,64 @@ enum {
  */
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity);
 
-/** Forget what was learned, start from rest. Costs O(capacity) in angle mode: not for an interrupt. Counters stay. */
+/** Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays. */
+void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);
+
+/** Forget what was learned, start from rest. Costs O(capacity): not for an interrupt. Counters stay. */
 void ctl_rc_reset(ctl_rc_t *self);
 
 /** Longest period that the memory holds, samples; in angle mode 65534. */
-uint16_t ctl_rc_period_max(const ctl_rc_t *self);
+static inline uint16_t ctl_rc_period_max(const ctl_rc_t *self) { return self->longest; }
 
-/** numerator / denominator as a period; what is not positive or too long gives the longest one. */
-ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator);
+/** numerator / denominator as a period in parts; what is not positive or too long gives the longest one. */
+static inline void ctl_period_split(num_t numerator, num_t denominator, uint16_t *whole, num_t *fraction)
+{
+    *whole = 65534U;
+    *fraction = (num_t)0;
+#ifdef EVENSPIN_FIXED
+    if ((denominator > (num_t)0) && (numerator > (num_t)0)) {
+        const int64_t samples = ((int64_t)numerator * INT64_C(0x1000000)) / denominator;
+        if (samples < (INT64_C(65534) * INT64_C(0x1000000))) {
+            *whole = (uint16_t)(samples >> 24);
+            *fraction = (num_t)(samples & INT64_C(0xFFFFFF));
+        }
+    }
+#else
+    const num_t samples = numerator / denominator;
+    if ((denominator > 0.0f) & (numerator > 0.0f) & (samples < 65534.0f)) { /* one branch; a quotient of nothing is not used */
+        *whole = (uint16_t)samples;
+        *fraction = samples - (num_t)*whole;
+    }
+#endif
+}
+
+/** The same as one. */
+static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
+{
+    ctl_period_t n;
+    ctl_period_split(numerator, denominator, &n.whole, &n.fraction);
+    return n;
+}
+
+/** The same for numerator > 0. @return false when the memory is too short for it, or denominator is 0: then it is no period. */
+static inline bool ctl_rc_period_raw(const ctl_rc_t *self, num_t numerator, num_t denominator, uint16_t *whole, num_t *fraction)
+{
+#ifdef EVENSPIN_FIXED
+    ctl_period_split(numerator, denominator, whole, fraction);
+    return *whole <= self->longest;
+#else
+    const num_t samples = numerator / denominator;
+    if (!(samples < self->too_long)) {
+        return false;
+    }
+    *whole = (uint16_t)samples;
+    *fraction = samples - (num_t)*whole;
+    return true;
+#endif
+}
+
+/** ctl_rc_step for an error that is known to be finite and a period as ctl_rc_period_raw made it. */
+num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e);
 
 /**
  * Advance one sample.

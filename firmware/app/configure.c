@@ -88,7 +88,7 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
         return bad;
     }
 
-    s->voltage_limit = num_from_float(p->voltage_limit_v / s->scale.voltage_v);
+    s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / s->scale.voltage_v) : NUM_MAX;
     s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s);
     s->id_limit = num_from_float(p->id_limit_a / s->scale.current_a);
     s->align_current = num_from_float(p->align_current_a / s->scale.current_a);
@@ -206,10 +206,10 @@ void drive_take_over(drive_t *d)
     if (!d->tracking.zero_found) {
         d->tracking.zero_e = s->encoder_offset;
     }
-    d->current.d.params = s->current_pi;
-    d->current.q.params = s->current_pi;
+    ctl_pi_tune(&d->current.d, &s->current_pi);
+    ctl_pi_tune(&d->current.q, &s->current_pi);
     d->current.deadbeat.params = s->deadbeat;
-    d->speed.pi.params = s->speed_pi;
+    ctl_pi_tune(&d->speed.pi, &s->speed_pi);
     d->tracking.pll.params = s->pll;
     d->speed.mt.params = s->mt;
     d->next_ready = 0U;

@@ -115,10 +115,7 @@ void drive_take_over_observer(drive_t *d, const drive_setup_t *before, const dri
     const bool same_memory = before->observer_used && (before->observer.kind == s->observer.kind) &&
                              (before->observer_capacity == s->observer_capacity);
     if (s->meter_used && same_chain) {
-        d->observer.meter.params = s->meter;
-        d->observer.meter.state.speed_fir.params = s->meter.fir1;
-        d->observer.meter.state.ref_fir.params = s->meter.fir1;
-        d->observer.meter.state.torque_fir.params = s->meter.fir2;
+        ctl_meter_tune(&d->observer.meter, &s->meter);
     } else if (s->meter_used) {
         (void)ctl_meter_init(&d->observer.meter, &s->meter);
     } else {

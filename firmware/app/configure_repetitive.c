@@ -100,8 +100,7 @@ void drive_take_over_repetitive(drive_t *d, const drive_setup_t *before, const d
     const bool same_memory = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
                              (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
     if (s->rc_used && same_memory) {
-        d->speed.rc.params = s->rc;
-        (void)ctl_fal_init(&d->speed.rc.fal, &s->rc.fal);
+        ctl_rc_tune(&d->speed.rc, &s->rc);
         return;
     }
     if (s->rc_used) {

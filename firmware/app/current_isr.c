@@ -5,6 +5,7 @@
 #include "hal/hal_inverter.h"
 
 #define INV_SQRT3 NUM_C(0.57735026919f)
+#define V_DC_MIN NUM_C(1.0e-3f) /* below it the voltage limit leaves nothing to modulate, but its inverse is wanted */
 #define ALIGN_LEAD_MAX NUM_C(1.0471976f) /* 60 degrees */
 
 static void set_zero_voltage(void)
@@ -40,7 +41,7 @@ void drive_rest(drive_t *d)
 static void track(drive_t *d)
 {
     drive_tracking_t *const t = &d->tracking;
-    const angle_t           raw = angle_from_rad(num_from_float(d->sample.theta_m_rad));
+    const angle_t           raw = angle_from_rad_raw(num_from_finite(d->sample.theta_m_rad));
 
     t->theta_m = d->setup.encoder_reversed ? (0U - raw) : raw;
     t->theta_e = (t->theta_m * d->setup.pole_pairs) + t->zero_e;
@@ -51,6 +52,20 @@ static void track(drive_t *d)
     (void)ctl_pll_step(&t->pll, t->theta_m);
 }
 
+/* Encoder against its tracking filter, and speed. */
+static void check_motion(drive_t *d)
+{
+    const drive_params_t *const p = &d->params;
+    const float                 speed = drive_si(d->tracking.pll.state.w, d->scale.speed_rad_s);
+    const float                 apart = num_to_float(d->tracking.pll.state.error);
+    const bool usual = (speed <= p->over_speed_rad_s) & (speed >= -p->over_speed_rad_s) & (apart <= p->encoder_jump_rad) & (apart >= -p->encoder_jump_rad);
+    if (!usual) {
+        drive_judge_motion(d, speed, apart);
+    } else {
+        d->tracking.jump_periods = 0U;
+    }
+}
+
 /* Disturbance torque, measured, and expected for the moment when a reference of now will act. */
 static void observe(drive_t *d)
 {
@@ -58,13 +73,13 @@ static void observe(drive_t *d)
     if (!d->setup.meter_used) {
         return;
     }
-    o->seen = ctl_meter_step(&o->meter, d->tracking.theta_m, d->current.ref.q);
+    o->seen = ctl_meter_step_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
     if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
-        o->estimate = ctl_observer_step(&o->observer, d->tracking.theta_m, o->seen.speed, o->seen.torque);
+        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, o->seen.speed, o->seen.torque);
     }
 }
 
-static void speed_tick(drive_t *d)
+static void speed_tick(drive_t *d, uint32_t now_cyc)
 {
     if (d->speed_count > 0U) {
         d->speed_count--;
@@ -73,81 +88,79 @@ static void speed_tick(drive_t *d)
     d->speed_count = (uint16_t)(d->setup.speed_divider - 1U);
 
     drive_speed_t *const s = &d->speed;
-    if (hal_encoder_edge(&s->edge) == HAL_SENSOR_FAULT) {
-        drive_trip(d, FAULT_encoder_error);
-    }
-    s->now_cyc = hal_clock_cyc();
+    const bool           failed = hal_encoder_edge(&s->edge) == HAL_SENSOR_FAULT;
+    s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
     if (d->setup.observer_used) {
-        ctl_observer_target(&d->observer.observer, num_from_float(drive_active_command(d)->speed_ref_rad_s * d->scale.inv_speed));
+        ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
     }
     s->tracked = (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
-    if (d->setup.speed_inline) {
-        drive_speed_step(d);
-    } else {
+    if (failed | d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
+        if (failed) {
+            drive_trip(d, FAULT_encoder_error);
+        }
+        if (d->setup.speed_inline) {
+            drive_speed_step(d);
+            return;
+        }
         if (d->speed_busy != 0U) { /* the last one has not ended */
             drive_trip(d, FAULT_speed_overrun);
         }
-        d->speed_busy = 1U;
-        hal_clock_request_speed_isr();
     }
+    d->speed_busy = 1U;
+    hal_clock_request_speed_isr();
 }
 
-static void measure_currents(drive_t *d, ctl_rotor_t *rotor, angle_t theta_e)
+static void measure_currents(drive_t *d, angle_t theta_e)
 {
     const float     inv = d->scale.inv_current;
-    const ctl_abc_t i = {num_from_float(d->ia_a * inv), num_from_float(d->ib_a * inv), num_from_float(d->ic_a * inv)};
-    ctl_ab_t        ab;
+    const ctl_abc_t i = {drive_per_base(d->ia_a, inv), drive_per_base(d->ib_a, inv), drive_per_base(d->ic_a, inv)};
+    ctl_rotor_t     rotor;
+    angle_sincos(theta_e, &rotor.sine, &rotor.cosine);
+    d->current.meas = ctl_park_raw(ctl_clarke_raw(i), rotor);
+}
 
-    angle_sincos(theta_e, &rotor->sine, &rotor->cosine);
-    (void)ctl_clarke(&i, &ab);
-    (void)ctl_park(&ab, rotor, &d->current.meas);
+static void control_by_pi(drive_current_t *c, num_t limit)
+{
+    const ctl_dq_t wanted = {ctl_pi_output_raw(&c->d, num_sub(c->ref.d, c->meas.d)), ctl_pi_output_raw(&c->q, num_sub(c->ref.q, c->meas.q))};
+    if (ctl_vector_limit_raw(wanted, limit, &c->volt)) {
+        ctl_pi_learn_raw(&c->d);
+        ctl_pi_learn_raw(&c->q);
+    } else {
+        ctl_pi_hold(&c->d); /* the vector was limited: both axes hold */
+        ctl_pi_hold(&c->q);
+    }
 }
 
 /* ahead: electrical angle at which the voltage will act */
 static void control_currents(drive_t *d, angle_t ahead)
 {
     drive_current_t *const c = &d->current;
-    const num_t            v_dc = num_from_float(d->sample.vdc_v * d->scale.inv_voltage);
-    const num_t            reach = num_mul(v_dc, INV_SQRT3);
-    const num_t            limit = (d->setup.voltage_limit > (num_t)0) ? num_min(d->setup.voltage_limit, reach) : reach;
+    const num_t            v_dc = num_max(drive_per_base(d->sample.vdc_v, d->scale.inv_voltage), V_DC_MIN);
+    const num_t            limit = num_min(d->setup.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
     if (d->setup.deadbeat_used) {
-        const ctl_dq_t wanted = ctl_deadbeat_step(&c->deadbeat, &c->meas, &c->ref, d->tracking.pll.state.w, &c->volt);
-        (void)ctl_vector_limit(&wanted, limit, &c->volt);
+        const ctl_dq_t wanted = ctl_deadbeat_step_raw(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
+        (void)ctl_vector_limit_raw(wanted, limit, &c->volt);
     } else {
-        const ctl_dq_t wanted = {ctl_pi_output(&c->d, num_sub(c->ref.d, c->meas.d)), ctl_pi_output(&c->q, num_sub(c->ref.q, c->meas.q))};
-        if (ctl_vector_limit(&wanted, limit, &c->volt)) {
-            ctl_pi_commit(&c->d, c->d.state.wanted);
-            ctl_pi_commit(&c->q, c->q.state.wanted);
-        } else {
-            ctl_pi_hold(&c->d); /* the vector was limited: both axes hold */
-            ctl_pi_hold(&c->q);
-        }
+        control_by_pi(c, limit);
     }
 
     ctl_rotor_t rotor;
-    ctl_ab_t    v;
-    ctl_abc_t   duty;
     angle_sincos(ahead, &rotor.sine, &rotor.cosine);
-    (void)ctl_inverse_park(&c->volt, &rotor, &v);
-    (void)ctl_svm(&v, v_dc, &duty);
+    const ctl_abc_t  duty = ctl_svm_raw(ctl_inverse_park_raw(c->volt, rotor), v_dc);
     const hal_duty_t out = {num_to_float(duty.a), num_to_float(duty.b), num_to_float(duty.c)};
     (void)hal_inverter_set_duty(&out);
 }
 
 static void take_references(drive_t *d)
 {
-    const drive_command_t *const cmd = drive_active_command(d);
-    const num_t                  id = num_from_float(cmd->id_ref_a * d->scale.inv_current);
+    const drive_command_t *const cmd = drive_active_command(d); /* its numbers are finite: drive_command */
+    const num_t                  id = drive_per_base(cmd->id_ref_a, d->scale.inv_current);
+    const num_t iq = (cmd->mode != DRIVE_MODE_CURRENT) ? num_sub(d->speed.iq_ref, d->observer.estimate) : drive_per_base(cmd->iq_ref_a, d->scale.inv_current);
 
     d->current.ref.d = num_clamp(id, num_neg(d->setup.id_limit), d->setup.id_limit);
-    if (cmd->mode != DRIVE_MODE_CURRENT) {
-        d->current.ref.q = num_clamp(num_sub(d->speed.iq_ref, d->observer.estimate), d->setup.speed_pi.out_min, d->setup.speed_pi.out_max);
-    } else {
-        const num_t iq = num_from_float(cmd->iq_ref_a * d->scale.inv_current);
-        d->current.ref.q = num_clamp(iq, d->setup.speed_pi.out_min, d->setup.speed_pi.out_max);
-    }
+    d->current.ref.q = num_clamp(iq, d->setup.speed_pi.out_min, d->setup.speed_pi.out_max);
 }
 
 /* A vector pulls the magnets onto it: for half of the time a quarter turn away, so that no rotor can stand opposite to
@@ -159,64 +172,90 @@ static angle_t alignment_angle(const drive_t *d)
     return target - angle_from_rad_short(num_clamp(lead, num_neg(ALIGN_LEAD_MAX), ALIGN_LEAD_MAX));
 }
 
+static void add_to_calibration(drive_t *d)
+{
+    if (d->sum_count < d->params.offset_calibration_periods) {
+        d->sum_count++;
+        d->sum_a_a += d->sample.ia_a;
+        d->sum_b_a += d->sample.ib_a;
+        d->sum_c_a += d->sample.ic_a;
+    }
+}
+
 static void act(drive_t *d)
 {
-    ctl_rotor_t rotor;
-    switch (d->state) {
-    case DRIVE_RUN:
+    angle_t at = d->tracking.theta_e;
+    angle_t ahead;
+    if (d->state == DRIVE_RUN) {
         take_references(d);
-        measure_currents(d, &rotor, d->tracking.theta_e);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
-        control_currents(d, d->tracking.theta_e + angle_from_rad_short(num_mul(d->setup.advance, d->tracking.pll.state.w)));
-        break;
-    case DRIVE_ALIGN: {
+        ahead = at + angle_from_rad_short_raw(num_mul(d->setup.advance, d->tracking.pll.state.w));
+    } else if (d->state == DRIVE_ALIGN) {
         const ctl_dq_t ref = {d->setup.align_current, (num_t)0};
-        const angle_t  at = alignment_angle(d);
         d->current.ref = ref;
-        measure_currents(d, &rotor, at);
-        control_currents(d, at);
-        break;
-    }
-    case DRIVE_OFFSET_CALIBRATION:
-        if (d->sum_count < d->params.offset_calibration_periods) {
-            d->sum_count++;
-            d->sum_a_a += d->sample.ia_a;
-            d->sum_b_a += d->sample.ib_a;
-            d->sum_c_a += d->sample.ic_a;
+        at = alignment_angle(d);
+        ahead = at;
+    } else {
+        if (d->state == DRIVE_OFFSET_CALIBRATION) {
+            add_to_calibration(d);
+        } else {
+            measure_currents(d, at);
         }
         set_zero_voltage();
-        break;
-    case DRIVE_INIT:
-    case DRIVE_READY:
-    case DRIVE_FAULT:
-    default:
-        measure_currents(d, &rotor, d->tracking.theta_e);
-        set_zero_voltage();
-        break;
+        return;
     }
+    measure_currents(d, at);
+    control_currents(d, ahead);
+}
+
+/* The gate: a sample that passes needs no further judgement and may be calculated with. NaN compares false. & instead of
+ * &&: one branch for all of it. */
+static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
+{
+    const drive_params_t *const p = &d->params;
+    const hal_sample_t *const   s = &d->sample;
+    const float                 a = s->ia_a - d->offset_a_a;
+    const float                 b = s->ib_a - d->offset_b_a;
+    const float                 c = s->ic_a - d->offset_c_a;
+    d->ia_a = a;
+    d->ib_a = b;
+    d->ic_a = c;
+    return (bool)((hal_inverter_fault() == HAL_INVERTER_FINE) & (status == HAL_OK) & (s->seq == (previous_seq + 1U)) &
+                  (a <= p->over_current_a) & (a >= -p->over_current_a) & (b <= p->over_current_a) & (b >= -p->over_current_a) &
+                  (c <= p->over_current_a) & (c >= -p->over_current_a) & (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
+                  (s->theta_m_rad <= 100.0f) & (s->theta_m_rad >= -100.0f) & d->seen_sample);
+}
+
+static bool take_sample(drive_t *d)
+{
+    const uint32_t     previous_seq = d->sample.seq;
+    const hal_status_t status = hal_sample_read(&d->sample);
+    if (is_usual(d, status, previous_seq)) {
+        d->lost_samples = 0U;
+        d->bad_samples = 0U;
+        return true;
+    }
+    return drive_check_sample(d, status, previous_seq);
 }
 
 void drive_current_isr(drive_t *d)
 {
     const uint32_t started = hal_clock_cyc();
-    const uint32_t previous_seq = d->sample.seq;
 
     if ((d->next_ready != 0U) && (d->speed_busy == 0U)) {
         drive_take_over(d);
     }
-    const hal_status_t status = hal_sample_read(&d->sample);
-    if (drive_check_sample(d, status, previous_seq)) {
+    if (take_sample(d)) {
         track(d);
-        drive_check_motion(d);
+        check_motion(d);
         observe(d);
-        speed_tick(d);
+        speed_tick(d, started);
         act(d);
     } else {
         set_zero_voltage(); /* nothing to control with */
     }
-    if (d->periods_in_state < UINT16_MAX) {
-        d->periods_in_state++;
-    }
+    const uint16_t periods = d->periods_in_state;
+    d->periods_in_state = (uint16_t)(periods + ((periods < UINT16_MAX) ? 1U : 0U));
 
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;

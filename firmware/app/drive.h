@@ -101,7 +101,7 @@ typedef struct {
     bool             observer_used, meter_used, deadbeat_used, observer_hold;
     drive_position_setup_t position;
     num_t            error_scale;     /**< Speed error to loop error. */
-    num_t            voltage_limit;   /**< 0: follow the dc link. */
+    num_t            voltage_limit;   /**< NUM_MAX: follow the dc link. */
     num_t            advance;         /**< Voltage angle advance per mechanical speed, rad electrical. */
     num_t            id_limit, align_current;
     num_t            align_damping;   /**< Lead of the alignment vector against a mechanical speed, rad electrical. */

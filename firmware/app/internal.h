@@ -47,8 +47,8 @@ void drive_trip(drive_t *d, drive_fault_t fault);
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
 /** protection.c: at the current limit without motion, in speed mode. Speed interrupt. */
 void drive_check_stall(drive_t *d);
-/** protection.c: encoder against its tracking filter, speed. Current interrupt. */
-void drive_check_motion(drive_t *d);
+/** protection.c: what to do about a motion that is not usual: encoder against its tracking filter, speed. Current interrupt. */
+void drive_judge_motion(drive_t *d, float speed_rad_s, float apart_rad);
 
 /** position.c: the position loop: configuration, start, one sample. */
 uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup);
@@ -60,6 +60,28 @@ void     drive_position_step(drive_t *d, const drive_command_t *command);
 
 /** speed_isr.c: one sample of the speed loop. */
 void drive_speed_step(drive_t *d);
+
+/** A finite number in SI units over its base; the bases of the float build are 1. */
+static inline num_t drive_per_base(float x, float inverse_base)
+{
+#ifdef EVENSPIN_FIXED
+    return num_from_float(x * inverse_base);
+#else
+    (void)inverse_base;
+    return x;
+#endif
+}
+
+/** The other way round. */
+static inline float drive_si(num_t x, float base)
+{
+#ifdef EVENSPIN_FIXED
+    return num_to_float(x) * base;
+#else
+    (void)base;
+    return x;
+#endif
+}
 
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
 static inline bool drive_is_armed(const drive_t *d) { return (d->state == DRIVE_RUN) || (d->state == DRIVE_ALIGN); }

@@ -162,7 +162,7 @@ void drive_take_over_position(drive_t *d, const drive_setup_t *before, const dri
     const drive_position_setup_t *const q = &s->position;
     const bool same_memory = (before->position.method == q->method) && (before->position.cells == q->cells) &&
                              (before->observer_used == s->observer_used);
-    o->pi.params = q->velocity_pi;
+    ctl_pi_tune(&o->pi, &q->velocity_pi);
     o->rdc.params = q->rdc;
     (void)ctl_profile_tune(&o->profile, o->homing ? &q->homing : &q->profile);
     if (same_memory) {
@@ -315,7 +315,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     const num_t feedback = ctl_pi_output(&o->pi, num_sub(wanted, o->speed));
     num_t       torque = feedback;
     if (q->method == DRIVE_POSITION_RDC) {
-        torque = num_add(torque, ctl_rdc_step(&o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
+        torque = num_add(torque, ctl_rdc_step_raw(&o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
         if (q->learns) {
             torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.state.robust)));
         }

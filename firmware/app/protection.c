@@ -97,16 +97,14 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
     return true;
 }
 
-void drive_check_motion(drive_t *d)
+void drive_judge_motion(drive_t *d, float speed_rad_s, float apart_rad)
 {
     const drive_params_t *const p = &d->params;
-    const float                 speed = num_to_float(d->tracking.pll.state.w) * d->scale.speed_rad_s;
-    const float                 apart = num_to_float(d->tracking.pll.state.error);
 
-    if (!inside(speed, p->over_speed_rad_s)) {
+    if (!inside(speed_rad_s, p->over_speed_rad_s)) {
         drive_trip(d, FAULT_over_speed);
     }
-    if (inside(apart, p->encoder_jump_rad)) {
+    if (inside(apart_rad, p->encoder_jump_rad)) {
         d->tracking.jump_periods = 0U;
     } else if (d->tracking.jump_periods < p->encoder_jump_periods) {
         d->tracking.jump_periods++;

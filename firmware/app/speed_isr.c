@@ -16,11 +16,12 @@ static num_t ripple_correction(drive_t *d, num_t error, num_t ref)
     if (!d->setup.rc_used) {
         return (num_t)0;
     }
-    const ctl_period_t n = ctl_period_ratio(d->setup.rc_period_scale, num_abs(ref));
-    if (n.whole > ctl_rc_period_max(&d->speed.rc)) {
+    uint16_t whole = 0U;
+    num_t    fraction = (num_t)0;
+    if (!ctl_rc_period_raw(&d->speed.rc, d->setup.rc_period_scale, num_abs(ref), &whole, &fraction)) {
         return (num_t)0; /* too slow for the memory, or no reference: the controller rests and keeps what it knows */
     }
-    return ctl_rc_step(&d->speed.rc, error, n, d->speed.theta_e);
+    return ctl_rc_step_raw(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
 }
 
 void drive_speed_step(drive_t *d)
@@ -44,7 +45,7 @@ void drive_speed_step(drive_t *d)
         return;
     }
     s->ref_rad_s = cmd->speed_ref_rad_s;
-    const num_t ref = num_from_float(s->ref_rad_s * d->scale.inv_speed);
+    const num_t ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
 
     s->error = num_mul(num_sub(ref, s->meas), d->setup.error_scale);
     s->correction = ripple_correction(d, s->error, ref);

@@ -433,7 +433,7 @@ es_fir_t *es_fir_new(int order, double cutoff_over_rate, double *taps_out)
 }
 void   es_fir_free(es_fir_t *fir) { free(fir); }
 double es_fir_step(es_fir_t *fir, double x) { return out(ctl_fir_step(&fir->fir, signal_in(x))); }
-double es_fir_delay_samples(const es_fir_t *fir) { return 0.5 * ctl_fir_delay_half(&fir->fir.params); }
+double es_fir_delay_samples(const es_fir_t *fir) { return 0.5 * fir->fir.order; }
 
 struct es_observer {
     ctl_meter_t    meter;

@@ -25,6 +25,12 @@ def row(name: str, worst: int) -> Row:
         ("  %a = fmul float %b, 0x3FC45F3060000000", 35),
         ("  %a = add nsw i64 %b, %c", 50),
         ("  %a = sdiv i64 %b, %c", 6000),
+        ("  %a = mul nuw nsw i64 %b, %c", 100),
+        ("  %a = lshr i64 %b, 32", 3),
+        ("  %a = lshr i64 %b, 31", 75),
+        ("  %a = and i64 %b, 4294967295", 3),
+        ("  %a = call float @tmu_sin_turns(float %b)", 40),
+        ("  %a = tail call float @tmu_sqrt(float %b)", 50),
         ("  ret void", 0),
         ("  tail call void @hal_inverter_disarm()", 460),
         ("  call void @llvm.memcpy.p0.p0.i64(ptr align 4 %a, ptr align 4 %b, i64 24, i1 false)", 180),
@@ -32,6 +38,17 @@ def row(name: str, worst: int) -> Row:
 )
 def test_an_instruction_costs_what_the_table_says(line: str, tenths: int) -> None:
     assert costs.cost(line) == tenths
+
+
+def test_a_product_of_two_values_of_32_bits_costs_two_products_and_not_one_of_64_bits() -> None:
+    wide = "define i64 @f(i32 %a, i16 %b, i64 %c) {\n  %x = zext i32 %a to i64\n  %y = zext i16 %b to i64\n"
+
+    def added(product: str) -> int:
+        text = instrument(f"{wide}  %p = mul i64 {product}\n  ret i64 %p\n}}\n")
+        return int(re.search(r"add i64 %evs.a0, (\d+)", text)[1])  # type: ignore[index]
+
+    assert added("%x, %y") == 3 + 3 + 20
+    assert added("%x, %c") == 3 + 3 + 100
 
 
 def test_every_block_adds_its_cost_before_its_end() -> None:
@@ -126,13 +143,16 @@ def test_an_emulator_that_refuses_the_plugin_is_said_in_one_line(
 def test_instructions_counted_are_those_that_stand_in_the_program(tmp_path: Path) -> None:
     counts = m4.count_instructions(measuring.source_root(), tmp_path)
 
-    listing = subprocess.run(
-        ["arm-none-eabi-objdump", "-d", "--disassemble=angle_sincos", tmp_path / "driver.elf"],
-        capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
-    code = [line.split("\t")[2:] for line in listing.splitlines() if re.match(r"\s+[0-9a-f]+:\t", line)]
-    returns = [k for k, words in enumerate(code) if re.match(r"bx lr|(ldr|ldr.w) pc,|pop {.*pc}", " ".join(words))]
-    jumps = [words for words in code[: returns[0]] if re.match(r"(b|bl|blx|cbz|cbnz|b[a-z]{2})(\.n|\.w)?$", words[0])]
+    def code(name: str) -> list[list[str]]:
+        words = ["arm-none-eabi-objdump", "-d", f"--disassemble={name}", tmp_path / "driver.elf"]
+        listing = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+        return [line.split("\t")[2:] for line in listing.splitlines() if re.match(r"\s+[0-9a-f]+:\t", line)]
+
+    # a jump to the portable function, which has no branches: each instruction once, and nothing behind the return
+    assert [words[0] for words in code("inlined_sincos")] == ["b.w"]
+    body = code("angle_sincos_portable")
+    returns = [k for k, words in enumerate(body) if re.match(r"bx lr|(ldr|ldr.w) pc,|pop {.*pc}", " ".join(words))]
+    jumps = [words for words in body[: returns[0]] if re.match(r"(b|bl|blx|cbz|cbnz|b[a-z]{2})(\.n|\.w)?$", words[0])]
     assert (len(returns), jumps) == (1, [])
-    assert counts["angle_sincos"] == returns[0] + 1  # no branches: each of them once, and nothing behind the return
+    assert counts["angle_sincos"] == 1 + returns[0] + 1
     assert counts["current_isr aro"] > counts["current_isr pi"] > counts["speed_isr pi"] > counts["ctl_pi_output"]

@@ -228,3 +228,24 @@ void test_ctl_ring_init_takes_the_ends_of_the_range(void)
     ASSERT_NUM_WITHIN(0.0, (double)((40000U - 1U - 32766U) % 101U), ctl_ring_get(&ring, 32766U));
     TEST_ASSERT_EQUAL(CTL_OK, ctl_ring_init(&ring, memory, CAPACITY).status);
 }
+
+/* ---- full from the start --------------------------------------------------------------------------------------------- */
+
+void test_ctl_ring_filled_with_zeros_is_valid_everywhere_and_stays_within_its_memory(void)
+{
+    push_up_to(2);
+    ctl_ring_fill_zero(&ring);
+
+    TEST_ASSERT_EQUAL_UINT16(CAPACITY, ring.filled);
+    for (uint16_t d = 0; d < CAPACITY; d++) {
+        ASSERT_NUM_WITHIN(0.0, 0.0, memory[d]);
+    }
+    for (int k = 1; k <= 12; k++) {
+        ctl_ring_push_full(&ring, num_of(k));
+        for (uint16_t d = 0; d < CAPACITY; d++) {
+            const double want = (k > d) ? (double)(k - d) : 0.0;
+            ASSERT_NUM_WITHIN_AT(0.0, want, ctl_ring_get(&ring, d), at("push %d, delay %u", k, d));
+            ASSERT_NUM_WITHIN_AT(0.0, want, memory[ctl_ring_place(&ring, d)], at("push %d, place of delay %u", k, d));
+        }
+    }
+}

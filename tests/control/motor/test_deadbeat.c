@@ -578,3 +578,42 @@ void test_ctl_deadbeat_init_clears_the_count(void)
 
     TEST_ASSERT_EQUAL_UINT32(0U, deadbeat.state.rejected);
 }
+
+/* ---- without looking ------------------------------------------------------------------------------------------------------ */
+
+void test_ctl_deadbeat_raw_is_the_same_for_numbers(void)
+{
+    start(TRUE_MODEL, 0.1);
+    ctl_deadbeat_t twin = deadbeat;
+    noise_t        noise = {97U};
+    for (int k = 0; k < 300; k++) {
+        const ctl_dq_t i = {num_of(noise_next(&noise)), num_of(noise_next(&noise))};
+        const ctl_dq_t r = {num_of(noise_next(&noise)), num_of(noise_next(&noise))};
+        const ctl_dq_t v = {num_of(noise_next(&noise)), num_of(noise_next(&noise))};
+        const num_t    w = num_of(4.0 * noise_next(&noise));
+        const ctl_dq_t want = ctl_deadbeat_step(&twin, &i, &r, w, &v);
+
+        const ctl_dq_t got = ctl_deadbeat_step_raw(&deadbeat, i, r, w, v);
+
+        ASSERT_SAME_BITS(want, got);
+        ASSERT_SAME_BITS(twin.state.predicted, deadbeat.state.predicted);
+    }
+}
+
+void test_ctl_deadbeat_raw_is_bounded_and_recovers_whatever_comes(void)
+{
+    start(TRUE_MODEL, 0.1);
+    noise_t noise = {98U};
+    for (int k = 0; k < 3000; k++) {
+        const bool     nasty = (k % 100) < 50;
+        const ctl_dq_t i = {nasty ? noise_nasty(&noise) : num_of(0.1), nasty ? noise_nasty(&noise) : num_of(0.2)};
+        const ctl_dq_t r = {num_of(0.1), num_of(0.2)};
+        const ctl_dq_t out = ctl_deadbeat_step_raw(&deadbeat, i, r, num_of(1.0), r);
+
+        ASSERT_BOUNDED_AT(100.0, out.d, at("sample %d", k));
+        ASSERT_BOUNDED_AT(100.0, out.q, at("sample %d", k));
+        if ((k % 100) > 53) {
+            ASSERT_BOUNDED_AT(50.0, deadbeat.state.predicted.q, at("sample %d", k));
+        }
+    }
+}

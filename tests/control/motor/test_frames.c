@@ -264,3 +264,34 @@ void test_ctl_frames_of_anything_are_bounded(void)
         ASSERT_BOUNDED_AT(bound, out_ab.beta, at("turn %u", i));
     }
 }
+
+/* ---- without looking ------------------------------------------------------------------------------------------------------ */
+
+void test_ctl_frames_raw_are_the_same_for_numbers(void)
+{
+    noise_t noise = {25U};
+    for (uint32_t i = 0; i < 500U; i++) {
+        const ctl_abc_t   abc = {num_of(30.0 * noise_next(&noise)), num_of(30.0 * noise_next(&noise)), num_of(30.0 * noise_next(&noise))};
+        const ctl_ab_t    ab = {abc.b, abc.c};
+        const ctl_dq_t    dq = {abc.a, abc.c};
+        const ctl_rotor_t r = rotor_at(noise_bits(&noise));
+        ctl_ab_t          ab_want;
+        ctl_abc_t         abc_want;
+        ctl_dq_t          dq_want;
+
+        const ctl_ab_t clarke = ctl_clarke_raw(abc);
+        TEST_ASSERT_TRUE(ctl_clarke(&abc, &ab_want));
+        ASSERT_SAME_BITS(ab_want, clarke);
+        const ctl_abc_t back = ctl_inverse_clarke_raw(ab);
+        TEST_ASSERT_TRUE(ctl_inverse_clarke(&ab, &abc_want));
+        ASSERT_SAME_BITS(abc_want, back);
+        const ctl_dq_t park = ctl_park_raw(ab, r);
+        TEST_ASSERT_TRUE(ctl_park(&ab, &r, &dq_want));
+        TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(dq_want.d), value_of(park.d)); /* the other one cuts the sine to 1 */
+        TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(dq_want.q), value_of(park.q));
+        const ctl_ab_t out = ctl_inverse_park_raw(dq, r);
+        TEST_ASSERT_TRUE(ctl_inverse_park(&dq, &r, &ab_want));
+        TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(ab_want.alpha), value_of(out.alpha));
+        TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(ab_want.beta), value_of(out.beta));
+    }
+}

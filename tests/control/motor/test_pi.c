@@ -445,3 +445,40 @@ void test_ctl_pi_init_takes_zero_gains(void)
     TEST_ASSERT_EQUAL(CTL_OK, ctl_pi_init(&pi, &p).status);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, sample(2.0, 3.0));
 }
+
+/* ---- other gains, and without looking --------------------------------------------------------------------------------------- */
+
+void test_ctl_pi_tune_goes_on_from_its_state_with_the_new_gains_and_bound(void)
+{
+    (void)sample(1.0, 100.0);
+    const double    x = value_of(pi.state.x);
+    ctl_pi_params_t p = valid_params();
+    p.kp = num_of(0.5);
+    p.out_min = num_of(-8.0);
+
+    ctl_pi_tune(&pi, &p);
+
+    TEST_ASSERT_EQUAL_DOUBLE(x + (0.5 * 0.25), sample(0.25, 100.0));
+    for (int k = 0; k < 500; k++) {
+        ctl_pi_commit(&pi, ctl_pi_output(&pi, num_of(-1.0)));
+    }
+    TEST_ASSERT_TRUE(value_of(pi.state.x) < -3.0);
+    TEST_ASSERT_TRUE(value_of(pi.state.x) >= -8.0);
+}
+
+void test_ctl_pi_raw_is_output_and_commit_of_a_proposal_that_was_realised(void)
+{
+    ctl_pi_t twin = pi;
+    noise_t  noise = {35U};
+    for (int k = 0; k < 300; k++) {
+        const num_t err = num_of(noise_next(&noise));
+        const num_t want = ctl_pi_output(&twin, err);
+        ctl_pi_commit(&twin, twin.state.wanted);
+
+        const num_t got = ctl_pi_output_raw(&pi, err);
+        ctl_pi_learn_raw(&pi);
+
+        TEST_ASSERT_TRUE_MESSAGE(want == got, at("sample %d", k));
+        ASSERT_SAME_BITS(twin.state, pi.state);
+    }
+}

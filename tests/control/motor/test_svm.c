@@ -230,3 +230,55 @@ void test_ctl_vector_limit_of_anything_is_bounded_by_the_limit(void)
         TEST_ASSERT_TRUE_MESSAGE(length <= allowed + rounding, at("turn %u", i));
     }
 }
+
+/* ---- without looking ------------------------------------------------------------------------------------------------------ */
+
+void test_ctl_svm_raw_is_the_same_for_what_the_other_accepts(void)
+{
+    noise_t noise = {57U};
+    for (uint32_t i = 0; i < 1000U; i++) {
+        const ctl_ab_t v = {num_of(1.5 * noise_next(&noise)), num_of(1.5 * noise_next(&noise))};
+        const num_t    v_dc = num_of(0.5 + fabs(noise_next(&noise)));
+        ctl_abc_t      want;
+        TEST_ASSERT_TRUE(ctl_svm(&v, v_dc, &want));
+
+        const ctl_abc_t got = ctl_svm_raw(v, v_dc);
+
+        ASSERT_SAME_BITS(want, got);
+    }
+}
+
+void test_ctl_svm_raw_of_anything_gives_duties_between_zero_and_one(void)
+{
+    noise_t noise = {58U};
+    for (uint32_t i = 0; i < 5000U; i++) {
+        const ctl_ab_t  v = {noise_nasty(&noise), noise_nasty(&noise)};
+        const ctl_abc_t duty = ctl_svm_raw(v, noise_nasty(&noise));
+
+        TEST_ASSERT_TRUE_MESSAGE((duty.a >= (num_t)0) && (duty.a <= num_of(1.0)), at("turn %u", i));
+        TEST_ASSERT_TRUE_MESSAGE((duty.b >= (num_t)0) && (duty.b <= num_of(1.0)), at("turn %u", i));
+        TEST_ASSERT_TRUE_MESSAGE((duty.c >= (num_t)0) && (duty.c <= num_of(1.0)), at("turn %u", i));
+    }
+}
+
+void test_ctl_vector_limit_raw_cuts_to_the_length_and_leaves_what_is_shorter(void)
+{
+    noise_t noise = {59U};
+    for (uint32_t i = 0; i < 2000U; i++) {
+        const ctl_dq_t v = {num_of(60.0 * noise_next(&noise)), num_of(60.0 * noise_next(&noise))};
+        const double   length = hypot(value_of(v.d), value_of(v.q));
+        const double   share = 0.1 + (3.0 * fabs(noise_next(&noise)));
+        const double   limit = value_of(num_of(length * share));
+        ctl_dq_t       out;
+        if (fabs(share - 1.0) < 1e-5) {
+            continue; /* closer than the rounding of the squares */
+        }
+
+        TEST_ASSERT_EQUAL_MESSAGE(share > 1.0, ctl_vector_limit_raw(v, num_of(limit), &out), at("turn %u", i));
+
+        const double cut = (share > 1.0) ? 1.0 : (limit / length);
+        const double bound = (limit * 4e-7) + per_numeric(0.0, 2.0 * FIXED_STEP);
+        ASSERT_NUM_WITHIN_AT(bound, cut * value_of(v.d), out.d, at("turn %u", i));
+        ASSERT_NUM_WITHIN_AT(bound, cut * value_of(v.q), out.q, at("turn %u", i));
+    }
+}

@@ -227,3 +227,42 @@ void test_angle_from_rad_short_of_anything_is_an_angle(void)
 #endif
     TEST_ASSERT_EQUAL_UINT32(0U, angle_from_rad_short((num_t)0));
 }
+
+/* ---- without looking, sizes, turns ------------------------------------------------------------------------------------ */
+
+void test_angle_raw_forms_are_the_same_within_their_range(void)
+{
+    noise_t noise = {8U};
+    for (uint32_t i = 0; i < 1000U; i++) {
+        const num_t far = num_of(180.0 * noise_next(&noise));
+        const num_t near = num_of(6.0 * noise_next(&noise));
+
+        TEST_ASSERT_EQUAL_UINT32(angle_from_rad(far), angle_from_rad_raw(far));
+        TEST_ASSERT_EQUAL_UINT32(angle_from_rad_short(near), angle_from_rad_short_raw(near));
+    }
+}
+
+void test_angle_from_rad_short_raw_of_what_is_not_a_number_is_half_a_turn_back(void)
+{
+    FLOAT_ONLY();
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -TWO_PI / 2.0, value_of(angle_to_rad_signed(angle_from_rad_short_raw(NOT_FINITE[0]))));
+}
+
+void test_angle_size_is_the_shortest_way(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(0U, angle_size(0U));
+    TEST_ASSERT_EQUAL_UINT32(5U, angle_size(5U));
+    TEST_ASSERT_EQUAL_UINT32(5U, angle_size(0U - 5U));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x80000000), angle_size(UINT32_C(0x80000000)));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x7FFFFFFF), angle_size(UINT32_C(0x80000001)));
+}
+
+void test_angle_to_turns_is_the_part_of_a_turn(void)
+{
+    noise_t noise = {7U};
+    for (uint32_t i = 0; i < 500U; i++) {
+        const angle_t angle = noise_bits(&noise);
+
+        ASSERT_NUM_WITHIN_AT(per_numeric(1.0 / 33554432.0, FIXED_STEP), (double)angle / TURN_STEPS, angle_to_turns(angle), at("turn %u", i));
+    }
+}

@@ -313,3 +313,22 @@ void test_ctl_diag_count_shows_the_whole_number_as_far_as_it_can(void)
     ASSERT_NUM_WITHIN(per_numeric(0.0, FIXED_STEP), per_numeric(32766.0, 128.0), high.given);
     ASSERT_NUM_WITHIN(per_numeric(0.0, FIXED_STEP), per_numeric(32767.0, 128.0), large.given);
 }
+
+void test_num_clamp_of_what_is_not_a_number_is_the_lower_end(void)
+{
+    FLOAT_ONLY();
+    TEST_ASSERT_TRUE(num_clamp(NOT_FINITE[0], num_of(-2.0), num_of(3.0)) == num_of(-2.0));
+}
+
+void test_num_raw_forms_are_the_same_for_ordinary_numbers(void)
+{
+    noise_t noise = {9U};
+    for (uint32_t i = 0; i < 500U; i++) {
+        const num_t a = num_of(20.0 * noise_next(&noise));
+        const num_t b = num_of(1.0 + noise_next(&noise));
+        const float x = (float)(40.0 * noise_next(&noise));
+
+        TEST_ASSERT_TRUE(num_quotient(a, b) == num_div(a, b));
+        TEST_ASSERT_TRUE(num_from_finite(x) == num_from_float(x));
+    }
+}

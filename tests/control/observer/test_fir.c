@@ -368,3 +368,21 @@ void test_ctl_fir_init_starts_from_zero_and_clears_the_counter(void)
     TEST_ASSERT_EQUAL_UINT32(0U, fir.state.rejected);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, step(0.0));
 }
+
+/* ---- other taps ------------------------------------------------------------------------------------------------------------- */
+
+void test_ctl_fir_tune_changes_the_taps_without_a_break_in_the_samples(void)
+{
+    const ctl_fir_params_t p = valid_params();
+    ctl_fir_params_t       other = p;
+    other.order = 1U;
+    other.tap[0] = other.tap[1] = num_of(0.5);
+    (void)step(2.0);
+    (void)step(6.0);
+
+    ctl_fir_tune(&fir, &other);
+
+    TEST_ASSERT_EQUAL_DOUBLE(0.5 * (6.0 + 10.0), step(10.0));
+    ctl_fir_tune(&fir, &p);
+    TEST_ASSERT_EQUAL_DOUBLE((1.0 * 4.0 + 2.0 * 10.0 + 3.0 * 6.0 + 2.0 * 2.0) / 16.0, step(4.0));
+}

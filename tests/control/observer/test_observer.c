@@ -827,6 +827,7 @@ static uint16_t samples_at(double rpm)
 
 void test_ctl_observer_target_gives_the_nearest_number_of_samples_per_turn(void)
 {
+    start_kind(CTL_OBSERVER_RO); /* nobody else asks for it */
     static const struct {
         double   rpm;
         uint16_t samples;
@@ -838,6 +839,7 @@ void test_ctl_observer_target_gives_the_nearest_number_of_samples_per_turn(void)
 
 void test_ctl_observer_target_of_a_creeping_or_standing_shaft_is_no_period(void)
 {
+    start_kind(CTL_OBSERVER_RO);
     TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, samples_at(0.0));
     TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, samples_at(9.1));
     TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, samples_at(-9.1));
@@ -1365,4 +1367,30 @@ void test_ctl_observer_init_without_a_pointer_says_so(void)
 
     TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_observer_init(NULL, &p, room, CELLS).status);
     assert_rejected(NULL, room, CELLS, CTL_ERR_NULL, 0U);
+}
+
+/* ---- without looking ------------------------------------------------------------------------------------------------------ */
+
+void test_ctl_observer_raw_is_the_same_for_numbers(void)
+{
+    for (int kind = 0; kind <= (int)CTL_OBSERVER_ARO; kind++) {
+        double  first[600];
+        noise_t noise = {111U};
+        for (int pass = 0; pass < 2; pass++) {
+            start_kind((ctl_observer_kind_t)kind);
+            ctl_observer_target(&observer, num_of(0.5));
+            noise.seed = 111U;
+            for (int k = 0; k < 600; k++) {
+                const num_t torque = num_of(noise_next(&noise));
+                const num_t speed = num_of(0.5);
+                const num_t out = (pass == 0) ? ctl_observer_step(&observer, angle_at(0.008 * k), speed, torque)
+                                              : ctl_observer_step_raw(&observer, angle_at(0.008 * k), speed, torque);
+                if (pass == 0) {
+                    first[k] = value_of(out);
+                } else {
+                    ASSERT_NUM_WITHIN_AT(0.0, first[k], out, at("kind %d, sample %d", kind, k));
+                }
+            }
+        }
+    }
 }

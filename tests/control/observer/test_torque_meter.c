@@ -510,3 +510,23 @@ void test_ctl_meter_init_without_a_pointer_says_so(void)
     TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_meter_init(NULL, &p).status);
     assert_rejected(NULL, CTL_ERR_NULL, 0U);
 }
+
+/* ---- other parameters, and without looking ----------------------------------------------------------------------------------- */
+
+void test_ctl_meter_tune_to_the_same_parameters_leaves_no_trace(void)
+{
+    ctl_meter_t              twin = meter;
+    const ctl_meter_params_t p = valid_params();
+    noise_t                  noise = {75U};
+    for (int k = 0; k < 200; k++) {
+        const num_t   ref = num_of(noise_next(&noise));
+        const angle_t theta = angle_at(0.002 * k);
+        if ((k % 50) == 25) {
+            ctl_meter_tune(&meter, &p);
+        }
+        const ctl_meter_out_t want = ctl_meter_step(&twin, theta, ref);
+        const ctl_meter_out_t got = ctl_meter_step_raw(&meter, theta, ref);
+
+        ASSERT_SAME_BITS(want, got);
+    }
+}

@@ -347,3 +347,22 @@ void test_ctl_rdc_init_rejects_what_is_not_a_number_wherever_it_is(void)
         }
     }
 }
+
+/* ---- without looking ------------------------------------------------------------------------------------------------------ */
+
+void test_ctl_rdc_raw_is_the_same_for_numbers(void)
+{
+    const ctl_rdc_params_t p = valid_params();
+    noise_t                noise = {117U};
+    start(&p);
+    ctl_rdc_t twin = rdc;
+    for (int k = 0; k < 300; k++) {
+        const ctl_setpoint_t c = command((ctl_position_t)noise_bits(&noise) * 5, 4.0 * noise_next(&noise), 10.0 * noise_next(&noise));
+        const num_t          error = num_of(0.01 * noise_next(&noise));
+        const num_t          speed_error = num_of(noise_next(&noise));
+
+        TEST_ASSERT_TRUE_MESSAGE(ctl_rdc_step(&twin, &c, error, speed_error) == ctl_rdc_step_raw(&rdc, &c, error, speed_error), at("sample %d", k));
+        ASSERT_NUM_WITHIN_AT(per_numeric(1e-7, 3.0 * FIXED_STEP), value_of(ctl_rdc_robust(speed_error, num_of(0.25), num_of(0.5))),
+                             ctl_rdc_robust_raw(speed_error, num_of(0.25), num_of(0.5)), at("sample %d", k));
+    }
+}

@@ -1124,3 +1124,111 @@ void test_ctl_rc_init_takes_the_ends_of_every_range(void)
     p.freeze_samples = UINT16_MAX;
     start(&p);
 }
+
+/* ---- the straight way, other parameters, periods in parts -------------------------------------------------------------------- */
+
+void test_ctl_rc_the_straight_way_gives_what_the_general_way_gives(void)
+{
+    /* a freeze that nothing reaches is all that tells them apart */
+    static num_t      other_memory[CAPACITY];
+    static ctl_rc_t   general;
+    ctl_rc_params_t   p = valid_params();
+    p.q.side = num_of(0.45);
+    p.q.centre = num_of(0.1);
+    for (int fal = 0; fal < 2; fal++) {
+        p.fal_at = (fal != 0) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_NONE;
+        p.freeze_above = (num_t)0;
+        start(&p);
+        p.freeze_above = num_of(120.0);
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&general, &p, other_memory, CAPACITY).status);
+        TEST_ASSERT_TRUE(rc.usual);
+        TEST_ASSERT_FALSE(general.usual);
+        noise_t noise = {77U};
+        for (int k = 0; k < 2000; k++) {
+            const num_t        e = num_of(8.0 * noise_next(&noise));
+            const ctl_period_t n = period_of(((k % 900) < 700) ? 40.0 + (0.01 * (k % 37)) : ((k % 2) ? 2.5 : 500.0));
+            const num_t        want = ctl_rc_step(&general, e, n, 0U);
+
+            ASSERT_NUM_WITHIN_AT(per_numeric(1e-4, 1e-4), value_of(want), ctl_rc_step(&rc, e, n, 0U), at("fal %d, sample %d", fal, k));
+        }
+        TEST_ASSERT_EQUAL_UINT32(general.state.cut_periods, rc.state.cut_periods);
+        TEST_ASSERT_TRUE(rc.state.cut_periods > 0U);
+    }
+}
+
+void test_ctl_rc_raw_takes_a_period_that_is_too_short_or_almost_whole_as_the_other_does(void)
+{
+    const ctl_rc_params_t p = valid_params();
+    static num_t          other_memory[CAPACITY];
+    static ctl_rc_t       raw;
+    start(&p);
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&raw, &p, other_memory, CAPACITY).status);
+    for (int k = 0; k < 400; k++) {
+        static const double PERIODS[] = {20.0, 20.25, 3.5, 20.9998};
+        const ctl_period_t  n = period_of(PERIODS[(k / 10) % 4]);
+        const num_t         e = num_of((k % 20) * 0.125);
+
+        TEST_ASSERT_TRUE_MESSAGE(ctl_rc_step(&rc, e, n, 0U) == ctl_rc_step_raw(&raw, e, n.whole, n.fraction, 0U), at("sample %d", k));
+    }
+    TEST_ASSERT_EQUAL_UINT32(rc.state.cut_periods, raw.state.cut_periods);
+}
+
+void test_ctl_rc_raw_of_another_kind_goes_the_general_way(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.order = 3U;
+    start(&p);
+    double got = 0.0;
+    for (int k = 0; k < 21; k++) {
+        got = value_of(ctl_rc_step_raw(&rc, num_of((k == 3) ? 2.0 : 0.0), 20U, (num_t)0, 0U));
+        if (k == 20) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, got); /* half of it, 20 samples less a lead of 3 later */
+        }
+    }
+}
+
+void test_ctl_rc_tune_keeps_what_was_learned_and_takes_the_new_gain_and_fal(void)
+{
+    ctl_rc_params_t p = valid_params();
+    start(&p);
+    (void)step(4.0, 20.0);
+    p.gain = num_of(0.25);
+    p.fal_at = CTL_RC_FAL_INPUT;
+    p.fal.alpha = num_of(0.5);
+
+    ctl_rc_tune(&rc, &p);
+
+    wait(16U, 20.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, step(4.0, 20.0)); /* of before the change: half of 4, 20 - 3 samples later */
+    ctl_rc_tune(&rc, &p); /* no change: nothing happens */
+    wait(16U, 20.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.25 * 2.0, step(0.0, 20.0)); /* a quarter of the root of 4 */
+    p.fal_at = CTL_RC_FAL_NONE;
+    ctl_rc_tune(&rc, &p);
+    (void)step(4.0, 20.0);
+    wait(16U, 20.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, step(0.0, 20.0));
+}
+
+void test_ctl_rc_period_in_parts_is_the_ratio_as_long_as_the_memory_holds_it(void)
+{
+    const ctl_rc_params_t p = valid_params();
+    start(&p);
+    for (double speed = 0.125; speed < 8.0; speed *= 1.09) {
+        const num_t        d = num_of(speed);
+        const ctl_period_t want = ctl_period_ratio(num_of(100.0), d);
+        uint16_t           whole = 0U;
+        num_t              fraction = (num_t)0;
+
+        const bool fits = ctl_rc_period_raw(&rc, num_of(100.0), d, &whole, &fraction);
+
+        TEST_ASSERT_EQUAL_MESSAGE(want.whole <= ctl_rc_period_max(&rc), fits, at("%g", speed));
+        if (fits) {
+            TEST_ASSERT_EQUAL_UINT16(want.whole, whole);
+            TEST_ASSERT_TRUE(want.fraction == fraction);
+        }
+    }
+    uint16_t whole = 0U;
+    num_t    fraction = (num_t)0;
+    TEST_ASSERT_FALSE(ctl_rc_period_raw(&rc, num_of(100.0), (num_t)0, &whole, &fraction));
+}

@@ -6,6 +6,7 @@ A cost is what an operation adds to code that a compiler has scheduled, not its 
 from __future__ import annotations
 
 import re
+from collections.abc import Container
 
 CALL = 160  # LCR 4, LRETR 4, eight pushes, pops and moves of arguments
 ISR_FRAME = 650  # interrupt entry 14, save and restore of everything the compiler uses, IRET 8
@@ -18,6 +19,7 @@ INTEGER = {
 DIVISION = {"sdiv": 420, "udiv": 420, "srem": 420, "urem": 420}  # library: RPT #31 || SUBCUL, call included
 LONG_LONG = 5  # 64 bits: so many times the 32-bit operation for what is not a product or a quotient
 LONG_LONG_MULTIPLY = 100  # three 32 x 32 products and their sums
+WIDENING_MULTIPLY = 20  # 32 x 32 to 64: one product for each half, IMPYL and QMPYL
 LONG_LONG_DIVIDE = 6000  # library routine, bit by bit
 CONSTANT = 15  # MOVIZ and MOVXI of a float constant; 1 where the low half is zero
 LOAD = 10
@@ -43,6 +45,9 @@ EXTERNAL = {
     "hal_inverter_disarm": 300,
 }
 
+# The TMU's instructions, which control/numeric/tmu.h names: published latencies, no call.
+TMU = {"tmu_sin_turns": 40, "tmu_cos_turns": 40, "tmu_sqrt": 50}
+
 INSTRUCTION = re.compile(r"^\s+(?:(?P<result>%[-\w.$]+|%\"[^\"]+\")\s*=\s*)?(?P<rest>\S.*)$")
 FLAGS = re.compile(r"\b(?:tail|musttail|notail|nuw|nsw|exact|inbounds|volatile|nnan|ninf|nsz|fast)\b ?")
 FLOAT_CONSTANT = re.compile(r"(?<![%@\w.])(?:0x[0-9A-F]{8,16}|-?\d+\.\d+e[+-]\d+)")
@@ -50,14 +55,35 @@ EASY = re.compile(r"^0x[0-9A-F]{4}0{12}$|^-?\d\.0+e\+00$")
 MEMORY = re.compile(r"@llvm\.(memcpy|memmove|memset)[^(]*\(.*?i64 (?P<size>\d+|%[-\w.]+), i1")
 
 
-def cost(line: str) -> int:
-    """Tenths of a cycle for one instruction of LLVM's text; 0 for what is not an instruction."""
+WIDENED = re.compile(r"^\s+(?P<result>%[-\w.$]+) = [sz]ext (?:nneg )?i(?:8|16|32) ")
+OPERANDS = re.compile(r"^mul i64 (?P<a>[-%\w.$]+), (?P<b>[-%\w.$]+)")
+HALF = re.compile(r"^(?:[la]shr i64 \S+, 32\b|and i64 \S+, 4294967295\b)")
+
+
+def widened(line: str) -> str | None:
+    """The name of a 64-bit value that this line makes of one of 32 bits or less."""
+    match = WIDENED.match(line)
+    return match["result"] if match is not None and " to i64" in line else None
+
+
+def is_widening_product(text: str, narrow: Container[str]) -> bool:
+    operands = OPERANDS.match(text)
+    return operands is not None and operands["a"] in narrow and operands["b"] in narrow
+
+
+def cost(line: str, narrow: Container[str] = ()) -> int:
+    """Tenths of a cycle for one instruction of LLVM's text; 0 for what is not an instruction.
+
+    `narrow`: names of 64-bit values that hold 32 bits.
+    """
     match = INSTRUCTION.match(line)
     if match is None or line.lstrip().startswith(";"):
         return 0
     text = FLAGS.sub("", match["rest"])
     code = text.split(" ", 1)[0].rstrip(",")
     wide = " i64" in text.split(",")[0]
+    if HALF.match(text) or (code == "mul" and is_widening_product(text, narrow)):
+        return WIDENING_MULTIPLY if code == "mul" else CAST  # half of a register pair: it is there already
     total = 0
     if code in FLOAT:
         total = FLOAT[code]
@@ -102,4 +128,4 @@ def call_cost(text: str) -> int:
         if re.match(r"llvm\.(lifetime|dbg|assume|experimental|va_)", name[1]):
             return 0
         return MINMAX * (LONG_LONG if ".i64" in name[1] else 2)
-    return CALL + EXTERNAL.get(name[1], 0)
+    return TMU[name[1]] if name[1] in TMU else CALL + EXTERNAL.get(name[1], 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from evenspin.cycles.costs import cost
+from evenspin.cycles.costs import cost, widened
 
 TERMINATOR = re.compile(r"^\s+(?:br|ret|switch|unreachable)\b")
 COUNTER = "evenspin_cycles"
@@ -16,14 +16,17 @@ def instrument(text: str) -> str:
     inside = False
     block = 0
     serial = 0
+    narrow: set[str | None] = set()
     for line in text.splitlines():
         if line.startswith("define "):
             inside, block = True, 0
+            narrow.clear()
         elif line == "}":
             inside = False
         elif inside:
+            narrow.add(widened(line))
             if TERMINATOR.match(line):
-                block += cost(line)
+                block += cost(line, narrow)
                 if block and not line.lstrip().startswith("unreachable"):
                     lines += [
                         f"  %evs.a{serial} = load i64, ptr @{COUNTER}",
@@ -33,7 +36,7 @@ def instrument(text: str) -> str:
                     serial += 1
                 block = 0
             else:
-                block += cost(line)
+                block += cost(line, narrow)
         lines.append(line)
     if f"@{COUNTER} = " not in text:
         lines.append(f"@{COUNTER} = external global i64")

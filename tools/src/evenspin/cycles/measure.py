@@ -24,7 +24,7 @@ GROWTH = 1.03
 BUDGETS = Path("tests/budget/budgets.toml")
 OPTIONS = (
     "-std=gnu99 -ffp-contract=off -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -fno-discard-value-names "
-    "-fno-builtin -Wno-everything"
+    "-fno-builtin -Wno-everything -DEVENSPIN_TMU_MARKED"
 ).split()
 
 # TI's cycles, call included: assembly that somebody scheduled by hand, and C without optimisation.

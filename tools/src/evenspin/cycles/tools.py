@@ -22,8 +22,9 @@ def include_options(root: Path) -> list[str]:
 
 
 def code_sources(root: Path) -> list[Path]:
-    """What runs on the chip but for the port."""
-    return sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
+    """What runs on the chip but for the port, and what its headers define inline as functions of their own."""
+    own = sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
+    return [*own, root / "tests/target/cycles/inlined.c"]
 
 
 def link_sources(root: Path) -> list[Path]:

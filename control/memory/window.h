@@ -1,0 +1,45 @@
+/**
+ * @file  control/memory/window.h
+ * @brief The newest 16 samples, lying one after the other: no index wraps while they are read.
+ *
+ * Every sample is kept twice, 16 places apart, so that 16 places from the newest one on are always the newest 16 samples.
+ * Before the newest lie CTL_WINDOW_MARGIN places that may be read, too, and mean nothing but are finite: so a sum of fixed
+ * length can run over its end with coefficients of zero.
+ * Cost  a push is two stores; a read is one load at a fixed offset.
+ */
+#ifndef CONTROL_MEMORY_WINDOW_H
+#define CONTROL_MEMORY_WINDOW_H
+
+#include "control/numeric/num.h"
+
+#define CTL_WINDOW_SIZE 16U
+#define CTL_WINDOW_MARGIN 6U
+
+typedef struct {
+    num_t    x[CTL_WINDOW_MARGIN + (2U * CTL_WINDOW_SIZE)];
+    uint16_t head; /**< Place of the newest sample, [0, CTL_WINDOW_SIZE - 1]; falls with every push. */
+} ctl_window_t;
+
+/** All samples are @p x. */
+static inline void ctl_window_fill(ctl_window_t *self, num_t x)
+{
+    for (uint16_t i = 0U; i < (CTL_WINDOW_MARGIN + (2U * CTL_WINDOW_SIZE)); i++) {
+        self->x[i] = x;
+    }
+    self->head = 0U;
+}
+
+/** The newest sample; [1] is the one before it, up to [CTL_WINDOW_SIZE - 1]. */
+static inline const num_t *ctl_window_newest(const ctl_window_t *self) { return &self->x[CTL_WINDOW_MARGIN + self->head]; }
+
+/** Put @p x in front; the oldest leaves. @return ctl_window_newest. */
+static inline const num_t *ctl_window_push(ctl_window_t *self, num_t x)
+{
+    self->head = (uint16_t)((self->head - 1U) & (CTL_WINDOW_SIZE - 1U));
+    num_t *const at = &self->x[CTL_WINDOW_MARGIN + self->head];
+    at[0] = x;
+    at[CTL_WINDOW_SIZE] = x;
+    return at;
+}
+
+#endif
