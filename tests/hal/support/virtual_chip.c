@@ -112,6 +112,8 @@ void world_period(void)
     feed_watch();
 }
 
+void world_make_up_time(void) { chip.cycles = (chip.cycles < zero_cycles) ? chip.cycles : zero_cycles; }
+
 void world_run(int periods)
 {
     for (int k = 0; k < periods; k++) {

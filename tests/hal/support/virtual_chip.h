@@ -34,5 +34,7 @@ void world_begin(double angle_rad);
 void world_period(void);
 /** Periods with one pass of the main loop each. */
 void world_run(int periods);
+/** Take back the cycles by which the program is late, so that the next period begins in time. */
+void world_make_up_time(void);
 
 #endif
