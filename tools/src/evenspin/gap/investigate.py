@@ -24,7 +24,7 @@ BEAM = 2  # first explanations that are carried on
 SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
 GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
 SHARE_MIN = 0.10  # of the excess that an effect has to explain
-IMPERFECT_SHARE = 0.015  # of what a first effect explains: what its model may leave, where nothing significant is left
+IMPERFECT_SHARE = 0.005  # of what a first effect explains: what its model may leave, where nothing significant is left
 WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
@@ -94,8 +94,9 @@ class Investigation:
             search.reconsider(best)
             best = search.refine(search.rejudged(best), 3)
             floor = self.floor(best)
+            steps += [m for m in self.beam if len(best.z) > 1 and set(m.z) < set(best.z)][:1]  # how it went there
             steps.append(best)
-            for stage in range(2, EFFECTS_MAX + 1):
+            for stage in range(len(best.z) + 1, EFFECTS_MAX + 1):
                 better = self._next(best, floor, 0.3 + 0.15 * stage)
                 if better is None:
                     break
@@ -138,7 +139,11 @@ class Investigation:
             return min(both, key=lambda m: m.cost, default=nothing)
         self.beam = sorted(singles, key=lambda m: m.cost)[:BEAM]
         self.pairs = pairs
-        return self.beam[0]
+        single = self.beam[0]
+        whole = [m for m in pairs if not floor.is_significant(m.cost) and self._earns(single, m, floor)]
+        if whole and floor.is_significant(single.cost):
+            return min(whole, key=lambda m: m.cost)
+        return single
 
     def _next(self, best: Model, floor: Floor, share: float) -> Model | None:
         """One more effect, from the best explanation and from its runner-up."""
@@ -178,10 +183,13 @@ class Investigation:
         best = math.inf
         start_cost = self.search.nothing.cost
         for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
-            if out and not floor.is_significant(best) and lead.gain < NEAR_GAIN * leads[0].gain:
+            explained = bool(out) and not floor.is_significant(best)
+            if explained and (
+                lead.gain < NEAR_GAIN * leads[0].gain or (len(lead.z) > 1 and len(out[0].z) == len(lead.z))
+            ):
                 continue
             wild = any(not self.library[name].linear for name in lead.z)
-            if wild and out and lead.gain < WILD_GAIN * (start_cost - best):
+            if wild and out and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
