@@ -50,12 +50,12 @@ class Replay:
         self.t_s = record["t_s"] - record["t_s"][0]
         pwm_hz = numbers.number("pwm_hz")
         self.decimate = max(1, round(pwm_hz * float(np.median(np.diff(record["t_s"])))))
-        self._counts = numbers.number("encoder", "counts_per_rev")
+        self.counts_per_rev = numbers.number("encoder", "counts_per_rev")
         self._start_rad = float(record["theta_m_rad"][0])
-        self._noise_a = numbers.number("current_noise_a")
-        self._machine = {key: numbers.number("motor", key) for key in MACHINE}
-        self._setup = {key: numbers.number(key) for key in ("dc_link_v", "pwm_hz", "current_lsb_a")}
-        self._drive = _drive(numbers, self._counts)
+        self.current_noise_a = numbers.number("current_noise_a")
+        self.machine = {key: numbers.number("motor", key) for key in MACHINE}
+        self.setup = {key: numbers.number(key) for key in ("dc_link_v", "pwm_hz", "current_lsb_a")}
+        self.drive = _drive(numbers, self.counts_per_rev)
         self._inputs = self._references(record)
 
     def run(self, signals: tuple[str, ...], unit: Unit = Unit()) -> NDArray[np.float64]:  # noqa: B008 (frozen)
@@ -92,22 +92,22 @@ class Replay:
         return inputs
 
     def _configure(self, simulation: Simulation, unit: Unit) -> None:
-        for key, value in self._machine.items():
+        for key, value in self.machine.items():
             simulation.set_model(key, value * unit.factors.get(key, 1.0))
-        for key, value in self._setup.items():
+        for key, value in self.setup.items():
             simulation.set_model(key, value)
-        simulation.set_model("counts_per_rev", self._counts)
+        simulation.set_model("counts_per_rev", self.counts_per_rev)
         simulation.set_model("current_range_a", NO_LIMIT)
         simulation.set_model("rotor_locked", float(self.locked))
         # the encoder cuts to whole counts: the true start angle is half a count larger on average
-        part = unit.count_part * 2.0 * math.pi / self._counts if self._counts > 0.0 else 0.0
+        part = unit.count_part * 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev > 0.0 else 0.0
         simulation.set_model("initial_angle_rad", self._start_rad + part)
         inputs = self._inputs
         if unit.noise_seed is not None:
-            simulation.set_model("current_noise_a", self._noise_a)
+            simulation.set_model("current_noise_a", self.current_noise_a)
             simulation.set_seed(unit.noise_seed)
             inputs = self._with_load_noise(unit.noise_seed)
-        for key, value in self._drive.items():
+        for key, value in self.drive.items():
             simulation.set_param(key, value)
         for effect, params in unit.effects.items():
             for param, value in params.items():

@@ -13,9 +13,9 @@ from evenspin.gap.evidence import model_features
 from evenspin.gap.forward import Forward
 from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.leftover import Line, leftover_lines
+from evenspin.gap.outcome import Validation
 from evenspin.gap.search import Lead, Model, Search
 from evenspin.gap.tolerance import SIGMA, unit_of
-from evenspin.gap.validation import Validation
 from evenspin.log.case import Case
 
 EFFECTS_MAX = 3
@@ -174,7 +174,8 @@ class Investigation:
 
     def _validates(self, without: Model, with_it: Model) -> bool:
         """One more effect must not make the records worse that no fit has seen."""
-        before, after = (self.validation.gap(self.search.effects(m.z), m.delta) for m in (without, with_it))
+        units = (unit_of(self.search.effects(m.z), m.delta) for m in (without, with_it))
+        before, after = (self.validation.outcome(unit).gap for unit in units)
         return not after > before * (1.0 + WORSE_SHARE)
 
     def _refined(self, leads: list[Lead], floor: Floor, start: float, end: float) -> list[Model]:

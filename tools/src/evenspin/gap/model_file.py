@@ -33,7 +33,7 @@ def write_model(
     name = str(case.meta.get("case", case.path.name))
     lines = [f"# {note}" for note in notes]
     lines += [f"name = {_quoted(name + '-found')}", 'description = "nominal machine with what its log showed"', ""]
-    lines += ["[plant]", *_plant(replay, unit, delta), "", "[drive]", *_table(replay._drive, tables().params)]
+    lines += ["[plant]", *_plant(replay, unit, delta), "", "[drive]", *_table(replay.drive, tables().params)]
     for effect, params in unit.effects.items():
         about = "added: " + known(effect).signature if effect in effects else "residual error of a sound unit"
         if effect in effects and any(t.sensor and t.sensor[0] == effect for t in TOLERANCES):
@@ -44,7 +44,12 @@ def write_model(
 
 
 def _plant(replay: Replay, unit: Unit, delta: Any) -> list[str]:
-    numbers = {**replay._machine, **replay._setup, "counts_per_rev": replay._counts, "current_noise_a": replay._noise_a}
+    numbers = {
+        **replay.machine,
+        **replay.setup,
+        "counts_per_rev": replay.counts_per_rev,
+        "current_noise_a": replay.current_noise_a,
+    }
     fields = tables().model
     sigma = {key: t.sigma for t in TOLERANCES for key in t.factors}
     lines = []
