@@ -61,7 +61,7 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
     small_torque = 0.004 * torque
     log = math.log
     return [
-        _pair("current_offset", ("offset_a_a", "offset_b_a"), 0.01 * amps, 0.03, amps),
+        _pair("current_offset", ("offset_a_a", "offset_b_a"), 0.01 * amps, 0.028, amps),
         Hypothesis(
             "current_gain",
             (Coordinate("gain_a", 0.03, -0.5, 0.5), Coordinate("gain_b", 0.03, -0.5, 0.5)),
@@ -183,7 +183,7 @@ def _pair(name: str, params: tuple[str, str], probe: float, edge: float, limit: 
         name,
         tuple(Coordinate(param, probe, -limit, limit) for param in params),
         lambda z: {param: float(x) for param, x in zip(params, z, strict=True)},
-        lambda z: float(np.max(np.abs(z))) / edge,
+        lambda z: float(np.hypot(*z)) / edge,
         ((0.0, 0.0),),
     )
 
