@@ -7,13 +7,15 @@ know. 0.165 leaves 10 % for the start angle, known to half an encoder count only
 from __future__ import annotations
 
 import json
+import math
 import shutil
 from pathlib import Path
 
 import pytest
 from evenspin.cli.main import main
-from evenspin.compare import case_gap
+from evenspin.compare import Replay, Unit, case_gap
 from evenspin.errors import InputError
+from evenspin.log.case import read_case
 
 CASES = Path(__file__).parents[2] / "tests" / "data" / "foreign_drive"
 FLOOR = (0.12, 0.165)
@@ -71,3 +73,22 @@ def test_a_wrong_effect_is_one_line_and_exit_2(option: str, said: str, capsys: p
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"encoder_eccentricity": {"amplitude_rad": 0.05, "phase_rad": 1.0}},
+        {"encoder_offset": {"angle_el_rad": -0.4}},
+        {"encoder_eccentricity": {"amplitude_rad": 0.02, "phase_rad": 4.0}, "encoder_offset": {"angle_el_rad": 0.3}},
+    ],
+)
+def test_a_unit_with_a_wrong_encoder_starts_where_the_log_reads(effects: dict[str, dict[str, float]]) -> None:
+    case = read_case(CASES / "example_clean")
+    record = case.experiments["validation"]
+    count_rad = 2.0 * math.pi / case.meta["encoder"]["counts_per_rev"]
+
+    rows = Replay(case.path, case.meta, "validation", record).run(("theta_m_rad", "true_theta_m_rad"), Unit(effects))
+
+    assert rows[0, 0] == pytest.approx(record["theta_m_rad"][0], abs=0.51 * count_rad)
+    assert abs(rows[0, 1] - record["theta_m_rad"][0]) > 5.0 * count_rad  # the rotor itself stands elsewhere

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from evenspin.compare.load import reading_noise, steady_load
 from evenspin.errors import MISSING, InputError, NativeError
 from evenspin.log.case import META
+from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 from evenspin.sim.record import Record
 
@@ -22,6 +23,7 @@ LOCKED = ("standstill_steps", "validation_steps")  # rotor held, current mode
 HINT = "docs/log-format.md describes meta.json"
 NO_LIMIT = 1e3  # protection of a drive that is only re-simulated: out of the way
 MACHINE = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
+START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
 RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
 
 Effects = Mapping[str, Mapping[str, float]]
@@ -101,7 +103,7 @@ class Replay:
         simulation.set_model("rotor_locked", float(self.locked))
         # the encoder cuts to whole counts: the true start angle is half a count larger on average
         part = unit.count_part * 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev > 0.0 else 0.0
-        simulation.set_model("initial_angle_rad", self._start_rad + part)
+        simulation.set_model("initial_angle_rad", self._true_start_rad(self._start_rad + part, unit.effects))
         inputs = self._inputs
         if unit.noise_seed is not None:
             simulation.set_model("current_noise_a", self.current_noise_a)
@@ -114,6 +116,25 @@ class Replay:
                 simulation.set_effect(effect, param, value)
         for key, (times, values) in inputs.items():
             simulation.set_input(key, times, values)
+
+    def _true_start_rad(self, reading_rad: float, effects: Effects) -> float:
+        """Angle of the rotor when the encoder, with its errors, reads this: asked from the simulator's encoder."""
+        known = tables().effects
+        errors = {name: params for name, params in effects.items() if known[name].acts_on == "angle_sensor"}
+        true = reading_rad
+        for _ in range(START_PASSES if errors else 0):
+            probe = Simulation("float")
+            probe.set_model("counts_per_rev", 0.0)
+            probe.set_model("pole_pairs", self.machine["pole_pairs"])
+            probe.set_model("rotor_locked", 1.0)
+            probe.set_model("initial_angle_rad", true)
+            for effect, params in errors.items():
+                for param, value in params.items():
+                    probe.set_effect(effect, param, value)
+            probe.start()
+            probe.record(("theta_m_rad",))
+            true += math.remainder(reading_rad - float(probe.run(1)[0, 0]), math.tau)
+        return true
 
     def _with_load_noise(self, seed: int) -> _Inputs:
         """The sensor read another noise: what of it got into the input differs from repeat to repeat."""

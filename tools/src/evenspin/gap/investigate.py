@@ -20,6 +20,7 @@ from evenspin.log.case import Case
 
 EFFECTS_MAX = 3
 LEADS = 6  # refined per stage
+SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 BEAM = 2  # first explanations that are carried on
 SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
 GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
@@ -91,9 +92,7 @@ class Investigation:
         steps = [nothing]
         if best.z:
             self.say("noise around the first explanation", 0.35)
-            search.reconsider(best)
-            best = search.refine(search.rejudged(best), 3)
-            floor = self.floor(best)
+            best, floor = self._settled(best)
             steps += [m for m in self.beam if len(best.z) > 1 and set(m.z) < set(best.z)][:1]  # how it went there
             steps.append(best)
             for stage in range(len(best.z) + 1, EFFECTS_MAX + 1):
@@ -101,9 +100,7 @@ class Investigation:
                 if better is None:
                     break
                 best = better
-                search.reconsider(best)
-                best = search.refine(search.rejudged(best), 3)
-                floor = self.floor(best)
+                best, floor = self._settled(best)
                 steps.append(best)
         self.say("dropping and weighing", 0.85)
         best, weights = self._drop(best, floor)
@@ -125,6 +122,18 @@ class Investigation:
         )
 
     # ---- stages ------------------------------------------------------------------------------------------------------
+
+    def _settled(self, model: Model) -> tuple[Model, Floor]:
+        """The model refined under the noise level and the tolerances around itself; again while that still helps."""
+        cost = math.inf
+        for _ in range(SETTLE_MAX):
+            self.search.reconsider(model)
+            model = self.search.refine(self.search.rejudged(model), 4)
+            floor = self.floor(model)
+            if not floor.is_significant(model.cost) or model.cost > 0.97 * cost:
+                break
+            cost = model.cost
+        return model, floor
 
     def _first(self, nothing: Model, floor: Floor) -> Model:
         """The best single effect or pair to go on from; nothing when none earns a place."""
