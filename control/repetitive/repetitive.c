@@ -48,7 +48,6 @@ static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t 
     self->params = *params;
     self->usual = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
                   (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
-    self->state.period.whole = 0U; /* no period is: the coefficients are computed anew */
     if (params->fal_at != CTL_RC_FAL_NONE) {
         self->fal = *fal;
     } else { /* a linear part without an end */
@@ -96,6 +95,7 @@ void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
         (void)ctl_fal_init(&fal, &params->fal);
     }
     take(self, params, &fal);
+    ctl_lagrange(params->order, self->state.period.fraction, self->state.a);
 }
 
 void ctl_rc_reset(ctl_rc_t *self)

@@ -1210,6 +1210,20 @@ void test_ctl_rc_tune_keeps_what_was_learned_and_takes_the_new_gain_and_fal(void
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, step(0.0, 20.0));
 }
 
+void test_ctl_rc_tune_is_no_change_of_the_period(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.memory = CTL_RC_CLEAR; /* would clear at a change by more than a sample */
+    start(&p);
+    (void)step(4.0, 20.0);
+
+    ctl_rc_tune(&rc, &p);
+
+    TEST_ASSERT_EQUAL_UINT16(20U, rc.state.period.whole);
+    wait(16U, 20.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, step(0.0, 20.0));
+}
+
 void test_ctl_rc_period_in_parts_is_the_ratio_as_long_as_the_memory_holds_it(void)
 {
     const ctl_rc_params_t p = valid_params();
