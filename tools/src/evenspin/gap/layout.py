@@ -15,6 +15,8 @@ from evenspin.sim.record import Record
 SETTLE_S = 0.3  # a speed loop of some hertz has settled; shorter stretches lose 40 %
 MIN_STEADY_S = 0.25
 STEP_BINS_MS = (0, 2, 4, 6, 8, 10, 15, 20, 30, 40, 50, 65, 80, 100, 130, 160, 200, 250, 300)
+AT_REST_RAD_S = 0.02
+FORGET_S = 0.1
 RAMP_BIN_S = 0.025
 COAST_WINDOW_S = 0.4
 COAST_SHARE = 0.15  # of the speed at release
@@ -58,11 +60,16 @@ def layout_of(replay: Replay, record: Record) -> Layout:
     cuts, ramps = _cuts(record["speed_ref_rad_s"][:end], load[:end], rate_hz)
     steady: list[Stretch] = []
     bins: list[Bins] = []
+    turning = abs(float(record["speed_rad_s"][0])) > AT_REST_RAD_S
     for start, stop in zip(cuts, cuts[1:], strict=False):
         if any(first < stop and start < last for first, last in ramps):
             bins.append(Bins("ramp", _even(start, stop, RAMP_BIN_S * rate_hz)))
             continue
-        bins.append(Bins("step", _after_step(start, stop, rate_hz)))
+        edges = _after_step(start, stop, rate_hz)
+        if start == 0 and turning:  # the simulation starts at rest: give both the time to forget it
+            edges = edges[edges >= FORGET_S * rate_hz]
+        if len(edges) > 1:
+            bins.append(Bins("step", edges))
         length = stop - start
         settled = start + min(round(SETTLE_S * rate_hz), round(0.4 * length))
         if stop - settled >= MIN_STEADY_S * rate_hz:
