@@ -15,8 +15,8 @@ from evenspin.cli import (
     cycles,
     demo,
     design,
-    drive,
     doctor,
+    drive,
     gap,
     identify,
     lists,
@@ -40,7 +40,8 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, memory, drive, bench, scope, lists, demo, benchmark, cycles, doctor, pages,
+    run, reproduce, design, identify, compare, gap, memory, drive, bench, scope, lists, demo, benchmark, cycles,
+    doctor, pages,
 ):  # fmt: skip
     module.register(app)
 

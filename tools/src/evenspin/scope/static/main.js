@@ -165,7 +165,7 @@ function showSlowThings() {
   foot.replaceChildren(
     item("drive time", state ? `${state.uptime_s.toFixed(1)} s` : "–"),
     item("stream", layout ? `${layout.names.length} signals at ${number(layout.rate_hz, 4)} Hz` : "–"),
-    item("lost rows", String(state?.lost_rows ?? "–"), state?.lost_rows > 0), item("frames", `${views.live.fps}/s`),
+    item("lost rows", String(state?.lost_rows ?? "–"), state?.lost_rows > 0), item("frames", shown === "live" && views.live.pausedAt === null ? `${views.live.fps}/s` : "–"),
     item("bad frames on the link", String(state?.frames_bad ?? "–")), h("span", { class: "alert", id: "said" }, said));
 }
 
