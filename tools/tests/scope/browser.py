@@ -107,9 +107,10 @@ def chromium(width: int = 1280, height: int = 800) -> Iterator[Browser]:
 
 
 @contextmanager
-def scope_command(port: str) -> Iterator[str]:
+def scope_command(port: str, http_port: int | str = 0) -> Iterator[str]:
     """`evenspin scope` in a process of its own; the address of the page."""
-    words = [sys.executable, "-c", "from evenspin.cli import main; main()", "scope", "--port", port, "--http-port", "0"]
+    words = [sys.executable, "-c", "from evenspin.cli import main; main()", "scope"]
+    words += ["--port", port, "--http-port", str(http_port)]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     try:
         assert process.stdout is not None

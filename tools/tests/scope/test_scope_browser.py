@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from browser import Browser, chromium, missing, scope_command
@@ -129,6 +130,30 @@ def test_a_second_page_watches_and_can_stop(page: Browser) -> None:
     page.until_state("ready")
     page.driver.close()
     page.driver.switch_to.window(first)
+
+
+def test_what_is_shown_can_be_taken_away_as_csv_and_as_a_picture(page: Browser, tmp_path: Path) -> None:
+    allow = {"behavior": "allow", "downloadPath": str(tmp_path)}
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", allow)
+    page.until(lambda: int(page.data("#foot", "fps")) > 0, "rows are drawn")
+    page.press("#export-csv")
+    page.press("#export-png")
+    page.until(lambda: {path.name for path in tmp_path.iterdir()} >= {"live.csv", "live.png"}, "both files are there")
+    assert (tmp_path / "live.csv").read_text().startswith("t_s,speed_ref_rad_s,")
+    assert (tmp_path / "live.png").read_bytes()[1:4] == b"PNG"
+
+
+def test_the_page_says_when_the_scope_has_ended_and_finds_the_next_one(browser: Browser, bench) -> None:
+    with scope_command(bench.port) as address:
+        browser.driver.get(address)
+        browser.until_state("ready")
+    browser.until(lambda: "No connection to the scope" in browser.text("#banners"), "the page says so")
+    assert not browser.find("#arm").is_enabled()
+    with scope_command(bench.port, http_port=address.rstrip("/").rpartition(":")[2]):
+        browser.until_state("ready")
+        browser.until(lambda: browser.text("#banners") == "", "all is well again")
+    browser.driver.get("about:blank")
+    browser.complaints()
 
 
 def test_spectrum_and_ripple_are_shown_over_the_angle(page: Browser) -> None:

@@ -72,6 +72,8 @@ class Desk:
             return result or {}
         except (EvenspinError, OSError) as error:
             return {"error": str(error).removeprefix("bench: ")}
+        except Exception as error:  # a mistake of ours: the page must hear of it, and the next stop must work
+            return {"error": f"{request.do} failed: {error!r}"}
         finally:
             self.feed.ask_state_soon()
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from evenspin.bench import Drive, Stream
 from evenspin.bench.errors import LinkLostError, NoDeviceError
 from evenspin.bench.messages import DriveState, Event
-from evenspin.errors import EvenspinError
 from evenspin.scope.history import History
 
 AGAIN_S = 0.5
@@ -64,7 +63,7 @@ class Feed:
     def __post_init__(self) -> None:
         self._closing = threading.Event()
         self._news = threading.Event()  # of the drive: ask for its state now
-        self._silent: EvenspinError | None = None
+        self._silent: LinkLostError | None = None
         self._numbers = 0
         self._choosing = threading.RLock()
         self._thread = threading.Thread(target=self._run, name="scope feed", daemon=True)
@@ -107,7 +106,7 @@ class Feed:
         while not self._closing.is_set():
             try:
                 drive = self.open_drive(lambda _: self._news.set())
-            except (EvenspinError, OSError) as error:
+            except Exception as error:  # whatever it is: say it, and try again
                 self._say("searching", str(error))
                 self._closing.wait(AGAIN_S)
                 continue
@@ -115,7 +114,7 @@ class Feed:
             try:
                 self._attach(drive)
                 self._read_on(drive)
-            except (EvenspinError, OSError) as error:
+            except Exception as error:  # a thread that ends unseen would leave a page that shows the past
                 text = str(error)
             finally:
                 self.drive = self.live = self.state = None
@@ -160,8 +159,9 @@ class Feed:
             self._news.clear()
             try:
                 state = drive.state()
-            except (EvenspinError, OSError) as error:
-                self._silent = LinkLostError(str(error)) if self.drive is drive else None
+            except Exception as error:  # also an answer that cannot be read: it is not the drive that it was
+                if self.drive is drive:
+                    self._silent = LinkLostError(str(error))
                 return
             if self.drive is drive:
                 self.state = state

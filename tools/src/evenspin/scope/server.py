@@ -32,8 +32,8 @@ REQUESTS_AT_ONCE = 16
 REDUCED_PAIRS = 1024
 
 HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
-    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; "
+    "base-uri 'none'; form-action 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -81,6 +81,7 @@ class Scope:
         self._hosts = allowed_names(host)
         self._numbers = 0
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._answering: set[asyncio.Task[None]] = set()
         self._work = ThreadPoolExecutor(4, "scope work")
         self._stopping = ThreadPoolExecutor(2, "scope stop")  # a stop never waits for a worker
         feed.notify = self._notify
@@ -188,7 +189,8 @@ class Scope:
         else:
             page.requests += 1
             task = asyncio.create_task(self._answer(page, request))
-            task.add_done_callback(lambda done: done.exception())
+            self._answering.add(task)  # the loop itself holds tasks only weakly
+            task.add_done_callback(self._answering.discard)
 
     async def _answer(self, page: Page, request: Any) -> None:
         pool = self._stopping if request.do == "stop" else self._work

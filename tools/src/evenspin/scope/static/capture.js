@@ -86,7 +86,7 @@ export class CaptureView {
     const most = Math.floor(drive.capture_values / Math.max(1, this.names.length));
     const rows = Math.min(Number(this.rows.value) || 0, most);
     const span = (rows * Number(this.every.value)) / drive.pwm_hz;
-    this.duration.textContent = `= ${seconds(span)} · at most ${most} rows`;
+    this.duration.textContent = `= ${seconds(span)}, at most ${most}`;
     for (const control of [this.armButton, this.now, this.cancel]) control.disabled = !this.scope.mayWrite && !this.scope.mayLook;
   }
 

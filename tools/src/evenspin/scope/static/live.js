@@ -77,19 +77,18 @@ export class LiveView {
 
   draw(now) {
     const { ring } = this.scope;
-    if (!ring.written || (ring.written === this.#drawn)) return;
+    if (!ring.written) return;
     if (this.body.hidden) this.#showEmpty();
-    if (this.pausedAt !== null && this.#drawn >= 0) {
-      this.#figures(now);
+    if (this.#drawn >= 0 && (this.pausedAt !== null || ring.written === this.#drawn)) {
+      this.#figures(now); // the cursor may move
       return;
     }
-    const fresh = ring.written !== this.#drawn;
     const end = this.pausedAt ?? ring.lastTime;
     const shown = ring.window(end - this.seconds, end, this.panes.pixels, end);
     this.panes.draw(shown.t, shown.columns, [-this.seconds, 0]);
     this.#drawn = ring.written;
     this.#figures(now);
-    if (fresh) this.#count(now);
+    this.#count(now);
   }
 
   #figures(now) {
