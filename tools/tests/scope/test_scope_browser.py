@@ -115,6 +115,7 @@ def test_the_stop_button_is_never_covered(page: Browser) -> None:
             " && r.top >= 0 && r.bottom <= innerHeight && document.documentElement.scrollHeight <= innerHeight"
         )
         assert on_top, view
+        page.key("?")  # the list of keys, from the first view on
 
 
 def test_a_second_page_watches_and_can_stop(page: Browser) -> None:

@@ -22,6 +22,7 @@ from evenspin.bench.schema import own_schema
 from evenspin.log.csvfile import read_csv
 from evenspin.scope import Feed, make_app, server
 from evenspin.scope.feed import DEFAULT_SIGNALS, opener
+from virtual_bench import running_bench
 
 WAIT_S = 5.0  # the longest that anything here may take; a wait ends when the thing has happened
 
@@ -266,6 +267,26 @@ def test_a_capture_is_triggered_where_it_was_asked_for(bench) -> None:
         assert speed[:100].max() <= 15.0 < speed[101:120].max()
 
     with_scope(bench.port, work)
+
+
+def test_a_stop_does_not_wait_for_a_capture_that_is_being_fetched() -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        assert "error" not in await page.ask("watch", signals=["speed_rad_s"], rate_hz=100.0)
+        await page.turn()
+        await page.ask("capture", signals=list(DEFAULT_SIGNALS), rows=700)
+        await page.until(lambda: page.last.get("capture", {}).get("status") == "fetching")
+        begun_s = time.monotonic()
+        assert "error" not in await page.ask("stop")
+        took_s = time.monotonic() - begun_s
+        assert page.last["capture"]["status"] == "fetching"
+        # 700 rows of 8 signals are 22 kB: 2 s at 115200 baud. Three answers that are on their way are 0.07 s of it.
+        assert took_s < 0.7
+        await page.state("ready")
+
+    with running_bench("sim:guo2024?baud=115200") as slow:
+        with_scope(slow.port, work)
 
 
 def test_a_wrong_capture_is_refused_at_once(bench) -> None:

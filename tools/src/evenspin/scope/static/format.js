@@ -6,7 +6,7 @@ export const RPM_PER_RAD_S = 60 / (2 * Math.PI);
 export function number(value, figures = 4) {
   if (!Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e6 || size < 1e-4)) return value.toExponential(figures - 2).replace("e+", "e");
+  if (size >= 1e6) return value.toExponential(figures - 2).replace("e+", "e");
   const places = Math.max(0, figures - 1 - Math.max(0, Math.floor(Math.log10(Math.max(size, 1e-9)))));
   return (Math.abs(value) < 0.5 * 10 ** -places ? 0 : value).toFixed(Math.min(places, 6)).replace("-", "−");
 }

@@ -13,7 +13,9 @@ export function bindKeys(stop, actions) {
   const dialog = $("keys");
   dialog.append(h("h2", {}, "Keyboard"), h("table", {}, ...LIST.map(([key, what]) => h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, what)))),
     h("button", { class: "primary", onclick: () => dialog.close() }, "Close"));
-  $("help").onclick = () => dialog.showModal();
+  // Not modal: nothing may lie over the stop button.
+  const show = () => dialog.show();
+  $("help").onclick = show;
   addEventListener("keydown", (event) => {
     const typing = isTyping(event.target);
     if (event.key === "Escape" || (event.key === " " && !typing)) {
@@ -28,7 +30,7 @@ export function bindKeys(stop, actions) {
       event.preventDefault();
       actions.start();
     } else if (!typing && event.key === "?") {
-      dialog.showModal();
+      show();
     } else if (!typing && actions[event.key.toLowerCase()]) {
       event.preventDefault();
       actions[event.key.toLowerCase()]();

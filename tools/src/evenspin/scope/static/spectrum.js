@@ -122,7 +122,7 @@ export class SpectrumView {
       if (y[i] >= (y[i - 1] ?? 0) && y[i] > (y[i + 1] ?? 0)) peaks.push(i);
     }
     peaks.sort((a, b) => y[b] - y[a]);
-    const top = peaks.slice(0, TOP);
+    const top = peaks.slice(0, TOP).filter((i) => y[i] > 1e-3 * y[peaks[0]]); // below is the floor of the analysis
     const row = (title, cells) => h("tr", {}, h("th", {}, title), ...cells.map((cell) => h("td", {}, cell)));
     this.table.replaceChildren(h("table", { class: "lines", id: "spectrum-lines" },
       row(kind === "hz" ? "frequency / Hz" : "order", top.map((i) => number(x[i], 4))),
