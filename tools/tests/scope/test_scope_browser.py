@@ -157,6 +157,30 @@ def test_the_page_says_when_the_scope_has_ended_and_finds_the_next_one(browser: 
     browser.complaints()
 
 
+def test_a_plot_of_few_pixels_shows_every_peak_and_every_gap(page: Browser) -> None:
+    script = """
+        const done = arguments[0];
+        import('/static/ring.js').then(({ Ring }) => {
+            const ring = new Ring(['a']), t = [], a = [];
+            for (let k = 0; k < 200000; k++) { t.push(k / 1000); a.push(k === 150250 ? 50 : k === 150740 ? -60 : 1); }
+            a.fill(NaN, 180000, 181000);
+            ring.append(Float64Array.from(t), [Float32Array.from(a)]);
+            const from100 = ring.window(100, 199.999, 500, 199.999);
+            const some = ring.window(150.2, 150.3, 500);
+            done([from100.t.length, Math.max(...from100.columns[0]), Math.min(...from100.columns[0]),
+                  from100.t[from100.columns[0].indexOf(50)], from100.columns[0].filter((v) => v === null).length,
+                  some.t.length, ring.mean('a', 1)]);
+        });
+    """
+    points, high, low, at_s, gap, few, mean = page.driver.execute_async_script(script)
+    assert 1000 <= points <= 1002  # a pair for each of 500 pixels, and one where the window cuts a stretch in two
+    assert (high, low) == (50.0, -60.0)
+    assert abs(at_s - (150.25 - 199.999)) <= 0.2  # a pixel
+    assert gap in (8, 10)  # 1 s of 100 s in 500 pixels, two points each; the first and the last may hold other rows
+    assert few in (100, 101)  # so few rows are shown as they are
+    assert mean == 1.0
+
+
 def test_spectrum_and_ripple_are_shown_over_the_angle(page: Browser) -> None:
     turn(page)
     page.press("[data-view=spectrum]")

@@ -289,6 +289,23 @@ def test_a_stop_does_not_wait_for_a_capture_that_is_being_fetched() -> None:
         with_scope(slow.port, work)
 
 
+def test_a_stop_does_not_wait_for_another_change(bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client.Drive, "save", lambda _: time.sleep(1.0))  # a slow storage
+
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        await page.turn()
+        saving = asyncio.create_task(page.ask("save"))
+        await asyncio.sleep(0.1)
+        begun_s = time.monotonic()
+        await page.ask("stop")
+        assert time.monotonic() - begun_s < 0.5  # and not the 0.9 s that the save still takes
+        await saving
+
+    with_scope(bench.port, work)
+
+
 def test_a_wrong_capture_is_refused_at_once(bench) -> None:
     async def work(served: Served) -> None:
         page = await served.page()

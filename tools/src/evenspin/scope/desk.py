@@ -183,7 +183,7 @@ class Desk:
 
     def link_message(self) -> Message:
         said = self.feed.connection
-        return {"type": "link", "status": said.status, "text": said.text}
+        return {"type": "link", "status": said.status, "text": said.text.removeprefix("--port: ")}
 
     def drive_message(self) -> Message | None:
         drive = self.feed.drive

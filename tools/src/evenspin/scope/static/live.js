@@ -72,7 +72,8 @@ export class LiveView {
     const connected = link.status === "connected";
     this.empty.replaceChildren(
       h("b", {}, connected ? "Waiting for rows" : "No drive yet"),
-      connected ? "Choose signals on the right (G)." : `${link.text}`);
+      connected ? "Choose signals on the right (G)."
+        : "The scope keeps looking. Plug the drive in and switch it on, or start a virtual one in a terminal: evenspin drive --pty");
   }
 
   draw(now) {
