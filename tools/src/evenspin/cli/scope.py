@@ -24,7 +24,7 @@ def scope(
     host: Annotated[str, typer.Option(help="Address to serve on. Others than the default let the network in.")] = (
         "127.0.0.1"
     ),
-    http_port: Annotated[int, typer.Option(min=0, max=65535, help="0: a free one.")] = HTTP_PORT,
+    http_port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is; 0: a free one.")] = HTTP_PORT,
     open_: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
 ) -> None:
     """Live plots, full-rate captures, spectrum and tuning of a drive, on a page in the browser.
