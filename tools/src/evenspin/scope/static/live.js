@@ -85,7 +85,7 @@ export class LiveView {
       return;
     }
     const end = this.pausedAt ?? ring.lastTime;
-    const shown = ring.window(end - this.seconds, end, this.panes.pixels, end);
+    const shown = ring.window(end - this.seconds, end, this.panes.resolution, end);
     this.panes.draw(shown.t, shown.columns, [-this.seconds, 0]);
     this.#drawn = ring.written;
     this.#figures(now);

@@ -72,7 +72,11 @@ export class Panes {
         const dash = isReference(name) ? { dash: [7, 5] } : {};
         return { label: name, stroke: signalColour(index), width: 1.6, points: { show: false }, spanGaps: false, ...dash };
       })],
-      hooks: { draw: [(plot) => this.#drawZero(plot)] },
+      hooks: {
+        // Round joints, uPlot's choice, cost a fifth of the frames without a graphics processor.
+        drawAxes: [(plot) => { plot.ctx.lineJoin = "bevel"; }],
+        draw: [(plot) => this.#drawZero(plot)],
+      },
     };
     return pane;
   }
@@ -97,8 +101,9 @@ export class Panes {
     plot.ctx.restore();
   }
 
-  get pixels() {
-    return Math.max(100, (this.#panes[0]?.plotElement.clientWidth ?? 600) - 60);
+  // How many stretches of time the plots can tell apart: the lines are nearly two pixels wide.
+  get resolution() {
+    return Math.max(100, ((this.#panes[0]?.plotElement.clientWidth ?? 600) - 60) / 2);
   }
 
   // columns in the order of the signals.
