@@ -74,6 +74,8 @@ list_missing() {
         testing+=(simavr libsimavr-dev libelf-dev)
     has qemu-system-arm || testing+=(qemu-system-arm)
     has cppcheck || testing+=(cppcheck)
+    has chromium || testing+=(chromium)
+    has chromedriver || testing+=(chromium-driver)
     local clang
     clang=$([ "$(codename)" = bookworm ] && echo 16 || echo 19)
     has clang-16 || has clang-19 || testing+=("clang-$clang")

@@ -242,6 +242,15 @@ def test_a_drive_of_another_schema_is_read_and_not_written(monkeypatch: pytest.M
             drive.start()
 
 
+def test_a_stop_at_once_also_disarms(drive: Drive) -> None:
+    drive.run_speed(30.0)
+    drive.stop_at_once()
+
+    assert drive.state().state is State.READY
+    with pytest.raises(RefusedError, match="not_armed"):
+        drive.command("start")
+
+
 def test_silence_is_no_device() -> None:
     drive = Drive.connect(PORT)
     transport = drive.link.transport

@@ -414,6 +414,15 @@ class Drive:
         """Bridge off; the motor coasts."""
         self._command("stop")
 
+    def stop_at_once(self) -> None:
+        """Stop and disarm, past a request of another thread that takes long, such as fetching a capture; a start that
+        is on its way then finds the drive disarmed. Over a lost link it is a LinkLostError at once: the drive stops by
+        its own timeout."""
+        self.link.keep_alive = False
+        frame = self.link.ask_at_once(Ask.COMMAND, struct.pack("<H", list(self.schema.commands).index("disarm")))
+        if frame.type == REFUSAL:
+            raise messages.refusal(frame.payload, "stop", self.schema)
+
     def clear_fault(self) -> None:
         self._command("clear_fault")
 

@@ -59,6 +59,11 @@ class Link:
         """One request; the answer, which may be a refusal."""
         return next(iter(self.ask_all([(kind, payload)], timeout_s)))
 
+    def ask_at_once(self, kind: Ask, payload: bytes = b"", timeout_s: float = ANSWER_S) -> Frame:
+        """As `ask`, but past whatever another thread is asking for: for what must not wait, such as a stop. It is one
+        request more under way than the drive promises to hold; if it finds no room it is asked again."""
+        return self._answer(self._send(kind, payload), kind, payload, timeout_s)
+
     def ask_all(self, requests: Sequence[tuple[Ask, bytes]], timeout_s: float = ANSWER_S) -> Iterator[Frame]:
         """Several requests, as many under way as the drive takes; the answers in the order of the requests."""
         with self._asking:

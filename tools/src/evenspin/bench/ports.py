@@ -57,6 +57,7 @@ def choose_port(given: str | None) -> str:
 
 def open_transport(name: str) -> Transport:
     """Open a port by its name."""
+    check_port(name)
     if name.startswith(SIM):
         return LocalTransport(name, virtual_drive(name))
     if name.startswith(SOCKET):
@@ -65,11 +66,19 @@ def open_transport(name: str) -> Transport:
         if note is not None and note.speed == "max":
             return LockstepTransport(name, address, ControlClient(note.control), note.octets_per_s)
         return SocketTransport(name, address, note.octets_per_s if note is not None else None)
-    if "://" in name:
-        hint = "sockets are written socket://HOST:PORT"
-        raise InputError("bench", "--port", name, "a serial device, socket://HOST:PORT or sim:MODEL", hint)
     note = note_of(name)
     return SerialTransport(name) if note is None else SerialTransport(name, octets_per_s=note.octets_per_s)
+
+
+def check_port(name: str | None) -> None:
+    """Refuse what can never be a port, without opening it."""
+    if name is None or name.startswith(SIM):
+        return  # `virtual_drive` looks at these
+    if name.startswith(SOCKET):
+        _address(name)
+    elif "://" in name:
+        hint = "sockets are written socket://HOST:PORT"
+        raise InputError("bench", "--port", name, "a serial device, socket://HOST:PORT or sim:MODEL", hint)
 
 
 def note_of(name: str) -> Note | None:

@@ -24,6 +24,7 @@ from evenspin.cli import (
     pages,
     reproduce,
     run,
+    scope,
 )
 from evenspin.cli.identify import name_the_work
 from evenspin.cli.output import split_json_option
@@ -39,7 +40,8 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, memory, drive, bench, lists, demo, benchmark, cycles, doctor, pages,
+    run, reproduce, design, identify, compare, gap, memory, drive, bench, scope, lists, demo, benchmark, cycles,
+    doctor, pages,
 ):  # fmt: skip
     module.register(app)
 

@@ -1,0 +1,255 @@
+"""What a page may ask for, done with the drive. Everything here blocks and is called from worker threads.
+
+One page is in control, the others watch: two hands at one drive surprise each other. Stop is for all of them.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evenspin.bench import Capture, Mode, State
+from evenspin.bench.errors import RefusedError
+from evenspin.bench.messages import Flag, fault_text
+from evenspin.errors import EvenspinError, InputError
+from evenspin.log import write_csv
+from evenspin.native import Field
+from evenspin.scope import messages
+from evenspin.scope.capturing import Capturing
+from evenspin.scope.feed import Feed
+from evenspin.scope.spectrum import lines_of
+
+Message = dict[str, Any]
+MODES = {"speed": Mode.SPEED, "current": Mode.CURRENT, "position": Mode.POSITION}
+
+
+class Desk:
+    """`tell` takes a message for all pages; it is called from any thread."""
+
+    def __init__(self, feed: Feed, tell: Callable[[Message], None]) -> None:
+        self.feed = feed
+        self.tell = tell
+        self.captured: Capture | None = None
+        self.captured_number = 0
+        self._title = ""
+        self._changing = threading.Lock()  # one change of the drive at a time; a stop does not wait for it
+        self._capturing = Capturing(tell, self._take_capture)
+        self._work: Mapping[str, Callable[[Any], Message | None]] = {
+            "stop": self._stop,
+            "arm": self._arm,
+            "start": self._start,
+            "setpoint": self._setpoint,
+            "clear_fault": lambda _: self.feed.need_drive().clear_fault(),
+            "set": self._set,
+            "save": lambda _: self.feed.need_drive().save(),
+            "restore": self._restore,
+            "defaults": self._restore,
+            "read_values": self._read_values,
+            "watch": self._watch,
+            "capture": self._capture,
+            "capture_now": lambda _: self.feed.need_drive().trigger_capture(),
+            "capture_cancel": lambda _: self._capturing.cancel(),
+            "last_fault": self._last_fault,
+            "spectrum": self._spectrum,
+            "document": lambda request: {"text": self.feed.need_drive().document(request.name)},
+        }
+        self._free = frozenset({"stop", "spectrum", "document", "capture_now", "capture_cancel"})
+
+    def do(self, request: Any) -> Message:
+        """The answer; a refusal is {"error": text}."""
+        try:
+            if request.do in self._free:
+                result = self._work[request.do](request)
+            else:
+                with self._changing:
+                    result = self._work[request.do](request)
+            return result or {}
+        except (EvenspinError, OSError) as error:
+            return {"error": str(error).removeprefix("bench: ")}
+        except Exception as error:  # a mistake of ours: the page must hear of it, and the next stop must work
+            return {"error": f"{request.do} failed: {error!r}"}
+        finally:
+            self.feed.ask_state_soon()
+
+    def close(self) -> None:
+        self._capturing.cancel()
+
+    # ---- moving
+
+    def _stop(self, _: Any) -> None:
+        self.feed.need_drive().stop_at_once()
+
+    def _arm(self, request: messages.Arm) -> None:
+        self.feed.need_drive().command("arm" if request.on else "disarm")
+
+    def _start(self, request: messages.Setpoint) -> None:
+        """Unlike the start of the client this does not arm: after a stop somebody has to arm again."""
+        drive = self.feed.need_drive()
+        if not drive.state().flags & Flag.ARMED:
+            raise RefusedError("start: arm first")
+        self._setpoint(request)
+        drive.link.keep_alive = True  # before the start: the timeout runs from it on
+        try:
+            drive.command("start")
+        except BaseException:
+            drive.link.keep_alive = False
+            raise
+
+    def _setpoint(self, request: messages.Setpoint) -> None:
+        turns = math.floor(request.position_turns)
+        if abs(turns) >= 2**31:
+            raise InputError("scope", "position_turns", request.position_turns, "within 2e9", "fewer turns")
+        angle_rad = 2.0 * math.pi * (request.position_turns - turns)
+        self.feed.need_drive().setpoint(
+            MODES[request.mode], speed_rad_s=request.speed_rad_s, id_a=request.id_a, iq_a=request.iq_a, turns=turns,
+            angle_rad=angle_rad,
+        )  # fmt: skip
+
+    # ---- parameters
+
+    def _set(self, request: messages.SetParameters) -> Message:
+        held = self.feed.need_drive().set(request.values)
+        self.feed.values = {**self.feed.values, **held}
+        self.tell(self.values_message())
+        return {"values": held}
+
+    def _restore(self, request: messages.Simple) -> None:
+        self.feed.need_drive().command(request.do)
+        self._read_values(request)
+
+    def _read_values(self, _: Any) -> None:
+        self.feed.refresh_values()
+        self.tell(self.values_message())
+
+    # ---- looking
+
+    def _watch(self, request: messages.Watch) -> None:
+        self.feed.watch(request.signals, request.rate_hz)
+
+    def _capture(self, request: messages.ArmCapture) -> Message:
+        return {"rows": self._capturing.start(self.feed.need_drive(), request)}
+
+    def _take_capture(self, taken: Capture, title: str) -> None:
+        self.captured, self._title = taken, title
+        self.captured_number += 1  # each page notices and gets it
+
+    def _last_fault(self, _: Any) -> Message:
+        report = self.feed.need_drive().fault()
+        if report.last_samples is None:
+            raise RefusedError("last samples: the drive has recorded no fault since it was switched on")
+        self._take_capture(report.last_samples, f"last samples before {report.name}")
+        return {}
+
+    def _spectrum(self, request: messages.Spectrum) -> Message:
+        columns, t_s = self._columns(request.source, request.seconds)
+        if request.signal not in columns:
+            return {"axis": request.axis, "x": [], "y": [], "note": f"{request.signal} is not among these signals."}
+        pole_pairs = self.feed.values.get("pole_pairs", 1.0)
+        lines = lines_of(t_s, columns, request.signal, request.axis, request.max_order, pole_pairs)
+        return {
+            "axis": lines.axis, "x": lines.x.round(6).tolist(), "y": [float(f"{y:.6g}") for y in lines.amplitude],
+            "mean": lines.mean, "note": lines.note,
+        }  # fmt: skip
+
+    def _columns(self, source: str, seconds: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        if source == "capture":
+            taken = self.captured
+            if taken is None:
+                return {}, np.empty(0)
+            return {name: taken[name] for name in taken.names}, taken.t_s
+        live = self.feed.live
+        if live is None:
+            return {}, np.empty(0)
+        rows = live.history.last(seconds)
+        return {name: rows.values[:, i] for i, name in enumerate(live.names)}, rows.t_s
+
+    def csv(self, source: str, seconds: float) -> bytes:
+        """Rows in the log format: t_s, then the signals by their names."""
+        columns, t_s = self._columns(source, seconds)
+        if not columns:
+            raise RefusedError("export: there are no rows yet")
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "export.csv"
+            write_csv(path, ("t_s", *columns), np.column_stack((t_s, *(c.astype(float) for c in columns.values()))))
+            return path.read_bytes()
+
+    # ---- messages for all pages
+
+    def link_message(self) -> Message:
+        said = self.feed.connection
+        return {"type": "link", "status": said.status, "text": said.text.removeprefix("--port: ")}
+
+    def drive_message(self) -> Message | None:
+        drive = self.feed.drive
+        if drive is None:
+            return None
+        info = drive.info
+        return {
+            "type": "drive", "name": info.name, "firmware": info.firmware, "numeric": info.numeric,
+            "port": drive.port, "pwm_hz": info.pwm_hz, "read_only": drive.read_only_reason,
+            "stream_signals": info.stream_signals, "capture_signals": info.recorder_signals,
+            "capture_values": info.recorder_values[0] if info.recorder_values else 0,
+            "has_storage": info.has_storage, "timeout_ms": info.timeout_ms,
+            "signals": [{"name": f.name, "unit": f.unit, "doc": f.doc} for f in drive.signals.values()],
+            "parameters": [_parameter(f) for f in drive.parameters.values()],
+        }  # fmt: skip
+
+    def values_message(self) -> Message:
+        return {"type": "values", "values": dict(self.feed.values)}
+
+    def layout_message(self) -> Message | None:
+        live, drive = self.feed.live, self.feed.drive
+        if live is None or drive is None:
+            return None
+        units = [drive.signals[name].unit for name in live.names]
+        rate_hz = drive.info.pwm_hz / live.stream.decimation
+        return {"type": "layout", "id": live.number, "names": list(live.names), "units": units, "rate_hz": rate_hz}
+
+    def state_message(self) -> Message | None:
+        drive, state, live = self.feed.drive, self.feed.state, self.feed.live
+        if drive is None or state is None:
+            return None
+        message: Message = {
+            "type": "state", "state": state.state.name.lower(), "mode": state.mode.name.lower(),
+            "armed": bool(state.flags & Flag.ARMED), "timed_out": bool(state.flags & Flag.TIMED_OUT),
+            "uptime_s": state.counter / drive.info.pwm_hz, "rejected": state.rejected, "fault": None,
+            "lost_rows": live.stream.lost_rows if live else 0,
+            "frames_bad": state.frames_bad + drive.link.bad_frames,
+        }  # fmt: skip
+        if state.state == State.FAULT:
+            fault = drive.schema.fault(state.fault)
+            message["fault"] = {
+                "name": fault.name, "cause": fault.cause, "check": fault.check,
+                "text": fault_text(drive.schema, state.fault, state.detail),
+            }  # fmt: skip
+        return message
+
+    def capture_message(self) -> Message | None:
+        """Names of the last capture; its rows travel as a frame with the same number."""
+        taken = self.captured
+        if taken is None:
+            return None
+        return {
+            "type": "capture_layout", "id": self.captured_number, "names": list(taken.names),
+            "units": list(taken.units), "title": self._title, "rows": len(taken.values),
+            "rate_hz": taken.pwm_hz / taken.decimation,
+        }  # fmt: skip
+
+    def capture_frame(self) -> bytes | None:
+        taken = self.captured
+        return None if taken is None else messages.frame(
+            messages.CAPTURE, self.captured_number, taken.t_s, taken.values
+        )
+
+
+def _parameter(field: Field) -> Message:
+    return {
+        "name": field.name, "unit": field.unit, "kind": field.kind, "doc": field.doc, "choices": list(field.choices),
+        "minimum": field.minimum, "maximum": field.maximum, "default": field.default, "allowed": field.allowed(),
+    }  # fmt: skip

@@ -1,0 +1,25 @@
+// Numbers and names as people read them.
+
+export const RPM_PER_RAD_S = 60 / (2 * Math.PI);
+
+// Four figures at a steady width: what stands still does not jump.
+export function number(value, figures = 4) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  if (size >= 1e6) return value.toExponential(figures - 2).replace("e+", "e");
+  const places = Math.max(0, figures - 1 - Math.max(0, Math.floor(Math.log10(Math.max(size, 1e-9)))));
+  return (Math.abs(value) < 0.5 * 10 ** -places ? 0 : value).toFixed(Math.min(places, 6)).replace("-", "−");
+}
+
+// A parameter as the drive holds it (single precision), without digits that mean nothing.
+export const exact = (value) => String(Number(Number(value).toPrecision(7)));
+
+export const withUnit = (text, unit) => (unit ? `${text} ${unit}` : text);
+
+export function seconds(value) {
+  if (value < 1e-3) return `${number(value * 1e6, 3)} µs`;
+  if (value < 1) return `${number(value * 1e3, 3)} ms`;
+  return `${number(value, 3)} s`;
+}
+
+export const isReference = (name) => /_ref(_|$)/.test(name);

@@ -1,0 +1,400 @@
+"""The server with a virtual drive behind it and pages made of websockets in front."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+import json
+import struct
+import time
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import numpy as np
+import pytest
+from aiohttp import WSMsgType
+from aiohttp.test_utils import TestClient, TestServer
+from evenspin.bench import client
+from evenspin.bench.schema import own_schema
+from evenspin.log.csvfile import read_csv
+from evenspin.scope import Feed, make_app, server
+from evenspin.scope.feed import DEFAULT_SIGNALS, opener
+from virtual_bench import running_bench
+
+WAIT_S = 5.0  # the longest that anything here may take; a wait ends when the thing has happened
+
+
+class Page:
+    """What a page does, without a browser."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
+        self.socket = socket
+        self.last: dict[str, dict[str, Any]] = {}  # by type
+        self.frames: list[tuple[int, int, np.ndarray]] = []  # kind, layout, times
+        self._answers: dict[int, dict[str, Any]] = {}
+        self._number = 0
+        self._reader = asyncio.create_task(self._read())
+
+    async def _read(self) -> None:
+        async for got in self.socket:
+            if got.type == WSMsgType.BINARY:
+                kind, layout, rows, _ = struct.unpack_from("<IIII", got.data)
+                self.frames.append((kind, layout, np.frombuffer(got.data, "<f8", rows, 16)))
+            elif got.type == WSMsgType.TEXT:
+                message = json.loads(got.data)
+                if message["type"] == "answer":
+                    self._answers[message["id"]] = message
+                else:
+                    self.last[message["type"]] = message
+
+    async def ask(self, what: str, **fields: Any) -> dict[str, Any]:
+        self._number += 1
+        number = self._number
+        await self.socket.send_json({"id": number, "do": what, **fields})
+        await self.until(lambda: number in self._answers)
+        return self._answers.pop(number)
+
+    async def until(self, true: Callable[[], Any]) -> None:
+        until_s = time.monotonic() + WAIT_S
+        while not true():
+            assert time.monotonic() < until_s, f"still not so: {self.last.get('state')} {self.last.get('link')}"
+            await asyncio.sleep(0.01)
+
+    async def state(self, name: str) -> None:
+        await self.until(lambda: self.last.get("state", {}).get("state") == name)
+
+    async def turn(self, speed_rad_s: float = 30.0) -> None:
+        assert "error" not in await self.ask("arm")
+        assert "error" not in await self.ask("start", speed_rad_s=speed_rad_s)
+        await self.state("run")
+
+    async def close(self) -> None:
+        await self.socket.close()
+        await self._reader
+
+
+class Served:
+    """A scope that serves."""
+
+    def __init__(self, feed: Feed, http: TestClient) -> None:
+        self.feed = feed
+        self.http = http
+        self.host = f"127.0.0.1:{http.port}"
+
+    async def page(self) -> Page:
+        socket = await self.http.ws_connect("/socket", headers={"Origin": f"http://{self.host}"})
+        page = Page(socket)
+        await page.until(lambda: "role" in page.last)
+        return page
+
+
+@asynccontextmanager
+async def scope_on(port: str | None) -> AsyncIterator[Served]:
+    feed = Feed(opener(port))
+    async with TestClient(TestServer(make_app(feed))) as http:
+        yield Served(feed, http)
+
+
+def with_scope(port: str | None, work: Callable[[Served], Coroutine[Any, Any, None]]) -> None:
+    async def run() -> None:
+        async with scope_on(port) as served:
+            await work(served)
+
+    asyncio.run(run())
+
+
+def test_only_pages_that_it_served_may_talk_to_it(bench) -> None:
+    async def work(served: Served) -> None:
+        get = served.http.get
+        for host in ("evil.example", "evil.example:80", "10.0.0.1", ""):
+            assert (await get("/", headers={"Host": host})).status == 403, host
+        for host in (served.host, "localhost:1", "[::1]:1"):
+            assert (await get("/", headers={"Host": host})).status == 200, host
+        own = f"http://{served.host}"
+        for origin in ("http://evil.example", "null", "", f"{own}.evil.example", own.replace("http", "https")):
+            answer = await get("/socket", headers={
+                "Origin": origin, "Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13",
+                "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+            })  # fmt: skip
+            assert answer.status == 403, origin
+        headers = (await get("/")).headers
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert "Access-Control-Allow-Origin" not in headers
+        assert (await get("/static/../server.py")).status in (403, 404)
+        assert (await get("/static/main.js")).status == 200
+
+    with_scope(bench.port, work)
+
+
+def test_a_motor_is_armed_then_started_and_armed_again_after_a_stop(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        assert (await page.ask("start", speed_rad_s=30.0))["error"] == "start: arm first"
+        await page.turn()
+        assert "error" not in await page.ask("stop")
+        await page.state("ready")
+        assert (await page.ask("start", speed_rad_s=30.0))["error"] == "start: arm first"
+
+    with_scope(bench.port, work)
+
+
+def test_rows_come_without_a_gap_and_the_speed_arrives(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        assert page.last["layout"]["names"] == list(DEFAULT_SIGNALS)
+        await page.turn()
+        await page.until(lambda: sum(len(t_s) for *_, t_s in page.frames) > 800)
+        t_s = np.concatenate([t_s for *_, t_s in page.frames])
+        assert np.diff(t_s) == pytest.approx(0.001, abs=1e-9)
+        live = served.feed.live
+        assert live is not None
+        speed = live.history.last(0.2).values[:, live.names.index("speed_rad_s")]
+        assert speed.mean() == pytest.approx(30.0, abs=0.3)  # 1 %: the ripple of the faulty current sensors is smaller
+
+    with_scope(bench.port, work)
+
+
+def test_a_refused_parameter_says_its_limits_and_a_taken_one_reaches_every_page(bench) -> None:
+    async def work(served: Served) -> None:
+        page, other = await served.page(), await served.page()
+        await page.state("ready")
+        refused = await page.ask("set", values={"rc_gain": 40.0})
+        assert refused["error"].startswith("rc_gain = 40.0: must be a number in 0 .. 10")
+        assert "error" not in await page.ask("set", values={"rc_gain": 0.25})
+        await other.until(lambda: other.last.get("values", {}).get("values", {}).get("rc_gain") == 0.25)
+
+    with_scope(bench.port, work)
+
+
+def test_a_second_page_watches_and_stops_and_may_take_over(bench) -> None:
+    async def work(served: Served) -> None:
+        first, second = await served.page(), await served.page()
+        await first.state("ready")
+        assert (first.last["role"]["role"], second.last["role"]["role"]) == ("control", "watch")
+        await first.turn()
+        for what in ("arm", "setpoint", "clear_fault", "save"):
+            assert "only watches" in (await second.ask(what))["error"], what
+        assert "error" not in await second.ask("stop")
+        await first.state("ready")
+        await second.ask("take_control")
+        await first.until(lambda: first.last["role"]["role"] == "watch")
+        await second.turn()
+
+    with_scope(bench.port, work)
+
+
+def test_the_motor_stops_when_the_last_page_is_closed_but_not_when_it_is_loaded_again(
+    bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server, "ALONE_S", 0.3)
+
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        await page.turn()
+        await page.close()
+        page = await served.page()
+        await asyncio.sleep(0.6)
+        await page.state("run")
+        await page.close()
+        await page.until(lambda: served.feed.state is not None and served.feed.state.state.name == "READY")
+
+    with_scope(bench.port, work)
+
+
+def test_an_unplugged_drive_is_found_again_and_does_not_start_by_itself(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        await page.turn()
+        bench.do("unplug", seconds=0.7)
+        await page.until(lambda: page.last["link"]["status"] == "searching")
+        assert "start it again" in page.last["link"]["text"] or "nothing answers" in page.last["link"]["text"]
+        assert "error" in await page.ask("start", speed_rad_s=30.0)
+        await page.until(lambda: page.last["link"]["status"] == "connected")
+        await page.until(lambda: page.last["state"]["state"] == "ready")
+        await asyncio.sleep(0.5)
+        assert page.last["state"]["state"] == "ready"
+        assert abs(bench.server.drive.read("true_speed_rad_s")) < 30.0
+        count = len(page.frames)
+        await page.until(lambda: len(page.frames) > count + 5)  # the same signals come again
+
+    with_scope(bench.port, work)
+
+
+def test_a_fault_comes_with_its_advice_and_its_last_samples(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        assert "no fault" in (await page.ask("last_fault"))["error"]
+        await page.turn()
+        bench.do("input", name="dc_link_v", value=5.0)
+        await page.state("fault")
+        fault = page.last["state"]["fault"]
+        assert fault["name"] == "under_voltage"
+        assert fault["check"] == "Supply, its current limit, cables and fuse."  # firmware/app/faults.def
+        assert "error" not in await page.ask("last_fault")
+        await page.until(lambda: any(kind == 3 for kind, *_ in page.frames))
+        bench.do("input", name="dc_link_v", value=24.0)
+        await asyncio.sleep(0.05)
+        assert "error" not in await page.ask("clear_fault")
+        await page.state("ready")
+
+    with_scope(bench.port, work)
+
+
+def test_a_capture_is_triggered_where_it_was_asked_for(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        wanted = {"signals": ["speed_rad_s", "iq_a"], "trigger": "rising", "signal": "speed_rad_s", "level": 15.0}
+        assert (await page.ask("capture", **wanted, rows=400, pre_pct=25.0))["rows"] == 400
+        await page.until(lambda: page.last.get("capture", {}).get("status") == "waiting")
+        await page.turn()
+        await page.until(lambda: any(kind == 3 for kind, *_ in page.frames))
+        assert page.last["capture_layout"]["title"] == "speed_rad_s rises above 15"
+        t_s = next(t_s for kind, _, t_s in page.frames if kind == 3)
+        np.testing.assert_allclose(t_s, (np.arange(400) - 100) / 10_000.0, atol=1.01e-4)  # a row
+        octets = await (await served.http.get("/export/capture.csv")).read()
+        assert octets.splitlines()[0] == b"t_s,speed_rad_s,iq_a"
+        assert len(octets.splitlines()) == 401
+        speed = np.array([float(line.split(b",")[1]) for line in octets.splitlines()[1:]])
+        assert speed[:100].max() <= 15.0 < speed[101:120].max()
+
+    with_scope(bench.port, work)
+
+
+def test_a_stop_does_not_wait_for_a_capture_that_is_being_fetched() -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        assert "error" not in await page.ask("watch", signals=["speed_rad_s"], rate_hz=100.0)
+        await page.turn()
+        await page.ask("capture", signals=list(DEFAULT_SIGNALS), rows=700)
+        await page.until(lambda: page.last.get("capture", {}).get("status") == "fetching")
+        begun_s = time.monotonic()
+        assert "error" not in await page.ask("stop")
+        took_s = time.monotonic() - begun_s
+        assert page.last["capture"]["status"] == "fetching"
+        # 700 rows of 8 signals are 22 kB: 2 s at 115200 baud. Three answers that are on their way are 0.07 s of it.
+        assert took_s < 0.7
+        await page.state("ready")
+
+    with running_bench("sim:guo2024?baud=115200") as slow:
+        with_scope(slow.port, work)
+
+
+def test_a_stop_does_not_wait_for_another_change(bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client.Drive, "save", lambda _: time.sleep(1.0))  # a slow storage
+
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        await page.turn()
+        saving = asyncio.create_task(page.ask("save"))
+        await asyncio.sleep(0.1)
+        begun_s = time.monotonic()
+        await page.ask("stop")
+        assert time.monotonic() - begun_s < 0.5  # and not the 0.9 s that the save still takes
+        await saving
+
+    with_scope(bench.port, work)
+
+
+def test_a_wrong_capture_is_refused_at_once(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        names = [signal["name"] for signal in page.last["drive"]["signals"]][:9]
+        assert "1 to 8 names" in (await page.ask("capture", signals=names))["error"]
+        assert "did you mean iq_a" in (await page.ask("capture", signals=["iq_aa"]))["error"]
+
+    with_scope(bench.port, work)
+
+
+def test_the_export_is_a_log_that_the_tools_read(bench, tmp_path: Path) -> None:
+    async def work(served: Served) -> None:
+        assert (await served.http.get("/export/live.csv")).status == 409  # nothing yet
+        page = await served.page()
+        await page.until(lambda: len(page.frames) > 10)
+        answer = await served.http.get("/export/live.csv?seconds=0.1")
+        path = tmp_path / "live.csv"
+        path.write_bytes(await answer.read())
+        assert answer.headers["Content-Disposition"] == 'attachment; filename="live.csv"'
+        record = read_csv(path, ("t_s", *DEFAULT_SIGNALS), ("",) * (1 + len(DEFAULT_SIGNALS)))
+        assert record["vdc_v"].mean() == pytest.approx(24.0, rel=1e-3)  # dc_link_v of the model
+
+    with_scope(bench.port, work)
+
+
+def test_a_page_that_does_not_read_costs_nobody_else_a_row(bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "REDUCE_ABOVE_ROWS", 200)
+    monkeypatch.setattr(server, "REDUCED_PAIRS", 20)
+
+    async def work(served: Served) -> None:
+        page, slow = await served.page(), await served.page()
+        scope = served.http.app[server.SCOPE]
+        held = scope.pages[1]
+        free = asyncio.Event()
+        send = held.socket.send_bytes
+
+        async def hang(octets: bytes, **options: Any) -> None:
+            await free.wait()
+            await send(octets, **options)
+
+        monkeypatch.setattr(held.socket, "send_bytes", hang)
+        await page.until(lambda: sum(len(t_s) for *_, t_s in page.frames) > 1000)
+        t_s = np.concatenate([t_s for *_, t_s in page.frames])
+        assert np.diff(t_s) == pytest.approx(0.001, abs=1e-9)
+        free.set()
+        await slow.until(lambda: any(kind == 2 for kind, *_ in slow.frames))
+        reduced = next(t_s for kind, _, t_s in slow.frames if kind == 2)
+        assert len(reduced) == 40
+
+    with_scope(bench.port, work)
+
+
+def test_a_drive_of_other_firmware_can_be_watched_and_stopped_only(bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = own_schema()
+    fewer = {name: field for name, field in own.parameters.items() if name != "rc_gain"}
+    monkeypatch.setattr(client, "own_schema", lambda: dataclasses.replace(own, parameters=fewer))
+
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        assert "other lists of parameters and signals" in page.last["drive"]["read_only"]
+        assert len(page.last["drive"]["parameters"]) > 50
+        assert "can only be read" in (await page.ask("set", values={"rc_gain": 0.25}))["error"]
+        assert "can only be read" in (await page.ask("arm"))["error"]
+        assert "gain" in (await page.ask("document", name="rc_gain"))["text"]
+        assert "error" not in await page.ask("stop")
+        await page.until(lambda: len(page.frames) > 5)
+
+    with_scope(bench.port, work)
+
+
+def test_without_a_drive_the_page_says_what_to_do() -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.until(lambda: "cannot be opened" in page.last["link"]["text"])
+        assert page.last["link"]["status"] == "searching"
+        assert "check cable, name and rights" in page.last["link"]["text"]
+        assert "no drive is connected" in (await page.ask("stop"))["error"]
+
+    with_scope("/dev/ttyNOBODY", work)
+
+
+def test_a_request_that_is_none_is_answered_in_one_line(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        assert "do" in (await page.ask("explode"))["error"]
+        await page.socket.send_str("{")
+        await page.socket.send_str("[1]")
+        assert "error" not in await page.ask("take_control")  # it is still there
+
+    with_scope(bench.port, work)
