@@ -1,4 +1,4 @@
-"""The whole circle: experiments on the virtual drive, over its link, with cogging hidden in its plant; then the search."""
+"""The whole circle: experiments over the link of a virtual drive with cogging hidden in its plant; then the search."""
 
 from __future__ import annotations
 
