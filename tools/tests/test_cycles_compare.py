@@ -7,11 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import Said
 from evenspin.cycles import measure as measuring
 from evenspin.cycles.compare import UNITS, compare, read_measured, variant_of
 from evenspin.cycles.measure import Check, Result, Row
 from evenspin.errors import InputError
+from said import Said
 
 # The model was 20 % too low and 25 % too high once: 1000 cycles may be 800 .. 1250.
 CHECKS = [Check("low", 100, 80, "assembly"), Check("high", 100, 125, "assembly")]

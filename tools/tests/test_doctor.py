@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import Said
 from evenspin.doctor import package, ti
 from evenspin.doctor.finding import Finding, Purpose, State, older, version_in
 from evenspin.doctor.programs import PROGRAMS, Program, check_program
+from said import Said
 
 TOOL = Program(("tool", "other-tool"), Purpose.TEST, "tests", "tool-package", "3.25")
 
