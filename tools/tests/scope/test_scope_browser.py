@@ -48,7 +48,7 @@ def test_a_first_day_at_the_bench(page: Browser, bench) -> None:
     turn(page)
     page.until(lambda: abs(speed_rad_s(page) - 40.0) < 0.8, "the speed arrives")  # 2 %: a mean over 0.2 s of ripple
     assert abs(drive.read("true_speed_rad_s") - 40.0) < 2.0
-    page.until(lambda: int(page.data("#foot", "fps")) > 0, "frames are drawn")
+    page.until(lambda: int(page.data("#foot", "fps") or 0) > 0, "frames are drawn")
 
     page.type("[data-parameter=rc_gain]", "99")
     page.until(lambda: "must be a number in 0 .. 10" in page.text("#side-parameters"), "the refusal says the limits")
@@ -136,7 +136,7 @@ def test_a_second_page_watches_and_can_stop(page: Browser) -> None:
 def test_what_is_shown_can_be_taken_away_as_csv_and_as_a_picture(page: Browser, tmp_path: Path) -> None:
     allow = {"behavior": "allow", "downloadPath": str(tmp_path)}
     page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", allow)
-    page.until(lambda: int(page.data("#foot", "fps")) > 0, "rows are drawn")
+    page.until(lambda: int(page.data("#foot", "fps") or 0) > 0, "rows are drawn")
     page.press("#export-csv")
     page.press("#export-png")
     page.until(lambda: {path.name for path in tmp_path.iterdir()} >= {"live.csv", "live.png"}, "both files are there")
