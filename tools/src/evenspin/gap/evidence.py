@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.forward import Forward
-from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.gap.tolerance import SIGMA, prior_of, unit_of
 
 Array = NDArray[np.float64]
 Effects = dict[str, dict[str, float]]
@@ -89,13 +89,20 @@ class Judge:
         self.noise = noise
         self.weight = noise.used / np.where(noise.used, noise.sigma, 1.0) / np.sqrt(1.0 + 1.0 / len(PROBES))
 
-    def fit(self, residual: Array, nuisance: Array, extra: Array | None = None, damping: float = 0.0) -> Fit:
-        """`residual`: measured less model; columns: what one unit of each adds to the model's features."""
+    def fit(
+        self,
+        residual: Array,
+        nuisance: Array,
+        extra: Array | None = None,
+        damping: float = 0.0,
+        known: Iterable[str] = (),
+    ) -> Fit:
+        """`residual`: measured less model; columns: what one unit of each adds to it; `known`: effects of the model."""
         r = residual * self.weight
         columns = nuisance if extra is None else np.hstack((nuisance, extra))
         a = columns * self.weight[:, None]
         prior = np.zeros(a.shape[1])
-        prior[: len(SIGMA)] = 1.0 / SIGMA**2
+        prior[: len(SIGMA)] = prior_of(known)
         x = np.zeros(a.shape[1])
         for _ in range(PASSES):
             w = 1.0 / (1.0 + ((r - a @ x) / SOFT) ** 2)

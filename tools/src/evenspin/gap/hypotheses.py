@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.features import slot_order
+from evenspin.gap.tolerance import TOLERANCE_EFFECTS
 from evenspin.native import tables
 
 Params = dict[str, float]
@@ -39,6 +40,12 @@ class Hypothesis:
     magnitude: Callable[[NDArray[np.float64]], float]  # over what tolerance and format call "no effect": 1 is its edge
     starts: tuple[tuple[float, ...], ...]  # one at the off point where the effect is linear; else a grid
     linear: bool = True
+    amplitude: int | None = None  # coordinate that scales the signature of an effect that is not linear
+
+    @property
+    def is_tolerance(self) -> bool:
+        """The same number as one of the tolerances, only further off."""
+        return self.name in TOLERANCE_EFFECTS
 
     def clip(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         low, high = ([getattr(c, key) for c in self.coordinates] for key in ("low", "high"))
@@ -58,7 +65,7 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
     amps, torque, p = m["rated_current_a"], m["rated_torque_nm"], m["pole_pairs"]
     slots = int(m.get("slots", 0) or 0)
     order = float(slot_order(int(p), slots)) if slots > 0 else 6.0 * p
-    small_torque = 0.004 * torque
+    small_torque = 0.0025 * torque
     log = math.log
     return [
         _pair("current_offset", ("offset_a_a", "offset_b_a"), 0.01 * amps, 0.028, amps),
@@ -95,6 +102,7 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
             lambda z: abs(float(z[0])) / small_torque,
             tuple((0.03 * torque, log(w)) for w in (0.8, 2.5, 6.0, 15.0)),
             linear=False,
+            amplitude=0,
         ),
         _factor("viscous_friction", 0.3, 0.12),
         _factor("inertia", 0.1, 0.036),

@@ -24,6 +24,7 @@ SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 BEAM = 2  # first explanations that are carried on
 SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
 GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
+GAIN_BEYOND_TOLERANCE = 8.0  # the same for what is a tolerance, only larger: three of its sigmas make 9
 SHARE_MIN = 0.10  # of the excess that an effect has to explain
 IMPERFECT_SHARE = 0.005  # of what a first effect explains: what its model may leave, where nothing significant is left
 WORSE_SHARE = 0.002  # of the validation gap: not worse
@@ -194,12 +195,15 @@ class Investigation:
         start_cost = self.search.nothing.cost
         for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
             explained = bool(out) and not floor.is_significant(best)
-            if explained and (
-                lead.gain < NEAR_GAIN * leads[0].gain or (len(lead.z) > 1 and len(out[0].z) == len(lead.z))
+            part = explained and any(set(lead.z) < set(m.z) for m in out if not floor.is_significant(m.cost))
+            if (
+                explained
+                and not part
+                and (lead.gain < NEAR_GAIN * leads[0].gain or (len(lead.z) > 1 and len(out[0].z) == len(lead.z)))
             ):
                 continue
             wild = any(not self.library[name].linear for name in lead.z)
-            if wild and out and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
+            if wild and out and not part and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
@@ -208,15 +212,24 @@ class Investigation:
         return out
 
     def _earns(self, without: Model, with_it: Model, floor: Floor) -> bool:
-        gain = without.cost - with_it.cost
-        return gain > max(GAIN_MIN, SHARE_MIN * floor.excess(without.cost)) and self._all_large(with_it)
+        least = self._least_gain(set(with_it.z) - set(without.z))
+        if least == GAIN_MIN:
+            least = max(least, SHARE_MIN * floor.excess(without.cost))
+        return without.cost - with_it.cost > least and self._all_large(with_it)
+
+    def _least_gain(self, names: set[str]) -> float:
+        """A deviation that a tolerance can take up costs no more than its prior: (size over sigma) squared."""
+        return GAIN_BEYOND_TOLERANCE if names and all(self.library[n].is_tolerance for n in names) else GAIN_MIN
 
     def _promises(self, lead: Lead, model: Model, floor: Floor) -> bool:
         """Worth a refinement: while nothing explains the log almost anything is, afterwards only what may be named."""
         if floor.is_significant(model.cost):
             return lead.gain > 0.5 * GAIN_MIN
-        large = all(self.library[name].magnitude(z) > 0.6 for name, z in lead.z.items())
-        return large and lead.gain > 0.7 * GAIN_MIN
+        large = all(
+            self.library[name].magnitude(z) > (0.3 if self.library[name].is_tolerance else 0.6)  # which takes its share
+            for name, z in lead.z.items()
+        )
+        return large and lead.gain > 0.7 * self._least_gain(set(lead.z) - set(model.z))
 
     def _all_large(self, model: Model) -> bool:
         return all(self.library[name].magnitude(z) > 1.0 for name, z in model.z.items())
@@ -233,7 +246,7 @@ class Investigation:
             without = self.search.refine(Lead(rest, 0.0), 5)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
-            if weights[name] < GAIN_MIN or not self._all_large(best):
+            if weights[name] < self._least_gain({name}) or not self._all_large(best):
                 return self._drop(without, floor)
         return best, weights
 

@@ -147,7 +147,7 @@ class Search:
                     allowed = False
                     break
                 z[name] = place
-            promise = tried.get(combination[0], gain - base)
+            promise = tried.get(combination[0], gain - base) if size == 1 else gain - base
             if allowed and promise > (best[names].gain if names in best else 0.0):
                 best[names] = Lead(z, promise)
         return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
@@ -159,7 +159,7 @@ class Search:
         return {
             i: before - self.judge.fit(y - model.probe - columns[:, 0], self.nuisance).cost
             for i, (name, _, columns) in enumerate(signatures)
-            if not self.library[name].linear
+            if not self.library[name].linear and self.library[name].amplitude is None
         }
 
     def _scattered(self, lead: Lead, model: Model) -> Model:
@@ -174,7 +174,8 @@ class Search:
                 places = [h.clip(best.z[name] + spread * point) for point in points]
                 units = [self.effects({**best.z, name: z}) for z in places]
                 runs = model_features(self.forward, units, 1)
-                costs = [self.judge.fit(self.forward.measured - f[0], self.nuisance).cost for f in runs]
+                y = self.forward.measured
+                costs = [self.judge.fit(y - f[0], self.nuisance, known=best.z).cost for f in runs]
                 k = int(np.argmin(costs))
                 if costs[k] < best.cost:
                     best = self._model({**best.z, name: places[k]}, best.delta)
@@ -184,7 +185,10 @@ class Search:
         """Where a linear fit puts the effect; None where that is the wrong side of off."""
         h = self.library[name]
         if not h.linear:
-            return z0 if amount[0] > 0.0 else None
+            z = z0.copy()
+            if h.amplitude is not None:
+                z[h.amplitude] *= min(max(float(amount[0]), 0.05), 20.0)
+            return h.clip(z) if amount[0] > 0.0 else None
         z = h.clip(z0 + amount)
         low = np.array([c.low for c in h.coordinates])
         return None if np.any((low == z0) & (amount <= 0.0)) else z
@@ -251,7 +255,7 @@ class Search:
         probes = np.array([c.probe for name in model.z for c in self.library[name].coordinates])
         y = self.forward.measured - model.features
         scaled = columns * probes
-        fit = self.judge.fit(y, self.nuisance, np.vstack((scaled,)), damping=damping)
+        fit = self.judge.fit(y, self.nuisance, scaled, damping, model.z)
         z, at = {}, 0
         for name, old in model.z.items():
             step = fit.amount[at : at + len(old)] * probes[at : at + len(old)]
@@ -262,15 +266,15 @@ class Search:
     def _model(self, z: Z, delta: Array, columns: Array | None = None) -> Model:
         (probes,) = model_features(self.forward, [self.effects(z)])
         features = probes.mean(axis=0)
-        fit = self.judge.fit(self.forward.measured - features, self.nuisance)
+        fit = self.judge.fit(self.forward.measured - features, self.nuisance, known=z)
         covariance = np.zeros((0, 0))
         if columns is not None:
-            covariance = self.judge.fit(self.forward.measured - features, self.nuisance, columns).covariance
+            covariance = self.judge.fit(self.forward.measured - features, self.nuisance, columns, known=z).covariance
         return Model(z, fit.delta, features, probes[0], fit.cost, fit.residual, covariance)
 
     def rejudged(self, model: Model) -> Model:
         """The same model under today's noise level and nuisance columns."""
-        fit = self.judge.fit(self.forward.measured - model.features, self.nuisance)
+        fit = self.judge.fit(self.forward.measured - model.features, self.nuisance, known=model.z)
         return replace(model, delta=fit.delta, cost=fit.cost, residual=fit.residual)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,22 +17,30 @@ class Tolerance:
     sigma: float  # relative, or A for the offsets
     factors: tuple[str, ...] = ()  # of the machine model
     sensor: tuple[str, str, float] | None = None  # or an effect's parameter and its off value
+    effect: str = ""  # the effect that is the same thing, only larger
 
 
 TOLERANCES = (
-    Tolerance("resistance", 0.012, ("resistance_ohm",)),
+    Tolerance("resistance", 0.012, ("resistance_ohm",), effect="winding_resistance"),
     Tolerance("inductance", 0.015, ("ld_h", "lq_h")),
-    Tolerance("flux", 0.004, ("psi_wb",)),
-    Tolerance("inertia", 0.012, ("inertia_kgm2",)),
-    Tolerance("viscous", 0.04, ("viscous_nms",)),
-    Tolerance("offset_a", 0.010, (), ("current_offset", "offset_a_a", 0.0)),
-    Tolerance("offset_b", 0.010, (), ("current_offset", "offset_b_a", 0.0)),
-    Tolerance("gain_a", 0.002, (), ("current_gain", "gain_a", 1.0)),
-    Tolerance("gain_b", 0.002, (), ("current_gain", "gain_b", 1.0)),
+    Tolerance("flux", 0.004, ("psi_wb",), effect="torque_constant"),
+    Tolerance("inertia", 0.012, ("inertia_kgm2",), effect="inertia"),
+    Tolerance("viscous", 0.04, ("viscous_nms",), effect="viscous_friction"),
+    Tolerance("offset_a", 0.010, (), ("current_offset", "offset_a_a", 0.0), "current_offset"),
+    Tolerance("offset_b", 0.010, (), ("current_offset", "offset_b_a", 0.0), "current_offset"),
+    Tolerance("gain_a", 0.002, (), ("current_gain", "gain_a", 1.0), "current_gain"),
+    Tolerance("gain_b", 0.002, (), ("current_gain", "gain_b", 1.0), "current_gain"),
 )
+TOLERANCE_EFFECTS = tuple(dict.fromkeys(t.effect for t in TOLERANCES if t.effect))
 SIGMA = np.array([t.sigma for t in TOLERANCES])
 
 Effects = Mapping[str, Mapping[str, float]]
+
+
+def prior_of(effects: Iterable[str]) -> NDArray[np.float64]:
+    """Inverse variance of each tolerance; one that an effect stands for does not move any more."""
+    named = set(effects)
+    return np.array([(1e4 if t.effect in named else 1.0) / t.sigma**2 for t in TOLERANCES])
 
 
 def unit_of(
