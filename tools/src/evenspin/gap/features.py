@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from evenspin.gap.layout import Bins, Layout, Stretch
 
 SIGNALS = ("speed_rad_s", "id_a", "iq_a", "vd_v", "vq_v")
-READ = ("theta_m_rad", "speed_ref_rad_s", *SIGNALS)
 Label = tuple[str, str, str, str]  # record, signal, kind, detail
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -71,8 +71,3 @@ class Forward:
 
     def close(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
-
-
-def seeds(count: int) -> Iterable[tuple[int, float]]:
-    """Noise seeds and start angles within a count, spread evenly."""
-    return ((1000 + i, (i + 0.5) / count) for i in range(count))

@@ -30,6 +30,7 @@ class Coordinate:
     low: float = -math.inf
     high: float = math.inf
     spread: float = 0.0  # half the pitch of the grid of starts, for effects that are not linear
+    beside: int | None = None  # probed beside this coordinate, to which it is relative
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +110,12 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
         _single("load_torque", "torque_nm", 0.02 * torque, -torque, torque, small_torque),
         Hypothesis(
             "misalignment",
-            tuple(Coordinate(name, 0.02 * torque) for name in ("sine", "cosine", "sine2", "cosine2")),
+            (
+                Coordinate("sine", 0.02 * torque),
+                Coordinate("cosine", 0.02 * torque),
+                Coordinate("sine2", 0.02 * torque, beside=0),
+                Coordinate("cosine2", 0.02 * torque, beside=0),
+            ),
             _misalignment,
             lambda z: float(np.linalg.norm(z)) / small_torque,
             ((0.0,) * 4,),

@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.evidence import model_features
 from evenspin.gap.hypotheses import Hypothesis
 from evenspin.gap.knowledge import known
 from evenspin.gap.search import Model, Search
 from evenspin.gap.tolerance import SIGMA, unit_of
 
 Array = NDArray[np.float64]
-STEP = 0.35  # of a coordinate's probe
 UNITS = 10  # sound units with the same effects, simulated
 LEAST_INFLATION = 1.0
 Z95 = 1.96
@@ -68,7 +66,7 @@ def intervals(search: Search, model: Model) -> Intervals:
     """
     if not model.z:
         return Intervals((), 1.0)
-    columns = _columns(search, model)
+    columns = search.columns(model)
     left = search.forward.measured - model.features
     covariance = search.judge.fit(left, search.nuisance, columns).covariance
     inflation = _inflation(search, model, columns, covariance)
@@ -80,20 +78,6 @@ def intervals(search: Search, model: Model) -> Intervals:
         at += size
         found += _of_effect(search.library[name], z, part)
     return Intervals(tuple(found), inflation)
-
-
-def _columns(search: Search, model: Model) -> Array:
-    """Change of the features per unit of each coordinate."""
-    units, steps = [], []
-    for name, z in model.z.items():
-        for i, coordinate in enumerate(search.library[name].coordinates):
-            h = STEP * coordinate.probe * (-1.0 if z[i] + STEP * coordinate.probe > coordinate.high else 1.0)
-            moved = z.copy()
-            moved[i] += h
-            units.append(search.effects({**model.z, name: moved}))
-            steps.append(h)
-    runs = model_features(search.forward, units, 1)
-    return np.stack([(f[0] - model.probe) / h for f, h in zip(runs, steps, strict=True)], axis=1)
 
 
 def _inflation(search: Search, model: Model, columns: Array, covariance: Array) -> float:

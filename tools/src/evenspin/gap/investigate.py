@@ -160,7 +160,7 @@ class Investigation:
         roots = [best]
         unexplained = floor.is_significant(best.cost)
         if len(best.z) == 1 and unexplained:
-            roots += [m for m in self.beam if m.names != best.names]
+            roots += [m for m in self.beam if set(m.z) != set(best.z)]
         leads: list[Lead | Model] = []
         if not unexplained and not any(
             self._promises(lead, best, floor) for lead in self.search.leads(best, 1, LEADS, borrowed=True)

@@ -12,7 +12,6 @@ from evenspin.compare import Unit
 from evenspin.gap.features import SIGNALS
 from evenspin.gap.forward import Forward
 
-LINE_SIGNALS = ("speed_rad_s", "iq_a", "id_a", "vd_v", "vq_v")
 SMOOTH_BINS = 5
 SKIP_BINS = 2  # trend and window
 

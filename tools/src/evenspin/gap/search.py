@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Z = dict[str, Array]  # an effect's place in its coordinates
 LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
 STEPS_MAX = 8
+STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation
 SCATTER = 4  # places per coordinate around the start of an effect that is not linear...
 SCATTER_WIDTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2)  # ...in shares of the grid's pitch, one after the other
 
@@ -34,7 +35,6 @@ class Model:
     probe: Array  # of the first probe alone: what columns are differences from
     cost: float
     residual: Array  # whitened
-    covariance: Array  # of all coordinates, in the order of z
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -48,10 +48,6 @@ class Lead:
     z: Z
     gain: float
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.z)
-
 
 class Search:
     def __init__(self, forward: Forward, library: dict[str, Hypothesis]) -> None:
@@ -61,7 +57,7 @@ class Search:
         self.judge = Judge(noise_level(forward, self.nuisance))
         self._signed: tuple[Model | None, list[tuple[str, Array, Array]]] = (None, [])
         self._signed_nothing: list[tuple[str, Array, Array]] = []
-        self.nothing = self._model({}, np.zeros(len(SIGMA)))
+        self.nothing = self._model({})
 
     def effects(self, z: Z) -> Effects:
         return {name: self.library[name].to_params(x) for name, x in z.items()}
@@ -100,11 +96,10 @@ class Search:
             h = self.library[name]
             columns = [next(runs)[0] for _ in points]
             if h.linear:
-                steps = [c.probe for c in h.coordinates]
-                reference = [base] * len(points)
-                if name == "misalignment":  # its second order is relative to the first
-                    reference = [base, base, columns[0], columns[0]]
-                columns = [(f - r) / s for f, r, s in zip(columns, reference, steps, strict=True)]
+                columns = [
+                    (f - (base if c.beside is None else columns[c.beside])) / c.probe
+                    for f, c in zip(columns, h.coordinates, strict=True)
+                ]
             else:
                 columns = [columns[0] - base]
             out.append((name, z0, np.stack(columns, axis=1)))
@@ -178,7 +173,7 @@ class Search:
                 costs = [self.judge.fit(y - f[0], self.nuisance, known=best.z).cost for f in runs]
                 k = int(np.argmin(costs))
                 if costs[k] < best.cost:
-                    best = self._model({**best.z, name: places[k]}, best.delta)
+                    best = self._model({**best.z, name: places[k]})
         return best
 
     def _place(self, name: str, z0: Array, amount: Array) -> Array | None:
@@ -197,8 +192,7 @@ class Search:
 
     def refine(self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf) -> Model:
         """Gauss-Newton with the simulation in the loop, damped; gives up where `beat` is out of reach."""
-        delta = lead.delta if isinstance(lead, Model) else np.zeros(len(SIGMA))
-        model = self._model(lead.z, delta)
+        model = self._model(lead.z)
         if not lead.z:
             return model
         if isinstance(lead, Lead) and any(not self.library[name].linear for name in lead.z):
@@ -219,11 +213,11 @@ class Search:
     def _descended(self, model: Model, steps: int, beat: float) -> Model:
         damping = 1e-3
         for step in range(steps):
-            columns = self._columns(model)
+            columns = self.columns(model)
             better = None
             for _ in range(3):
                 z = self._moved(model, columns, damping)
-                trial = self._model(z, model.delta, columns)
+                trial = self._model(z)
                 if trial.cost < model.cost:
                     better = trial
                     damping = max(damping / 10.0, 1e-6)
@@ -236,12 +230,13 @@ class Search:
                 break
         return model
 
-    def _columns(self, model: Model) -> Array:
+    def columns(self, model: Model) -> Array:
+        """Change of the features per unit of each coordinate."""
         units = []
         steps = []
         for name, z in model.z.items():
             for i, c in enumerate(self.library[name].coordinates):
-                h = 0.35 * c.probe
+                h = STEP_SHARE * c.probe
                 if z[i] + h > c.high:
                     h = -h
                 moved = z.copy()
@@ -263,14 +258,11 @@ class Search:
             z[name] = self.library[name].clip(old + step)
         return z
 
-    def _model(self, z: Z, delta: Array, columns: Array | None = None) -> Model:
+    def _model(self, z: Z) -> Model:
         (probes,) = model_features(self.forward, [self.effects(z)])
         features = probes.mean(axis=0)
         fit = self.judge.fit(self.forward.measured - features, self.nuisance, known=z)
-        covariance = np.zeros((0, 0))
-        if columns is not None:
-            covariance = self.judge.fit(self.forward.measured - features, self.nuisance, columns, known=z).covariance
-        return Model(z, fit.delta, features, probes[0], fit.cost, fit.residual, covariance)
+        return Model(z, fit.delta, features, probes[0], fit.cost, fit.residual)
 
     def rejudged(self, model: Model) -> Model:
         """The same model under today's noise level and nuisance columns."""
@@ -285,8 +277,8 @@ def _probe_points(h: Hypothesis, z0: Array) -> list[Array]:
     for i, c in enumerate(h.coordinates):
         z = z0.copy()
         z[i] += c.probe
-        if h.name == "misalignment" and i >= 2:
-            z[0] += h.coordinates[0].probe
+        if c.beside is not None:
+            z[c.beside] += h.coordinates[c.beside].probe
         points.append(z)
     return points
 
