@@ -1,8 +1,8 @@
 /**
  * @file  control/memory/window.h
- * @brief The newest 16 samples, lying one after the other: no index wraps while they are read.
+ * @brief The newest 32 samples, lying one after the other: no index wraps while they are read.
  *
- * Every sample is kept twice, 16 places apart, so that 16 places from the newest one on are always the newest 16 samples.
+ * Every sample is kept twice, 32 places apart, so that 32 places from the newest one on are always the newest 32 samples.
  * Before the newest lie CTL_WINDOW_MARGIN places that may be read, too, and mean nothing but are finite: so a sum of fixed
  * length can run over its end with coefficients of zero.
  * Cost  a push is two stores; a read is one load at a fixed offset.
@@ -12,8 +12,8 @@
 
 #include "control/numeric/num.h"
 
-#define CTL_WINDOW_SIZE 16U
-#define CTL_WINDOW_MARGIN 6U
+#define CTL_WINDOW_SIZE 32U
+#define CTL_WINDOW_MARGIN 10U
 
 typedef struct {
     num_t    x[CTL_WINDOW_MARGIN + (2U * CTL_WINDOW_SIZE)];

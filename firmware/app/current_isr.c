@@ -66,16 +66,34 @@ static void check_motion(drive_t *d)
     }
 }
 
-/* Disturbance torque, measured, and expected for the moment when a reference of now will act. */
+/* Samples that are not usual, the speed of the FIR filter, and observers with options. */
+static void observe_otherwise(drive_t *d)
+{
+    drive_observer_t *const o = &d->observer;
+    o->seen.torque = ctl_meter_torque_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
+    if (d->setup.speed_source == DRIVE_SPEED_FIR) {
+        o->seen.speed = ctl_meter_speed_raw(&o->meter);
+    }
+    if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
+        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, d->tracking.pll.state.w, o->seen.torque);
+    }
+}
+
+/* Disturbance torque, measured, and expected for the moment when a reference of now will act. One branch for all that is
+ * not usual. */
 static void observe(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     if (!d->setup.meter_used) {
         return;
     }
-    o->seen = ctl_meter_step_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
-    if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
-        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, o->seen.speed, o->seen.torque);
+    const angle_t theta = d->tracking.theta_m;
+    const num_t   way = ctl_meter_way(&o->meter, theta);
+    if (d->setup.observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) & ctl_observer_is_usual(&o->observer)) {
+        o->seen.torque = ctl_meter_torque_usual(&o->meter, theta, way, d->current.ref.q);
+        o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
+    } else {
+        observe_otherwise(d);
     }
 }
 
@@ -91,9 +109,6 @@ static void speed_tick(drive_t *d, uint32_t now_cyc)
     const bool           failed = hal_encoder_edge(&s->edge) == HAL_SENSOR_FAULT;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (d->setup.observer_used) {
-        ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
-    }
     s->tracked = (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
     if (failed | d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
         if (failed) {

@@ -13,6 +13,8 @@ static float largest_turns; /* of what the unit was asked for */
 
 #ifdef CTL_HAS_TMU
 
+float fpu_min(float a, float b) { return fminf(a, b); }
+float fpu_max(float a, float b) { return fmaxf(a, b); }
 float tmu_sin_turns(float x)
 {
     largest_turns = fmaxf(largest_turns, fabsf(x));

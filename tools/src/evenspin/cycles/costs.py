@@ -34,19 +34,38 @@ SELECT = 10
 MINMAX = 10
 CAST = 3
 
-# HAL functions of the port: register reads and writes through driverlib, with scaling. Guesses until a board has run.
-EXTERNAL = {
-    "hal_sample_read": 900,
-    "hal_encoder_edge": 600,
-    "hal_inverter_set_duty": 500,
-    "hal_clock_cyc": 60,
-    "hal_clock_request_speed_isr": 60,
-    "hal_inverter_fault": 200,
-    "hal_inverter_disarm": 300,
+# Functions of driverlib in the current interrupt: registers that they read and write. Most are inline functions with constant
+# arguments, so nothing is left of them but that; the address comes first, as for a variable index.
+READ_REGISTER = VARIABLE_INDEX + 30  # 1 and two wait states
+WRITE_REGISTER = VARIABLE_INDEX + 10
+REGISTERS = {  # reads, writes, cycles beside: masks, comparisons, shifts
+    "ADC_readResult": (1, 0, 0),
+    "ADC_clearInterruptStatus": (0, 1, 0),
+    "ADC_getInterruptOverflowStatus": (1, 0, 2),
+    "ADC_clearInterruptOverflowStatus": (0, 1, 0),
+    "CPUTimer_getTimerCount": (1, 0, 0),
+    "EPWM_setCounterCompareValue": (0, 1, 0),
+    "EPWM_getOneShotTripZoneFlagStatus": (1, 0, 1),
+    "EQEP_getPosition": (1, 0, 0),
+    "EQEP_getCaptureTimerLatch": (1, 0, 0),
+    "EQEP_getDirection": (1, 0, 3),
+    "EQEP_getInterruptStatus": (1, 0, 0),
+    "EQEP_getIndexPositionLatch": (1, 0, 0),
+    "EQEP_clearInterruptStatus": (0, 1, 0),
+    "GPIO_writePin": (0, 1, 2),
+    "Interrupt_clearACKGroup": (0, 1, 0),
+    "SCI_getRxStatus": (1, 0, 0),
+    "SCI_getOverflowStatus": (1, 0, 2),
+    "SCI_getRxFIFOStatus": (1, 0, 2),
+    "SCI_getTxFIFOStatus": (1, 0, 2),
+    "SCI_readCharNonBlocking": (1, 0, 1),
+    "SCI_writeCharNonBlocking": (0, 1, 0),
+    "fake_eint": (0, 0, 2),  # CLRC INTM
+    "fake_dint": (0, 0, 1),
 }
 
-# The TMU's instructions, which control/numeric/tmu.h names: published latencies, no call.
-TMU = {"tmu_sin_turns": 40, "tmu_cos_turns": 40, "tmu_sqrt": 50}
+# Instructions that control/numeric/tmu.h and fpu.h name: published latencies, no call.
+MARKED = {"tmu_sin_turns": 40, "tmu_cos_turns": 40, "tmu_sqrt": 50, "fpu_min": 10, "fpu_max": 10}
 
 INSTRUCTION = re.compile(r"^\s+(?:(?P<result>%[-\w.$]+|%\"[^\"]+\")\s*=\s*)?(?P<rest>\S.*)$")
 FLAGS = re.compile(r"\b(?:tail|musttail|notail|nuw|nsw|exact|inbounds|volatile|nnan|ninf|nsz|fast)\b ?")
@@ -128,4 +147,10 @@ def call_cost(text: str) -> int:
         if re.match(r"llvm\.(lifetime|dbg|assume|experimental|va_)", name[1]):
             return 0
         return MINMAX * (LONG_LONG if ".i64" in name[1] else 2)
-    return TMU[name[1]] if name[1] in TMU else CALL + EXTERNAL.get(name[1], 0)
+    constants = sum(0 if EASY.match(constant) else CONSTANT for constant in FLOAT_CONSTANT.findall(text))
+    if name[1] in MARKED:
+        return MARKED[name[1]] + constants
+    if name[1] in REGISTERS:
+        reads, writes, beside = REGISTERS[name[1]]
+        return reads * READ_REGISTER + writes * WRITE_REGISTER + 10 * beside
+    return CALL
