@@ -281,7 +281,7 @@ static void run(const variant_t *v)
         p.rdc_rho_nm = 0.01f;
     }
     (void)memset(&drive, 0, sizeof drive);
-    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0.0f, 0U};
+    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
     edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
     drive_init(&drive, &p);
     for (int pass = 0; pass < 5; pass++) {
@@ -299,12 +299,13 @@ static void run(const variant_t *v)
             turn = wanted + (0.002f * sinf((float)k * 0.005f));
             turn -= floorf(turn);
         }
-        sample.theta_m_rad = 6.2831853f * ((floorf(turn * 4000.0f) + 0.5f) / 4000.0f);
+        sample.theta_m = (uint32_t)floorf(turn * 4000.0f) * 1073742U;
         sample.ia_a = 4.0f * noise();
         sample.ib_a = 4.0f * noise();
         sample.ic_a = -sample.ia_a - sample.ib_a;
         sample.seq++;
         clock_now += 20000U;
+        sample.at_cyc = clock_now;
         edge.edge_count += (int32_t)(speed * 0.0636f);
         edge.edge_cyc = clock_now - 77U;
         if ((k % 10U) == 0U) {

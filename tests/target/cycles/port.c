@@ -29,6 +29,11 @@ port_cost_t          port_cost;
 static void        (*note)(const char *name, uint64_t cost);
 static uint32_t      seed = 7U, periods;
 
+float port_min(float a, float b);
+float port_max(float a, float b);
+float port_min(float a, float b) { return (a < b) ? a : b; }
+float port_max(float a, float b) { return (a > b) ? a : b; }
+
 static float share(void) /* 0 to 1 */
 {
     seed = (seed * 1664525U) + 1013904223U;
