@@ -74,30 +74,13 @@ ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
     return ctl_diag_ok();
 }
 
-/* What the samples i and order - i are multiplied with, together; @p h: tap i. */
-static num_t folded(uint16_t order, uint16_t i, num_t h)
-{
-    const uint16_t twice = (uint16_t)(2U * i);
-    return (twice < order) ? h : ((twice == order) ? num_mul(h, NUM_C(0.5f)) : (num_t)0);
-}
-
 void ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params)
 {
     self->order = params->order;
     for (uint16_t i = 0U; i < CTL_FIR_PAIRS; i++) {
-        self->fold[i] = folded(params->order, i, (i <= params->order) ? params->tap[i] : (num_t)0);
-    }
-}
-
-void ctl_fir_tune_cascade(ctl_fir_t *self, const ctl_fir_params_t *first, const ctl_fir_params_t *second, num_t gain)
-{
-    self->order = (uint16_t)(first->order + second->order);
-    for (uint16_t i = 0U; i < CTL_FIR_PAIRS; i++) {
-        num_t h = (num_t)0;
-        for (uint16_t k = (i > second->order) ? (uint16_t)(i - second->order) : 0U; (k <= i) && (k <= first->order); k++) {
-            h = num_mac(h, first->tap[k], num_mul(gain, second->tap[i - k]));
-        }
-        self->fold[i] = folded(self->order, i, h);
+        const uint16_t twice = (uint16_t)(2U * i);
+        const num_t    h = params->tap[i];
+        self->fold[i] = (twice < params->order) ? h : ((twice == params->order) ? num_mul(h, NUM_C(0.5f)) : (num_t)0);
     }
 }
 

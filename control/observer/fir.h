@@ -6,12 +6,8 @@
  *
  * The delay is data, in half samples (ctl_fir_delay_half), for whoever has to know how old a filtered signal is.
  * Source   windowed sinc with a Hamming window, unity gain at zero frequency; Tang et al. 2020, section IV-A.
- *
- * Two filters one after the other are one filter, whose taps are their convolution: ctl_fir_tune_cascade. It answers with
- * the same numbers but for rounding and costs half a product a tap, where two filters cost that and what surrounds it twice.
- *
  * Total    a non-finite sample counts as the one before it, and is counted; |y| <= sum |h| max |x|.
- * Cost     10 products up to order 19, then 16: equal taps share one. Fixed: within (n + 1) steps of float.
+ * Cost     6 products up to order 11, then 8: equal taps share one. Fixed: within (n + 1) steps of float.
  */
 #ifndef CONTROL_OBSERVER_FIR_H
 #define CONTROL_OBSERVER_FIR_H
@@ -19,10 +15,8 @@
 #include "control/memory/window.h"
 #include "control/numeric/diag.h"
 
-#define CTL_FIR_ORDER_MAX 15U                         /**< Of one filter... */
-#define CTL_FIR_CASCADE_MAX (2U * CTL_FIR_ORDER_MAX) /**< ...and of two. */
+#define CTL_FIR_ORDER_MAX (CTL_WINDOW_SIZE - 1U)
 #define CTL_FIR_PAIRS (CTL_WINDOW_SIZE / 2U)
-#define CTL_FIR_SHORT 19U /**< Orders up to here take ten products. */
 
 typedef struct {
     uint16_t order;                       /**< n, [0, CTL_FIR_ORDER_MAX]. */
@@ -34,9 +28,9 @@ typedef struct {
     uint32_t     rejected;
 } ctl_fir_state_t;
 
-/** Of the parameters only what a step needs: two filters live in every meter. */
+/** Of the parameters only what a step needs: filters live in every meter. */
 typedef struct {
-    uint16_t         order;               /**< [0, CTL_FIR_CASCADE_MAX]. */
+    uint16_t         order;
     num_t            fold[CTL_FIR_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */
     ctl_fir_state_t  state;
 } ctl_fir_t;
@@ -49,13 +43,11 @@ ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff
 ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params);
 /** Other taps, of parameters that ctl_fir_init would accept, without a break in the samples. */
 void       ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params);
-/** The taps of both filters one after the other, times @p gain: sizes of taps stay below 16 gain. No break in the samples. */
-void       ctl_fir_tune_cascade(ctl_fir_t *self, const ctl_fir_params_t *first, const ctl_fir_params_t *second, num_t gain);
 void       ctl_fir_reset(ctl_fir_t *self, num_t x);
 num_t      ctl_fir_step(ctl_fir_t *self, num_t x);
 
-/** (1) for an @p x that is known to be finite and an order up to CTL_FIR_SHORT. */
-static inline num_t ctl_fir_step_short(ctl_fir_t *self, num_t x)
+/** (1) for an @p x that is known to be finite. */
+static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
 {
     const num_t *const young = ctl_window_push(&self->state.past, x);
     const num_t *const old = &young[self->order];
@@ -68,27 +60,12 @@ static inline num_t ctl_fir_step_short(ctl_fir_t *self, num_t x)
     y = num_mac(y, h[3], num_add(young[3], old[-3]));
     y = num_mac(y, h[4], num_add(young[4], old[-4]));
     y = num_mac(y, h[5], num_add(young[5], old[-5]));
-    y = num_mac(y, h[6], num_add(young[6], old[-6]));
-    y = num_mac(y, h[7], num_add(young[7], old[-7]));
-    y = num_mac(y, h[8], num_add(young[8], old[-8]));
-    y = num_mac(y, h[9], num_add(young[9], old[-9]));
-    return y;
-}
-
-/** The same for every order. */
-static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
-{
-    num_t y = ctl_fir_step_short(self, x);
-    if (self->order > CTL_FIR_SHORT) {
-        const num_t *const young = ctl_window_newest(&self->state.past);
-        const num_t *const old = &young[self->order];
-        for (uint16_t i = (CTL_FIR_SHORT + 1U) / 2U; i < CTL_FIR_PAIRS; i++) {
-            y = num_mac(y, self->fold[i], num_add(young[i], old[-(int16_t)i]));
-        }
+    if (self->order > 11U) {
+        y = num_mac(y, h[6], num_add(young[6], old[-6]));
+        y = num_mac(y, h[7], num_add(young[7], old[-7]));
     }
     return y;
 }
-
 /** Delay in half samples: the order. */
 static inline uint16_t ctl_fir_delay_half(const ctl_fir_params_t *params) { return params->order; }
 

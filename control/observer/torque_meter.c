@@ -29,7 +29,6 @@ ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
     }
     if (d.status == CTL_OK) {
         self->state.speed_fir = fir1;
-        self->state.torque_fir = fir2;
         self->state.rejected = 0U;
         ctl_meter_tune(self, params);
         ctl_meter_reset(self);
@@ -43,15 +42,15 @@ void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params)
     self->held_whole = (uint16_t)num_floor(params->actuation);
     self->held_part = num_sub(params->actuation, num_from_int((int16_t)self->held_whole));
     ctl_fir_tune(&self->state.speed_fir, &params->fir1);
-    self->is_short = (params->fir1.order + params->fir2.order) <= CTL_FIR_SHORT;
-    ctl_fir_tune_cascade(&self->state.torque_fir, &params->fir1, &params->fir2, NUM_C(16.0f));
+    self->is_short = (params->fir1.order + params->fir2.order) <= CTL_FIR_CASCADE_SHORT;
+    ctl_fir_cascade_tune(&self->state.torque_fir, &params->fir1, &params->fir2, NUM_C(16.0f));
 }
 
 void ctl_meter_reset(ctl_meter_t *self)
 {
     ctl_meter_state_t *const s = &self->state;
     ctl_fir_reset(&s->speed_fir, (num_t)0);
-    ctl_fir_reset(&s->torque_fir, (num_t)0);
+    ctl_fir_cascade_reset(&s->torque_fir, (num_t)0);
     ctl_window_fill(&s->ref, (num_t)0);
     s->primed = false;
     s->speed = (num_t)0;
@@ -75,7 +74,7 @@ num_t ctl_meter_torque_raw(ctl_meter_t *self, angle_t theta, num_t ref_last)
     } else {
         /* as it should be */
     }
-    return ctl_fir_step_raw(&s->torque_fir, ctl_meter_gather(self, theta, speed, ref_last)); /* (4) */
+    return ctl_fir_cascade_step_raw(&s->torque_fir, ctl_meter_gather(self, theta, speed, ref_last)); /* (4) */
 }
 
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params)

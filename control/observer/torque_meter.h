@@ -27,7 +27,7 @@
 #define CONTROL_OBSERVER_TORQUE_METER_H
 
 #include "control/numeric/angle.h"
-#include "control/observer/fir.h"
+#include "control/observer/fir_cascade.h"
 
 typedef struct {
     num_t            speed_per_rad;  /**< Speed unit per rad and sample: 1 / (T_s base), > 0. */
@@ -39,7 +39,8 @@ typedef struct {
 } ctl_meter_params_t;
 
 typedef struct {
-    ctl_fir_t    speed_fir, torque_fir; /**< FIR1, and both with the scale of T_sum. */
+    ctl_fir_t         speed_fir;  /**< FIR1. */
+    ctl_fir_cascade_t torque_fir; /**< FIR1 and FIR2, times 16. */
     ctl_window_t ref;             /**< Newest references over 16. */
     angle_t      theta;
     num_t        speed;           /**< Of the last step of the angle. */
@@ -51,7 +52,7 @@ typedef struct {
     ctl_meter_params_t params;
     uint16_t           held_whole; /**< params.actuation in samples... */
     num_t              held_part;  /**< ...and what is left, [0, 1). */
-    bool               is_short;   /**< FIR1 and FIR2 together have an order up to CTL_FIR_SHORT. */
+    bool               is_short;   /**< FIR1 and FIR2 together have an order up to CTL_FIR_CASCADE_SHORT. */
     ctl_meter_state_t  state;
 } ctl_meter_t;
 
@@ -110,7 +111,7 @@ static inline num_t ctl_meter_gather(ctl_meter_t *self, angle_t theta, num_t spe
 /** ctl_meter_torque_raw where ctl_meter_is_usual holds. */
 static inline num_t ctl_meter_torque_usual(ctl_meter_t *self, angle_t theta, num_t way, num_t ref_last)
 {
-    return ctl_fir_step_short(&self->state.torque_fir, ctl_meter_gather(self, theta, num_mul(way, self->params.speed_per_rad), ref_last));
+    return ctl_fir_cascade_step_short(&self->state.torque_fir, ctl_meter_gather(self, theta, num_mul(way, self->params.speed_per_rad), ref_last));
 }
 
 #endif

@@ -200,6 +200,7 @@ static void act(drive_t *d)
         const ctl_dq_t ref = {d->setup.align_current, (num_t)0};
         d->current.ref = ref;
         at = alignment_angle(d);
+        d->periods_in_state = (uint16_t)(d->periods_in_state + ((d->periods_in_state < UINT16_MAX) ? 1U : 0U));
     } else {
         if (d->state == DRIVE_OFFSET_CALIBRATION) {
             add_to_calibration(d);
@@ -228,7 +229,7 @@ static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
     return (bool)((status == HAL_OK) & (s->seq == (previous_seq + 1U)) &
                   (a <= p->over_current_a) & (a >= -p->over_current_a) & (b <= p->over_current_a) & (b >= -p->over_current_a) &
                   (c <= p->over_current_a) & (c >= -p->over_current_a) & (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
-                  d->seen_sample & d->tracking.locked);
+                  d->tracking.locked); /* hence not the first one */
 }
 
 static bool take_sample(drive_t *d)
@@ -264,9 +265,6 @@ void drive_current_isr(drive_t *d)
     } else {
         set_zero_voltage(); /* nothing to control with */
     }
-    const uint16_t periods = d->periods_in_state;
-    d->periods_in_state = (uint16_t)(periods + ((periods < UINT16_MAX) ? 1U : 0U));
-
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;
     if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > d->setup.period_cyc)) { /* one branch for both */

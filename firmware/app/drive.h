@@ -203,7 +203,7 @@ typedef struct {
     drive_observer_t observer;
     drive_position_t position;
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
-    volatile uint16_t periods_in_state;         /**< Stops at 65535. */
+    volatile uint16_t periods_in_state;         /**< Of the alignment; stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */
     bool             seen_sample;
     uint32_t         rejected;

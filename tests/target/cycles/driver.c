@@ -343,7 +343,7 @@ static void run(const variant_t *v)
             }
         }
         for (uint32_t k = 0U; k < 2000U; k++) {
-            MEASURE("ctl_fir_step", (void)ctl_fir_step(&drive.observer.meter.state.torque_fir, noise()));
+            MEASURE("ctl_fir_step", (void)ctl_fir_step(&drive.observer.meter.state.speed_fir, noise()));
         }
     }
     if (v->deadbeat != 0U) {

@@ -12,8 +12,8 @@ CALL = 160  # LCR 4, LRETR 4, eight pushes, pops and moves of arguments
 ISR_FRAME = 650  # interrupt entry 14, save and restore of everything the compiler uses, IRET 8
 
 FLOAT = {"fadd": 20, "fsub": 20, "fmul": 20, "fneg": 10, "fdiv": 60, "frem": 3000, "fcmp": 10}
-# F32TOI32 2p, one slot more before the move to the CPU's registers, the move; MOV32 to the FPU's registers 1, four slots before
-# its use, I32TOF32 2p: a middle. Where the whole number comes from memory or goes there, nothing is moved: 2p.
+# F32TOI32 2p, one slot more before the move to the CPU's registers, the move; MOV32 to the FPU's registers 1, four
+# slots before its use, I32TOF32 2p: a middle. Where the whole number comes from or goes to memory nothing is moved: 2p.
 CONVERSION = {"fptosi": 40, "fptoui": 40, "sitofp": 60, "uitofp": 60, "bitcast": 50}
 CONVERSION_IN_MEMORY = 20
 INTEGER = {
@@ -37,8 +37,8 @@ SELECT = 10
 MINMAX = 10
 CAST = 3
 
-# Functions of driverlib in the current interrupt: registers that they read and write. Most are inline functions with constant
-# arguments, so nothing is left of them but that; the address comes first, as for a variable index.
+# Functions of driverlib in the current interrupt: registers that they read and write. They are inline functions with
+# constant arguments, so nothing is left of them but that; the address comes first, as for a variable index.
 READ_REGISTER = VARIABLE_INDEX + 30  # 1 and two wait states
 WRITE_REGISTER = VARIABLE_INDEX + 10
 REGISTERS = {  # reads, writes, cycles beside: masks, comparisons, shifts
@@ -99,7 +99,8 @@ def is_widening_product(text: str, narrow: Container[str]) -> bool:
 def cost(line: str, narrow: Container[str] = (), in_memory: Container[str] = ()) -> int:
     """Tenths of a cycle for one instruction of LLVM's text; 0 for what is not an instruction.
 
-    `narrow`: names of 64-bit values that hold 32 bits. `in_memory`: names of whole numbers that come from memory or go there.
+    `narrow`: names of 64-bit values that hold 32 bits. `in_memory`: names of whole numbers that come from memory or go
+    there.
     """
     match = INSTRUCTION.match(line)
     if match is None or line.lstrip().startswith(";"):
@@ -151,7 +152,7 @@ def in_memory_conversion(match: re.Match[str], in_memory: Container[str]) -> boo
 
 
 def names_in_memory(lines: Sequence[str]) -> set[str]:
-    """Of one function: whole numbers that are loaded or read from a register, and those that are only stored or written."""
+    """Of one function: whole numbers that are loaded or read from a register, and those only stored or written."""
     found: set[str] = set()
     made: dict[str, str] = {}
     for line in lines:

@@ -37,7 +37,11 @@ def port_sources(root: Path) -> list[Path]:
 
 def port_options(root: Path) -> list[str]:
     """The port against the fake of driverlib, its hal_ functions by other names: the driver has some of its own."""
-    names = [name for header in sorted((root / "hal/include/hal").glob("*.h")) for name in HAL_FUNCTION.findall(header.read_text())]
+    names = [
+        name
+        for header in sorted((root / "hal/include/hal").glob("*.h"))
+        for name in HAL_FUNCTION.findall(header.read_text())
+    ]
     return [*(f"-Dhal_{name}=chip_{name}" for name in names), f"-I{root / 'tests/hal/fake_driverlib'}"]
 
 
