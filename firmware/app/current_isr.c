@@ -64,14 +64,11 @@ static void check_motion(drive_t *d)
     }
 }
 
-/* Samples that are not usual, the speed of the FIR filter, and observers with options. */
+/* Samples that are not usual, and observers with options. */
 static void observe_otherwise(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     o->seen.torque = ctl_meter_torque_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
-    if (d->setup.speed_source == DRIVE_SPEED_FIR) {
-        o->seen.speed = ctl_meter_speed_raw(&o->meter);
-    }
     if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
         o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, d->tracking.pll.state.w, o->seen.torque);
     }
@@ -92,6 +89,9 @@ static void observe(drive_t *d)
         o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
     } else {
         observe_otherwise(d);
+    }
+    if (d->setup.speed_source == DRIVE_SPEED_FIR) {
+        o->seen.speed = ctl_meter_speed_raw(&o->meter);
     }
 }
 

@@ -1,4 +1,6 @@
 /* eQEP: angle with wrap and both directions, edges and their times, index, phase error. */
+#include <math.h>
+
 #include "tests/hal/support/started.h"
 
 #define COUNT_RAD 0.00157079633f /* 2 pi / 4000 */
@@ -28,6 +30,31 @@ void test_decoder_counts_every_edge_of_a_turn_and_starts_over(void)
     TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setPositionCounterConfig", EQEP1_BASE, EQEP_POSITION_RESET_MAX_POS, 3999U));
     TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setLatchMode", EQEP1_BASE, EQEP_LATCH_CNT_READ_BY_CPU | EQEP_LATCH_RISING_INDEX));
     TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setCaptureConfig", EQEP1_BASE, EQEP_CAPTURE_CLK_DIV_2, EQEP_UNIT_POS_EVNT_DIV_1));
+}
+
+void test_angle_of_every_count_is_its_part_of_a_turn(void)
+{
+    for (uint32_t count = 0U; count < 4000U; count += 13U) {
+        chip.qep_position = count;
+        period();
+
+        const double want = (double)count / 4000.0 * 4294967296.0;
+        TEST_ASSERT_TRUE(fabs((double)sample.theta_m - want) <= 1.1); /* cut, and 2^-16 of a step a count */
+    }
+}
+
+void test_edge_is_read_with_interrupts_off_and_leaves_them_as_they_were(void)
+{
+    hal_encoder_edge_t read;
+    fake_forget_calls();
+    chip.intm = false;
+    TEST_ASSERT_EQUAL(HAL_OK, hal_encoder_edge(&read));
+    TEST_ASSERT_FALSE(chip.intm);
+    TEST_ASSERT_TRUE(CALLED_AT_ALL("Interrupt_disableGlobal") >= 0);
+
+    chip.intm = true; /* inside an interrupt */
+    TEST_ASSERT_EQUAL(HAL_OK, hal_encoder_edge(&read));
+    TEST_ASSERT_TRUE(chip.intm);
 }
 
 void test_angle_is_counts_of_a_turn(void)
