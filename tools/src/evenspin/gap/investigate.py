@@ -30,6 +30,7 @@ SHARE_MIN = 0.10  # of the excess that an effect has to explain
 IMPERFECT_SHARE = 0.005  # of what a first effect explains: what its model may leave, where nothing significant is left
 WEAK_GAIN = 500.0  # deserves a second look: by chance, gains of 100 come up
 TOLERATED = 3.0  # sigmas that a unit may be off
+SECOND_SHARE = 0.5  # of the least gain, at a second look: there no search has picked what fits
 FAR_OFF = 1.5  # times the edge of a tolerance, which is three sigmas
 WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
@@ -191,28 +192,24 @@ class Investigation:
         return found if self._validates(best, found) else None
 
     def _validates(self, without: Model, with_it: Model) -> bool:
-        """One more effect must not make the records worse that no fit has seen, nor be a tolerance stretched too far."""
+        """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
         bound = TOLERATED * SIGMA
         units = (unit_of(self.search.effects(m.z), np.clip(m.delta, -bound, bound)) for m in (without, with_it))
         before, after = (self.validation.outcome(unit).gap for unit in units)
         return not after > before * (1.0 + WORSE_SHARE)
 
     def _refined(self, leads: list[Lead], floor: Floor, start: float, end: float) -> list[Model]:
-        """Each lead with the simulation in the loop; the less promising ones only while nothing explains the log."""
+        """Each lead with the simulation in the loop, small sets first; once one explains the log, only close rivals."""
         out: list[Model] = []
         best = math.inf
         start_cost = self.search.nothing.cost
-        for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
+        leads = sorted(leads, key=lambda lead: (len(lead.z), -lead.gain))
+        for i, lead in enumerate(leads):
             explained = bool(out) and not floor.is_significant(best)
-            part = explained and any(set(lead.z) < set(m.z) for m in out if not floor.is_significant(m.cost))
-            if (
-                explained
-                and not part
-                and (lead.gain < NEAR_GAIN * leads[0].gain or (len(lead.z) > 1 and len(out[0].z) == len(lead.z)))
-            ):
+            if explained and (lead.gain < NEAR_GAIN * leads[0].gain or len(lead.z) > len(out[0].z)):
                 continue
             wild = any(not self.library[name].linear for name in lead.z)
-            if wild and out and not part and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
+            if wild and out and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
@@ -249,7 +246,7 @@ class Investigation:
         if gain < least or gain > WEAK_GAIN or self.library[name].is_tolerance:
             return gain >= least
         before, after = self.search.second_look(without, with_it)
-        return before - after > least
+        return before - after > SECOND_SHARE * least
 
     def _is_far_off(self, model: Model, without: Model) -> bool:
         """What is more is a tolerance so far off that no unit is: its prior says so, however little it costs."""

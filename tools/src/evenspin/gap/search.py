@@ -23,7 +23,7 @@ STEPS_MAX = 8
 STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation
 FRESH, FRESH_SEED = 8, 400  # simulations of a second look
 RING_PHASES = 8  # for effects whose cost has more than one valley over the phase...
-RING_SCALES = (1.0, 2.5)  # ...at multiples of the amplitude that a linear fit gives: that one is never too large
+RING_SCALES = (1.0, 2.5, 6.0, 12.0)  # ...at multiples of the amplitude of a linear fit: wells make that too small
 SCATTER = 4  # places per coordinate around the start of an effect that is not linear...
 SCATTER_WIDTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2)  # ...in shares of the grid's pitch, one after the other
 
