@@ -85,8 +85,9 @@ class Investigation:
         self.library = hypotheses(motor, counts)
         self.say("noise and tolerance", 0.02)
         self.search = Search(self.forward, self.library)
-        heard = heard_order(motor, self.forward.labels, self.search.nothing.residual)
-        self.library.update({"cogging": hypotheses(motor, counts, heard)["cogging"]})
+        if "cogging" in self.library:
+            heard = heard_order(motor, self.forward.labels, self.search.nothing.residual)
+            self.library["cogging"] = hypotheses(motor, counts, heard)["cogging"]
         self.validation = Validation(case)
         self.tried: list[Model] = []
         self.beam: list[Model] = []  # first explanations, best first
