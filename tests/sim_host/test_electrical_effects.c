@@ -223,6 +223,36 @@ void test_saturation_linkage_is_odd_and_its_slope_the_differential_inductance(vo
     }
 }
 
+/* The slope is that of the integral, the torque that of the lowered inductances: L / (1 + 16/36) and L / (1 + 81/36). */
+void test_saturation_by_slope_lowers_the_reluctance_torque_of_each_axis(void)
+{
+    model.ld_h = 0.3e-3;
+    model.lq_h = 0.6e-3;
+    machine_set("inductance_saturation", "i_sat_a", 6.0);
+    machine_set("inductance_saturation", "by_slope", 1.0);
+    machine_start();
+    plant.x.id_a = -4.0;
+    plant.x.iq_a = 9.0;
+    (void)read_a();
+    const double ld_h = 0.3e-3 / (1.0 + 16.0 / 36.0);
+    const double lq_h = 0.6e-3 / (1.0 + 81.0 / 36.0);
+    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + (ld_h - lq_h) * -36.0), plant.torque_nm, "torque");
+}
+
+void test_saturation_by_slope_steps_as_the_integral_does(void)
+{
+    double after[2];
+    for (int by_slope = 0; by_slope < 2; by_slope++) {
+        machine_set("inductance_saturation", "i_sat_a", 6.0);
+        machine_set("inductance_saturation", "by_slope", by_slope);
+        machine_start();
+        machine_voltage(2.0, -1.0, 5);
+        after[by_slope] = plant.x.iq_a;
+        TEST_ASSERT_TRUE(fabs(plant.x.id_a) > 1.0);
+    }
+    TEST_ASSERT_EQUAL_DOUBLE(after[0], after[1]);
+}
+
 static void start_by_amplitude(double i_sat_a)
 {
     model.ld_h = 0.3e-3;

@@ -19,7 +19,7 @@ from evenspin.gap import investigate as core
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
 from evenspin.gap.hypotheses import Hypothesis, hypotheses
-from evenspin.gap.intervals import Interval, Intervals, _of_effect
+from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
 from evenspin.gap.outcome import Validation, floor_gap
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
@@ -237,6 +237,15 @@ def test_the_interval_of_a_polar_pair_is_that_of_the_plane(result: CaseResult) -
     assert found["amplitude_nm"].half == pytest.approx(1.96 * s, rel=1e-3)
     assert found["phase_rad"].half == pytest.approx(1.96 * s / 0.05, rel=1e-3)
     assert found["order"].half == 0.0
+
+
+def test_an_interval_is_never_narrower_than_two_simulators_differ() -> None:
+    """2 % of the parameter or of a radian, in the square beside the fit; nothing on top of what is a whole number."""
+    exact = [Interval("cogging", "amplitude_nm", 0.05, 0.0), Interval("cogging", "order", 24.0, 0.0)]
+    rough = [Interval("inertia", "factor", 1.5, 0.01), Interval("cogging", "phase_rad", 6.0, 0.02)]
+
+    assert [i.half for i in with_model_share(exact)] == pytest.approx([0.001, 0.0])
+    assert [with_model_share([i])[0].half for i in rough] == pytest.approx([0.01 * 2**0.5, 0.02 * 2**0.5])
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def known_orders(motor: Mapping[str, float]) -> tuple[float, ...]:
     slots = int(motor.get("slots", 0) or 0)
     orders: Sequence[float] = [1, 2, p, 2 * p, 6 * p]
     if slots > 0:
-        orders = [*orders, slot_order(p, slots)]
+        orders = [*orders, slot_order(p, slots), slots]
     return tuple(dict.fromkeys(float(k) for k in orders))
 
 

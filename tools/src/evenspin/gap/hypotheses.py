@@ -41,6 +41,7 @@ class Hypothesis:
     magnitude: Callable[[NDArray[np.float64]], float]  # over what tolerance and format call "no effect": 1 is its edge
     starts: tuple[tuple[float, ...], ...]  # one at the off point where the effect is linear; else a grid
     linear: bool = True
+    rests: bool = False  # a sine and a cosine of a torque in which the rotor can come to rest
     amplitude: int | None = None  # coordinate that scales the signature of an effect that is not linear
 
     @property
@@ -53,19 +54,19 @@ class Hypothesis:
         return np.clip(z, low, high)
 
 
-def hypotheses(motor: Motor, counts_per_rev: float) -> dict[str, Hypothesis]:
-    """The whole table for this machine, by name."""
-    known = {h.name: h for h in _vocabulary(motor, counts_per_rev)}
+def hypotheses(motor: Motor, counts_per_rev: float, cogging_order: int | None = None) -> dict[str, Hypothesis]:
+    """The whole table for this machine, by name; `cogging_order`: that of slots and poles unless given."""
+    known = {h.name: h for h in _vocabulary(motor, counts_per_rev, cogging_order)}
     table = tables().effects
     out = {name: known[name] for name in table if name in known}
     out.update({name: _generic(name) for name in table if name not in known and name not in COMPOSITE})
     return out
 
 
-def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
+def _vocabulary(m: Motor, counts: float, cogging_order: int | None) -> list[Hypothesis]:
     amps, torque, p = m["rated_current_a"], m["rated_torque_nm"], m["pole_pairs"]
     slots = int(m.get("slots", 0) or 0)
-    order = float(slot_order(int(p), slots)) if slots > 0 else 6.0 * p
+    order = float(cogging_order or (slot_order(int(p), slots) if slots > 0 else 6 * p))
     small_torque = 0.0025 * torque
     log = math.log
     return [
@@ -84,6 +85,7 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
             lambda z: {**_polar(z, "amplitude_nm", "phase_rad"), "order": order},
             lambda z: float(np.hypot(*z)) / small_torque,
             ((0.0, 0.0),),
+            rests=True,
         ),
         Hypothesis(
             "flux_harmonics",
@@ -136,13 +138,15 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
             (
                 Coordinate("inverse_square", (0.35 / amps) ** 2, 0.0, (4.0 / amps) ** 2),
                 Coordinate("by_amplitude", 0.3, 0.0, 1.0),
+                Coordinate("by_slope", 0.3, 0.0, 1.0),
             ),
             lambda z: {
                 "i_sat_a": 1.0 / math.sqrt(float(z[0])) if z[0] > (1e-3 / amps) ** 2 else 0.0,
                 "by_amplitude": float(z[1]),
+                "by_slope": float(z[2]),
             },
             lambda z: math.sqrt(max(float(z[0]), 0.0)) * amps / 0.15,
-            ((0.0, 0.5),),
+            ((0.0, 0.5, 0.5),),
         ),
         Hypothesis(
             "two_mass",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ PHASES = ("phase_rad", "phase2_rad", "angle_el_rad")
 VECTORS = {"current_offset": ("offset_a_a", "offset_b_a"), "current_gain": ("gain_a", "gain_b")}
 SECONDARY = ("second_rel", "phase2_rad")  # may be nothing at all without harm
 FACTORS = ("factor", "gain_a", "gain_b")
+EXACT = ("order", "sign")
+MODEL_SHARE = 0.02  # of a parameter (rad of a phase): two honest simulators of one effect differ by that
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,7 @@ def intervals(search: Search, model: Model) -> Intervals:
 
     Features repeat one another, so that the covariance of the fit is too small. Sound units with the same effects are
     simulated and fitted linearly; their scatter over the covariance is the factor that all intervals are widened by.
+    What the model of an effect may be off itself comes on top (MODEL_SHARE).
     """
     if not model.z:
         return Intervals((), 1.0)
@@ -76,7 +79,7 @@ def intervals(search: Search, model: Model) -> Intervals:
         size = len(z)
         part = covariance[at : at + size, at : at + size] * inflation**2
         at += size
-        found += _of_effect(search.library[name], z, part)
+        found += with_model_share(_of_effect(search.library[name], z, part))
     return Intervals(tuple(found), inflation)
 
 
@@ -99,6 +102,14 @@ def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
     variance = np.einsum("ip,ij,jp->p", jacobian, covariance, jacobian)
     halves = dict(zip(told, Z95 * np.sqrt(np.maximum(variance, 0.0)), strict=True))
     return [Interval(h.name, key, value, float(halves[key])) for key, value in values.items()]
+
+
+def with_model_share(found: list[Interval]) -> list[Interval]:
+    """Wider by what the simulation of an effect may be off itself, which no repeat of it shows."""
+    return [
+        i if i.parameter in EXACT else replace(i, half=math.hypot(i.half, MODEL_SHARE * _size(i, tuple(found))))
+        for i in found
+    ]
 
 
 def _slope(

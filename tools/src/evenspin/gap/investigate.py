@@ -15,6 +15,7 @@ from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.outcome import Validation
 from evenspin.gap.search import Lead, Model, Search
+from evenspin.gap.slotting import heard_order
 from evenspin.gap.tolerance import SIGMA, unit_of
 from evenspin.log.case import Case
 
@@ -27,6 +28,10 @@ GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain i
 GAIN_BEYOND_TOLERANCE = 8.0  # the same for what is a tolerance, only larger: three of its sigmas make 9
 SHARE_MIN = 0.10  # of the excess that an effect has to explain
 IMPERFECT_SHARE = 0.005  # of what a first effect explains: what its model may leave, where nothing significant is left
+WEAK_GAIN = 500.0  # deserves a second look: by chance, gains of 100 come up
+TOLERATED = 3.0  # sigmas that a unit may be off
+SECOND_SHARE = 0.5  # of the least gain, at a second look: there no search has picked what fits
+FAR_OFF = 1.5  # times the edge of a tolerance, which is three sigmas
 WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
@@ -76,9 +81,13 @@ class Investigation:
         self.say("reading", 0.0)
         self.forward = Forward(case, workers)
         motor, encoder = case.meta["motor"], case.meta["encoder"]
-        self.library = hypotheses(motor, float(encoder["counts_per_rev"]))
+        counts = float(encoder["counts_per_rev"])
+        self.library = hypotheses(motor, counts)
         self.say("noise and tolerance", 0.02)
         self.search = Search(self.forward, self.library)
+        if "cogging" in self.library:
+            heard = heard_order(motor, self.forward.labels, self.search.nothing.residual)
+            self.library["cogging"] = hypotheses(motor, counts, heard)["cogging"]
         self.validation = Validation(case)
         self.tried: list[Model] = []
         self.beam: list[Model] = []  # first explanations, best first
@@ -178,32 +187,30 @@ class Investigation:
         if found is None:
             return None
         explained = self.search.rejudged(self.search.nothing).cost - best.cost
-        if not unexplained and best.cost - found.cost < IMPERFECT_SHARE * explained:
+        imperfect = best.cost - found.cost < IMPERFECT_SHARE * explained and not self._is_far_off(found, best)
+        if not unexplained and imperfect:
             return None  # no more than what a large effect leaves that is modelled a little differently
         return found if self._validates(best, found) else None
 
     def _validates(self, without: Model, with_it: Model) -> bool:
-        """One more effect must not make the records worse that no fit has seen."""
-        units = (unit_of(self.search.effects(m.z), m.delta) for m in (without, with_it))
+        """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
+        bound = TOLERATED * SIGMA
+        units = (unit_of(self.search.effects(m.z), np.clip(m.delta, -bound, bound)) for m in (without, with_it))
         before, after = (self.validation.outcome(unit).gap for unit in units)
         return not after > before * (1.0 + WORSE_SHARE)
 
     def _refined(self, leads: list[Lead], floor: Floor, start: float, end: float) -> list[Model]:
-        """Each lead with the simulation in the loop; the less promising ones only while nothing explains the log."""
+        """Each lead with the simulation in the loop, small sets first; once one explains the log, only close rivals."""
         out: list[Model] = []
         best = math.inf
         start_cost = self.search.nothing.cost
-        for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
+        leads = sorted(leads, key=lambda lead: (len(lead.z), -lead.gain))
+        for i, lead in enumerate(leads):
             explained = bool(out) and not floor.is_significant(best)
-            part = explained and any(set(lead.z) < set(m.z) for m in out if not floor.is_significant(m.cost))
-            if (
-                explained
-                and not part
-                and (lead.gain < NEAR_GAIN * leads[0].gain or (len(lead.z) > 1 and len(out[0].z) == len(lead.z)))
-            ):
+            if explained and (lead.gain < NEAR_GAIN * leads[0].gain or len(lead.z) > len(out[0].z)):
                 continue
             wild = any(not self.library[name].linear for name in lead.z)
-            if wild and out and not part and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
+            if wild and out and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
@@ -234,19 +241,39 @@ class Investigation:
     def _all_large(self, model: Model) -> bool:
         return all(self.library[name].magnitude(z) > 1.0 for name, z in model.z.items())
 
+    def _stands(self, name: str, gain: float, without: Model, with_it: Model) -> bool:
+        """What an effect takes off the cost is enough, also at a second look where it is little."""
+        least = self._least_gain({name})
+        if gain < least or gain > WEAK_GAIN or self.library[name].is_tolerance:
+            return gain >= least
+        before, after = self.search.second_look(without, with_it)
+        return before - after > SECOND_SHARE * least
+
+    def _is_far_off(self, model: Model, without: Model) -> bool:
+        """What is more is a tolerance so far off that no unit is: its prior says so, however little it costs."""
+        more = set(model.z) - set(without.z)
+        return all(
+            self.library[name].is_tolerance and self.library[name].magnitude(model.z[name]) > FAR_OFF for name in more
+        )
+
     def _drop(self, best: Model, floor: Floor) -> tuple[Model, dict[str, float]]:
         """Take out what is not needed; what each of the rest takes away from the cost."""
         weights: dict[str, float] = {}
         names = list(best.z)
+        if not names:
+            return best, weights
         if len(names) == 1:
             empty = self.search.rejudged(self.search.nothing)
-            return best, {names[0]: empty.cost - best.cost}
+            gain = empty.cost - best.cost
+            # under the noise level and tolerances around itself it may be less than it seemed at first
+            keep = self._stands(names[0], gain, empty, best) and self._all_large(best)
+            return (best, {names[0]: gain}) if keep else (empty, {})
         for name in names:
             rest = {k: z for k, z in best.z.items() if k != name}
             without = self.search.refine(Lead(rest, 0.0), 5)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
-            if weights[name] < self._least_gain({name}) or not self._all_large(best):
+            if not self._stands(name, weights[name], without, best) or not self._all_large(best):
                 return self._drop(without, floor)
         return best, weights
 

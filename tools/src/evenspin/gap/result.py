@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from evenspin.compare import RecordGap, Unit
 from evenspin.gap.intervals import Intervals, intervals
-from evenspin.gap.investigate import EXCESS_SHARE, EXCESS_SIGMAS, GAIN_MIN, Finding, Investigation, alternatives
+from evenspin.gap.investigate import (
+    EXCESS_SHARE,
+    EXCESS_SIGMAS,
+    GAIN_MIN,
+    TOLERATED,
+    Finding,
+    Investigation,
+    alternatives,
+)
 from evenspin.gap.knowledge import Blind, blind_spots, known
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.search import Model
@@ -21,7 +29,6 @@ from evenspin.log.case import Case
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
-TOLERATED = 3.0  # standard deviations: a unit beyond is worth a warning
 CEILING = 0.98  # nothing is surer than that: share of clear verdicts on blind cases that are right
 LEFTOVER_SHARE = 0.01  # of what all effects take away: a large one that is modelled a little differently leaves that
 NO_EFFECT: Mapping[str, Mapping[str, float]] = {}

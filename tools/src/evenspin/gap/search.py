@@ -14,13 +14,16 @@ from scipy.stats import qmc
 from evenspin.gap.evidence import Effects, Judge, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
 from evenspin.gap.hypotheses import Hypothesis
-from evenspin.gap.tolerance import SIGMA
+from evenspin.gap.tolerance import SIGMA, unit_of
 
 Array = NDArray[np.float64]
 Z = dict[str, Array]  # an effect's place in its coordinates
 LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
 STEPS_MAX = 8
 STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation
+FRESH, FRESH_SEED = 8, 400  # simulations of a second look
+RING_PHASES = 8  # for effects whose cost has more than one valley over the phase...
+RING_SCALES = (1.0, 2.5, 6.0, 12.0)  # ...at multiples of the amplitude of a linear fit: wells make that too small
 SCATTER = 4  # places per coordinate around the start of an effect that is not linear...
 SCATTER_WIDTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2)  # ...in shares of the grid's pitch, one after the other
 
@@ -197,6 +200,8 @@ class Search:
             return model
         if isinstance(lead, Lead) and any(not self.library[name].linear for name in lead.z):
             return self._refined_wildly(lead, model, steps, beat)
+        if isinstance(lead, Lead):
+            model = self._turned(model)
         return self._descended(model, steps, beat)
 
     def _refined_wildly(self, lead: Lead, model: Model, steps: int, beat: float) -> Model:
@@ -229,6 +234,22 @@ class Search:
             if gained < 0.2 + 2e-4 * model.cost or model.cost - (steps - step) * gained > beat:
                 break
         return model
+
+    def _turned(self, model: Model) -> Model:
+        """The best of a ring of phases for a torque in which the rotor can rest: there no line leads to the phase."""
+        best = model
+        for name in (name for name in model.z if self.library[name].rests):
+            old = best.z[name]
+            turns = np.arange(RING_PHASES) * math.tau / RING_PHASES
+            ring = [k * _rotated(old, angle) for k in RING_SCALES for angle in turns][1:]
+            places = [self.library[name].clip(z) for z in ring]
+            runs = model_features(self.forward, [self.effects({**best.z, name: z}) for z in places], 1)
+            y = self.forward.measured
+            costs = [self.judge.fit(y - f[0], self.nuisance, known=best.z).cost for f in runs]
+            k = int(np.argmin(costs))
+            if costs[k] < best.cost:
+                best = self._model({**best.z, name: places[k]})
+        return best
 
     def columns(self, model: Model) -> Array:
         """Change of the features per unit of each coordinate."""
@@ -264,6 +285,19 @@ class Search:
         fit = self.judge.fit(self.forward.measured - features, self.nuisance, known=z)
         return Model(z, fit.delta, features, probes[0], fit.cost, fit.residual)
 
+    def second_look(self, *models: Model) -> list[float]:
+        """Cost of each model by simulations that no fit has seen.
+
+        Small changes of a machine make an encoder round elsewhere, and a search picks those that happen to fit: what
+        it gains so is gone with other noise and another angle within a count.
+        """
+        todo = [
+            unit_of(self.effects(m.z), None, FRESH_SEED + i, (i + 0.5) / FRESH) for m in models for i in range(FRESH)
+        ]
+        runs = np.array(self.forward.many(todo)).reshape(len(models), FRESH, -1).mean(axis=1)
+        y = self.forward.measured
+        return [self.judge.fit(y - f, self.nuisance, known=m.z).cost for m, f in zip(models, runs, strict=True)]
+
     def rejudged(self, model: Model) -> Model:
         """The same model under today's noise level and nuisance columns."""
         fit = self.judge.fit(self.forward.measured - model.features, self.nuisance, known=model.z)
@@ -281,6 +315,11 @@ def _probe_points(h: Hypothesis, z0: Array) -> list[Array]:
             z[c.beside] += h.coordinates[c.beside].probe
         points.append(z)
     return points
+
+
+def _rotated(z: Array, angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([c * z[0] - s * z[1], s * z[0] + c * z[1]])
 
 
 def _explained(gram: Array, right: Array, columns: Sequence[int] | Array) -> tuple[float, Array]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from evenspin.compare import RecordGap
-from evenspin.gap.intervals import told_parameters
+from evenspin.gap.intervals import MODEL_SHARE, told_parameters
 from evenspin.gap.investigate import LINE_RATIO
 from evenspin.gap.result import CaseResult, floor_of, inseparable
 from evenspin.gap.tolerance import TOLERANCES
@@ -31,7 +31,8 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "intervals": _intervals(result),
         "intervals_note": (
             "95 %; standard deviations of the fit times "
-            f"{result.intervals.inflation:.2f}, the factor by which simulated sound units scatter more"
+            f"{result.intervals.inflation:.2f}, the factor by which simulated sound units scatter more; "
+            f"and {100 * MODEL_SHARE:.0f} % for what the model of an effect may be off itself"
         ),
         "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
         "warnings": list(result.warnings),

@@ -1,0 +1,60 @@
+"""The order of cogging: from the winding, unless the log says that one magnet is unlike the others."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from evenspin.gap.slotting import heard_order, slot_orders
+
+MOTOR = {"pole_pairs": 5, "slots": 12}  # 60 periods per turn from slots and poles, 12 from the slots alone
+STRETCHES = 8
+
+
+def _log(loud: dict[int, float], motor: dict[str, int] = MOTOR, signal: str = "speed_rad_s"):
+    labels = [
+        ("staircase", signal, "order", f"steady{i}:{part}{order}")
+        for i in range(STRETCHES)
+        for order in (1, *slot_orders(motor))
+        for part in ("cos", "sin")
+    ]
+    level = {order: loud.get(order, 1.0) for order in (1, *slot_orders(motor))}
+    return labels, np.array([level[int(detail.split(":")[1][3:])] for *_, detail in labels])
+
+
+def test_a_quiet_log_and_a_usual_line_leave_the_order_of_slots_and_poles():
+    for loud in ({}, {60: 20.0}, {1: 50.0}, {60: 8.0, 12: 8.0}):
+        assert heard_order(MOTOR, *_log(loud)) == 60, loud
+
+
+def test_a_line_at_the_slots_alone_is_heard_where_the_usual_one_is_not():
+    assert heard_order(MOTOR, *_log({12: 5.0})) == 12
+
+
+def test_what_is_within_the_noise_is_not_heard():
+    assert heard_order(MOTOR, *_log({12: 3.0, 60: 0.1})) == 60
+
+
+def test_one_loud_stretch_alone_decides_nothing():
+    labels, whitened = _log({60: 12.0})
+    whitened[[i for i, label in enumerate(labels) if label[3] == "steady0:cos12"]] = 1e6
+    assert heard_order(MOTOR, labels, whitened) == 60
+
+
+def test_only_the_speed_is_listened_to():
+    assert heard_order(MOTOR, *_log({12: 5.0}, signal="vd_v")) == 60
+
+
+@pytest.mark.parametrize(
+    ("pole_pairs", "slots", "orders"),
+    [
+        (4, 12, (24, 12)),
+        (3, 36, (36,)),  # slots divide into the poles: one order
+        (2, 12, (12,)),
+        (6, 9, (36, 9)),
+        (9, 18, (18,)),  # order 18 is the second electrical
+        (7, 42, (42,)),
+        (5, 0, ()),
+    ],
+)
+def test_orders_at_which_other_effects_show_are_not_taken_for_slots(pole_pairs, slots, orders):
+    assert slot_orders({"pole_pairs": pole_pairs, "slots": slots}) == orders
