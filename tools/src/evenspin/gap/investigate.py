@@ -32,6 +32,7 @@ WEAK_GAIN = 500.0  # deserves a second look: by chance, gains of 100 come up
 TOLERATED = 3.0  # sigmas that a unit may be off
 SECOND_SHARE = 0.5  # of the least gain, at a second look: there no search has picked what fits
 FAR_OFF = 1.5  # times the edge of a tolerance, which is three sigmas
+DECISIVE_SHARE = 0.5  # of the excess: where a loop rings, no simulation follows the validation records either
 WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
@@ -190,7 +191,8 @@ class Investigation:
         imperfect = best.cost - found.cost < IMPERFECT_SHARE * explained and not self._is_far_off(found, best)
         if not unexplained and imperfect:
             return None  # no more than what a large effect leaves that is modelled a little differently
-        return found if self._validates(best, found) else None
+        decisive = best.cost - found.cost > DECISIVE_SHARE * floor.excess(best.cost)
+        return found if (unexplained and decisive) or self._validates(best, found) else None
 
     def _validates(self, without: Model, with_it: Model) -> bool:
         """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
