@@ -150,14 +150,16 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
                 Coordinate("log_f_res", 0.03, log(5.0), log(900.0), 0.22),
                 Coordinate("log_odds", 0.15, -3.0, 3.0, 1.2),
                 Coordinate("log_damping", 0.3, log(0.002), log(0.9), 0.8),
+                Coordinate("load_friction_share", 0.3, 0.0, 1.0, 0.5),
             ),
             lambda z: {
                 "f_res_hz": math.exp(float(z[0])),
                 "load_ratio": _odds(z[1]),
                 "damping_ratio": math.exp(float(z[2])),
+                "load_friction_share": float(z[3]),
             },
             lambda z: _odds(z[1]) / 0.02,
-            tuple((log(f), 0.0, log(0.03)) for f in (15.0, 22.0, 33.0, 47.0, 68.0, 100.0, 150.0, 230.0)),
+            tuple((log(f), 0.0, log(0.03), 0.3) for f in (15.0, 22.0, 33.0, 47.0, 68.0, 100.0, 150.0, 230.0)),
             linear=False,
         ),
         Hypothesis(
@@ -167,15 +169,19 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
                 Coordinate("log_odds", 0.15, -3.0, 3.0, 0.8),
                 Coordinate("log_f_res", 0.2, log(20.0), log(900.0), 0.7),
                 Coordinate("log_damping", 0.5, log(0.002), log(0.9), 0.8),
+                Coordinate("load_friction_share", 0.3, 0.0, 1.0, 0.5),
             ),
             lambda z: {
                 "gap_rad": math.exp(float(z[0])),
                 "load_ratio": _odds(z[1]),
                 "f_res_hz": math.exp(float(z[2])),
                 "damping_ratio": math.exp(float(z[3])),
+                "load_friction_share": float(z[4]),
             },
             lambda z: math.exp(float(z[0])) / 5e-4,
-            tuple((log(gap), odds, log(200.0), log(0.1)) for gap in (0.003, 0.01, 0.03, 0.1) for odds in (-0.6, 0.8)),
+            tuple(
+                (log(gap), odds, log(200.0), log(0.1), 0.3) for gap in (0.003, 0.01, 0.03, 0.1) for odds in (-0.6, 0.8)
+            ),
             linear=False,
         ),
         _single("current_filter", "tau_s", 3e-5, 0.0, 3e-3, 5e-6),
