@@ -146,13 +146,13 @@ class Investigation:
         pairs = [m for m in models if len(m.z) == 2]
         if not singles:
             both = [m for m in pairs if self._all_large(m) and nothing.cost - m.cost > 2.0 * GAIN_MIN]
-            return min(both, key=lambda m: m.cost, default=nothing)
-        self.beam = sorted(singles, key=lambda m: m.cost)[:BEAM]
+            return min(both, key=lambda m: m.likelihood_cost, default=nothing)
+        self.beam = sorted(singles, key=lambda m: m.likelihood_cost)[:BEAM]
         self.pairs = pairs
         single = self.beam[0]
-        whole = [m for m in pairs if not floor.is_significant(m.cost) and self._earns(single, m, floor)]
-        if whole and floor.is_significant(single.cost):
-            return min(whole, key=lambda m: m.cost)
+        whole = [m for m in pairs if not floor.is_significant(m.own_cost) and self._earns(single, m, floor)]
+        if whole and floor.is_significant(single.own_cost):
+            return min(whole, key=lambda m: m.likelihood_cost)
         return single
 
     def _next(self, best: Model, floor: Floor, share: float) -> Model | None:
@@ -174,7 +174,7 @@ class Investigation:
         unique = {frozenset(lead.z): lead for lead in reversed(leads)}
         models = self._refined(list(unique.values()), floor, share, share + 0.14)
         good = [m for m in models if self._earns(best, m, floor) and self._all_large(m)]
-        found = min(good, key=lambda m: m.cost, default=None)
+        found = min(good, key=lambda m: m.likelihood_cost, default=None)
         if found is None:
             return None
         explained = self.search.rejudged(self.search.nothing).cost - best.cost
@@ -195,7 +195,7 @@ class Investigation:
         start_cost = self.search.nothing.cost
         for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
             explained = bool(out) and not floor.is_significant(best)
-            part = explained and any(set(lead.z) < set(m.z) for m in out if not floor.is_significant(m.cost))
+            part = explained and any(set(lead.z) < set(m.z) for m in out if not floor.is_significant(m.own_cost))
             if (
                 explained
                 and not part
@@ -207,7 +207,7 @@ class Investigation:
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
-            best = min(best, out[-1].cost)
+            best = min(best, out[-1].own_cost)
         self.tried += out
         return out
 
