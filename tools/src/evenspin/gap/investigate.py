@@ -16,6 +16,7 @@ from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.outcome import Validation
 from evenspin.gap.search import Lead, Model, Search
 from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.gap.valleys import neighbours
 from evenspin.log.case import Case
 
 EFFECTS_MAX = 3
@@ -265,6 +266,8 @@ class Investigation:
     def lines(self, model: Model) -> tuple[Line, ...]:
         effects = self.search.effects(model.z)
         units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / 6.0) for i in range(6)]
+        near = neighbours(self.library, model.z, 8)  # a limit cycle may begin a little beside the place that was found
+        units += [unit_of(self.search.effects(z), model.delta, 60 + i, (i + 0.5) / 8.0) for i, z in enumerate(near)]
         return tuple(leftover_lines(self.forward, units))
 
 

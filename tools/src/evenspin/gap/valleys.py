@@ -7,7 +7,7 @@ Coordinates in which an explanation is linear follow at each place by a linear f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from scipy.stats import qmc
 from evenspin.gap.evidence import model_features
 
 if TYPE_CHECKING:
+    from evenspin.gap.hypotheses import Hypothesis
     from evenspin.gap.search import Search, Z
 
 Array = NDArray[np.float64]
@@ -26,6 +27,7 @@ AROUND = 2  # places per coordinate
 SEED_WIDTH = 0.8  # in shares of the grid's pitch
 WIDTHS = (0.5, 0.35, 0.2)  # around the best, one after the other
 DAMPINGS = (0.03, 0.3, 3.0)  # of the proposals, relative to what the log says
+NEAR = 0.5  # of the pitch: how sure the place of a wild effect is
 REACH = 1.5  # widths that a proposal may go
 
 
@@ -132,3 +134,17 @@ class Valleys:
                 h = self.search.library[name]
                 out[name] = h.clip(part if names is self.wild else self.base[name] + part)
         return out
+
+
+def neighbours(library: Mapping[str, Hypothesis], z: Z, count: int) -> list[Z]:
+    """The model with its wild effects as far off as a search may leave them; nothing when it has none."""
+    wild = [name for name in z if not library[name].linear and library[name].amplitude is None]
+    out = []
+    for i in range(count if wild else 0):
+        near = dict(z)
+        for name in wild:
+            spread = np.array([c.spread for c in library[name].coordinates])
+            off = qmc.Halton(len(spread), seed=100 + i).random(1)[0] * 2.0 - 1.0
+            near[name] = library[name].clip(z[name] + NEAR * spread * off)
+        out.append(near)
+    return out
