@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 BEAM = 2  # first explanations that are carried on
 SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
 GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
+SURE_GAIN = 400.0  # what no other valley of the rest makes up for
 GAIN_BEYOND_TOLERANCE = 8.0  # the same for what is a tolerance, only larger: three of its sigmas make 9
 SHARE_MIN = 0.10  # of the excess that an effect has to explain
 IMPERFECT_SHARE = 0.005  # of what a first effect explains: what its model may leave, where nothing significant is left
@@ -196,7 +197,8 @@ class Investigation:
         start_cost = self.search.nothing.cost
         for i, lead in enumerate(sorted(leads, key=lambda lead: -lead.gain)):
             explained = bool(out) and not floor.is_significant(best)
-            part = explained and any(set(lead.z) < set(m.z) for m in out if not floor.is_significant(m.own_cost))
+            whole = [m for m in out if set(lead.z) < set(m.z) and not floor.is_significant(m.own_cost)]
+            part = bool(whole)
             if (
                 explained
                 and not part
@@ -207,7 +209,9 @@ class Investigation:
             if wild and out and not part and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
-            out.append(self.search.refine(lead, beat=best + floor.mean))
+            if whole:  # only to see what its partner adds: from where both are
+                lead = replace(lead, z={name: whole[0].z[name] for name in lead.z})
+            out.append(self.search.refine(lead, beat=best + floor.mean, at_home=part and wild))
             best = min(best, out[-1].own_cost)
         self.tried += out
         return out
@@ -244,7 +248,9 @@ class Investigation:
             return best, {names[0]: empty.cost - best.cost}
         for name in names:
             rest = {k: z for k, z in best.z.items() if k != name}
-            without = self.search.refine(Lead(rest, 0.0), 5)
+            without = self.search.refine(Lead(rest, 0.0), 5, at_home=True)
+            if without.cost - best.cost < SURE_GAIN:
+                without = min(without, self.search.refine(Lead(rest, 0.0), 5), key=lambda m: m.cost)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
             if weights[name] < self._least_gain({name}) or not self._all_large(best):

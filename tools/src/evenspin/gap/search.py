@@ -183,9 +183,15 @@ class Search:
 
     # ---- refinement -------------------------------------------------------------------------------------------------
 
-    def refine(self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf) -> Model:
-        """Gauss-Newton with the simulation in the loop, damped; gives up where `beat` is out of reach."""
-        if isinstance(lead, Lead) and any(not self.library[name].linear for name in lead.z):
+    def refine(
+        self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf, at_home: bool = False
+    ) -> Model:
+        """Gauss-Newton with the simulation in the loop, damped; gives up where `beat` is out of reach.
+
+        `at_home`: only downhill from where a lead is, also for effects whose cost has many valleys.
+        """
+        far = isinstance(lead, Lead) and not at_home
+        if far and any(not self.library[name].linear for name in lead.z):
             return self._refined_wildly(lead, min(steps, STEPS_WILD))
         model = self._model(lead.z)
         return self._descended(model, steps, beat) if lead.z else model
@@ -197,10 +203,13 @@ class Search:
             wild = self._own_noise(self._wildest(lead.z)).sigma
             self.judge = Judge(replace(strict.noise, sigma=np.maximum(strict.noise.sigma, wild)))
             found = Valleys(self, lead.z).lowest()
-            models = [self._under_own_noise(z, strict) for z in (found, self._wildest(found))]
+            varies = any(c.wildest is not None for name in found for c in self.library[name].coordinates)
+            places = (found, self._wildest(found)) if varies else (found,)
+            models = [self._under_own_noise(z, strict) for z in places]
             noise, model = min(models, key=lambda pair: pair[1].likelihood_cost)
             self.judge = Judge(noise)
-            model = min(model, self._model(Valleys(self, model.z, len(PROBES)).bottom()), key=lambda m: m.cost)
+            bottom = Valleys(self, model.z, len(PROBES) if varies else 1).bottom()
+            model = min(model, self._model(bottom), key=lambda m: m.cost)
             model = self._descended(model, steps, math.inf)
             own, likely = model.cost, model.cost + _price(noise, strict.noise)
         finally:
