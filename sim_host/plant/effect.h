@@ -39,6 +39,7 @@ typedef struct {
     double resonance_hz;   /**< Shaft between rotor and load, both free; 0: they are one piece. */
     double damping_ratio;  /**< Of this resonance. */
     double load_ratio;     /**< Inertia of the load over the total, [0, 1). */
+    double load_friction_share; /**< Of the viscous friction, on the load. */
     double play_rad;       /**< Total play of the shaft... */
     bool   has_play;       /**< ...which then can push but not pull, even with a play of 0. */
 } sim_parts_t;
