@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 
-enum { PHASES = 3, MOST_EVENTS = 1 + (4 * PHASES) };
+enum { PHASES = 3, MOST_EVENTS = 1 + (4 * PHASES), STEPS_PER_DEAD_TIME = 8 };
 
 static void to_phases(referee_vector_t v, double phase[PHASES])
 {
@@ -125,6 +125,19 @@ static double leg_voltage(const pulses_t *pulses, int k, double t_s, double dead
     return (t_s < pulses->off_s[k] + dead_s) ? diode_v : 0.0;
 }
 
+/* Are both switches of a leg off? Then a current may come close to zero and stop there, which wants finer steps. */
+static bool any_leg_off(const pulses_t *pulses, double t_s, double dead_s)
+{
+    for (int k = 0; k < PHASES; k++) {
+        const bool rises = t_s >= pulses->on_s[k] && t_s < pulses->on_s[k] + dead_s;
+        const bool falls = t_s >= pulses->off_s[k] && t_s < pulses->off_s[k] + dead_s;
+        if (rises || falls) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm,
                          double t_s)
 {
@@ -139,9 +152,10 @@ static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, 
         if (length_s <= 0.0) {
             continue;
         }
-        const int    steps = steps_in(length_s, p->run_step_s);
-        const double h_s = length_s / steps;
         const double inside_s = 0.5 * (from_s + until_s);
+        const bool   fine = any_leg_off(&pulses, inside_s, dead_s);
+        const int    steps = steps_in(length_s, fine ? fmin(p->run_step_s, dead_s / STEPS_PER_DEAD_TIME) : p->run_step_s);
+        const double h_s = length_s / steps;
         for (int m = 0; m < steps; m++) {
             double current[PHASES];
             double leg[PHASES];

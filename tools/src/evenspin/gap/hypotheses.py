@@ -77,7 +77,17 @@ def _vocabulary(m: Motor, counts: float) -> list[Hypothesis]:
             lambda z: abs(float(z[0] - z[1])) / 0.008,
             ((0.0, 0.0),),
         ),
-        _single("dead_time", "dead_time_s", 1e-6, 0.0, 1.9e-5, 1e-7),
+        Hypothesis(
+            "dead_time",
+            (
+                Coordinate("dead_time_s", 1e-6, 0.0, 1.9e-5),
+                Coordinate("soft_a", 0.01 * amps, 0.0, 0.05 * amps),
+                Coordinate("by_edges", 0.3, 0.0, 1.0),
+            ),
+            _dead_time,
+            lambda z: abs(float(z[0])) / 1e-7,
+            ((0.0, 0.005 * amps, 0.3),),
+        ),
         Hypothesis(
             "cogging",
             (Coordinate("sine", 0.02 * torque), Coordinate("cosine", 0.02 * torque)),
@@ -229,6 +239,12 @@ def _generic(name: str) -> Hypothesis:
 def _polar(z: NDArray[np.float64], amplitude: str, phase: str) -> Params:
     """A sin(x + phase) from its sine and cosine parts."""
     return {amplitude: float(np.hypot(z[0], z[1])), phase: math.atan2(float(z[1]), float(z[0])) % math.tau}
+
+
+def _dead_time(z: NDArray[np.float64]) -> Params:
+    """How the loss goes through zero current is not in the vocabulary: any inverter, or model of one, has its own way."""
+    shape = {"soft_a": float(z[1]), "by_edges": float(z[2])} if z[0] > 0.0 else {}
+    return {"dead_time_s": float(z[0]), **shape}
 
 
 def _flux_harmonics(z: NDArray[np.float64]) -> Params:
