@@ -242,7 +242,7 @@ def _polar(z: NDArray[np.float64], amplitude: str, phase: str) -> Params:
 
 
 def _dead_time(z: NDArray[np.float64]) -> Params:
-    """How the loss goes through zero current is not in the vocabulary: any inverter, or model of one, has its own way."""
+    """How the loss goes through zero current has no name in the vocabulary: every inverter has its own way."""
     shape = {"soft_a": float(z[1]), "by_edges": float(z[2])} if z[0] > 0.0 else {}
     return {"dead_time_s": float(z[0]), **shape}
 
