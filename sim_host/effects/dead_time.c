@@ -4,7 +4,7 @@
 
 #define PHASES 3
 #define SWEEPS 8        /* over the phases, which their star point ties together; each leaves a third of the error at most */
-#define NEAR 2.0        /* currents within so many times what the loss may move them may come to zero */
+#define NEAR 1.34       /* of what all legs at a rail may move a current: from so near it may come to zero */
 #define CHANGES_MOST 24 /* of what conducts, within a step: 12 by the gates, the rest by currents that end */
 #define SOFT_LEAST 0.1  /* of what the loss moves in a step: a softer sign than this is told from a hard one */
 #define SOFT_PARTS 4    /* of a step with a soft sign */
@@ -61,8 +61,8 @@ static double told_s(const legs_t *x, int k, double from_s, double until_s)
     if (!x->edges) {
         return x->duty[k] * (until_s - from_s);
     }
-    const double from = fmax(x->rise_s[k], from_s);
-    const double until = fmin(x->fall_s[k], until_s);
+    const double from = (x->rise_s[k] > from_s) ? x->rise_s[k] : from_s;
+    const double until = (x->fall_s[k] < until_s) ? x->fall_s[k] : until_s;
     return (until > from) ? until - from : 0.0;
 }
 
@@ -233,10 +233,17 @@ static void edge_gain(const double *p, const sim_bridge_t *bridge, const double 
     const double near_a = NEAR * x.amps * p[DEAD_TIME_S];
     bool         near = false;
     for (int k = 0; k < PHASES; k++) {
-        const double at_rise_a = current_a(&x, k, x.rise_s[k]);
-        const double at_fall_a = current_a(&x, k, x.fall_s[k]);
-        gained_s[k] = ((at_fall_a < 0.0) ? x.fall_dead_s[k] : 0.0) - ((at_rise_a > 0.0) ? x.rise_dead_s[k] : 0.0);
-        near = near || ((x.rise_dead_s[k] > 0.0) && (fabs(at_rise_a) < near_a)) || ((x.fall_dead_s[k] > 0.0) && (fabs(at_fall_a) < near_a));
+        gained_s[k] = 0.0;
+        if (x.rise_dead_s[k] > 0.0) {
+            const double i_a = current_a(&x, k, x.rise_s[k]);
+            gained_s[k] -= (i_a > 0.0) ? x.rise_dead_s[k] : 0.0;
+            near = near || (fabs(i_a) < near_a);
+        }
+        if (x.fall_dead_s[k] > 0.0) {
+            const double i_a = current_a(&x, k, x.fall_s[k]);
+            gained_s[k] += (i_a < 0.0) ? x.fall_dead_s[k] : 0.0;
+            near = near || (fabs(i_a) < near_a);
+        }
     }
     if (near) {
         follow_lines(&x, gained_s);

@@ -46,6 +46,8 @@ void referee_bridge_average(referee_machine_t *machine, referee_vector_t wanted_
     const int                         steps = steps_in(length_s, p->run_step_s);
     const double                      h_s = length_s / steps;
     const double                      loss_v = dead_time(machine) * p->bridge_pwm_hz * link_v;
+    const double                      soft_a = p->dead_time_soft_a;
+    const double                      l_h = machine->l_mean_h;
     const double                      scale = link_v / p->bridge_dc_link_v; /* duties are made with the nominal link */
     for (int n = 0; n < steps; n++) {
         referee_vector_t v = {wanted_v.x * scale, wanted_v.y * scale};
@@ -53,7 +55,8 @@ void referee_bridge_average(referee_machine_t *machine, referee_vector_t wanted_
             double phase[PHASES];
             to_phases(machine->i_a, phase);
             for (int k = 0; k < PHASES; k++) {
-                phase[k] = -loss_v * direction(phase[k], loss_v, h_s, machine->l_mean_h);
+                const double soft = (soft_a > 0.0) ? tanh(phase[k] / soft_a) : direction(phase[k], loss_v, h_s, l_h);
+                phase[k] = -loss_v * soft;
             }
             const referee_vector_t loss = from_phases(phase);
             v.x += loss.x;
