@@ -122,19 +122,21 @@ static double held_current_a(double i_a, double dead_s, double by_edges)
     return plant.x.iq_a;
 }
 
-static double loss_at_edges_v(double i_a)
+static double loss_at_edges_v(double i_a, double dead_s)
 {
-    return (held_current_a(i_a, 0.0, 0.0) - held_current_a(i_a, DEAD_S, 1.0)) * L_H / PERIOD_S;
+    return (held_current_a(i_a, 0.0, 0.0) - held_current_a(i_a, dead_s, 1.0)) * L_H / PERIOD_S;
 }
 
 /* 40 V on phase a: its pulses take 0.9 of the period, those of b and c 0.3. Where that of a begins, at 5 us, its current is
  * 40 V 5 us / 2 mH = 0.1 A below its mean, where it ends as much above; those of b and c by (33.3 V 30 us - 20 V 35 us) / 2 mH
  * = 0.15 A. Without a mean each flows backwards where its pulse begins, and forwards where it ends: no edge waits.
- * Far from zero all three lose 2 V, 4/3 of it on the axis of a. */
+ * The same with 0.08 A on a and -0.04 A on b and c. Far from zero all three lose 2 V, 4/3 of it on the axis of a. */
 void test_dead_time_at_edges_loses_nothing_while_the_ripple_turns_the_current(void)
 {
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, 4.0 / 3.0 * 2.0, loss_at_edges_v(3.0));
-    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, loss_at_edges_v(0.0));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 4.0 / 3.0 * 2.0, loss_at_edges_v(3.0, DEAD_S));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, loss_at_edges_v(0.0, DEAD_S));
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 4.0 / 3.0 * 0.1, loss_at_edges_v(3.0, 0.05 * DEAD_S));
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.0, loss_at_edges_v(0.08, 0.05 * DEAD_S)); /* no current ends in so short a time */
 }
 
 /* A mixture is one of voltages: half way between the two. */
