@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 
-enum { PHASES = 3, MOST_EVENTS = 1 + (4 * PHASES), STEPS_PER_DEAD_TIME = 8 };
+enum { PHASES = 3, MOST_EVENTS = 1 + (4 * PHASES), STEPS_PER_DEAD_TIME = 40 };
 
 static void to_phases(referee_vector_t v, double phase[PHASES])
 {
@@ -128,13 +128,16 @@ static double leg_voltage(const pulses_t *pulses, int k, double t_s, double dead
     return (t_s < pulses->off_s[k] + dead_s) ? diode_v : 0.0;
 }
 
-/* Are both switches of a leg off? Then a current may come close to zero and stop there, which wants finer steps. */
-static bool any_leg_off(const pulses_t *pulses, double t_s, double dead_s)
+/* Are both switches of a leg off with so little current that it may come to zero and stop there? That wants fine steps. */
+static bool any_leg_may_block(const pulses_t *pulses, const referee_machine_t *machine, double t_s, double dead_s, double link_v)
 {
+    const double far_a = 1.5 * link_v * dead_s / machine->l_mean_h;
+    double       current[PHASES];
+    to_phases(machine->i_a, current);
     for (int k = 0; k < PHASES; k++) {
         const bool rises = t_s >= pulses->on_s[k] && t_s < pulses->on_s[k] + dead_s;
         const bool falls = t_s >= pulses->off_s[k] && t_s < pulses->off_s[k] + dead_s;
-        if (rises || falls) {
+        if ((rises || falls) && fabs(current[k]) < far_a) {
             return true;
         }
     }
@@ -156,7 +159,7 @@ static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, 
             continue;
         }
         const double inside_s = 0.5 * (from_s + until_s);
-        const bool   fine = any_leg_off(&pulses, inside_s, dead_s);
+        const bool   fine = any_leg_may_block(&pulses, machine, inside_s, dead_s, link_v);
         const int    steps = steps_in(length_s, fine ? fmin(p->run_step_s, dead_s / STEPS_PER_DEAD_TIME) : p->run_step_s);
         const double h_s = length_s / steps;
         for (int m = 0; m < steps; m++) {
