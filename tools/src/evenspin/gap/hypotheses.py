@@ -22,6 +22,7 @@ from evenspin.native import tables
 Params = dict[str, float]
 Motor = Mapping[str, float]
 BACKLASH_STARTS = ((-0.6, 110.0, 0.4), (0.5, 110.0, 0.0), (-0.6, 190.0, 0.0), (0.5, 190.0, 0.4))
+EDGES_LEAST = 0.02  # a smaller share of the loss at edges is none: the simulation is faster without
 COMPOSITE = ("torque_ripple",)  # sums of others, for scenarios: never an explanation
 
 
@@ -91,7 +92,17 @@ def _vocabulary(m: Motor, counts: float, cogging_order: int | None) -> list[Hypo
             lambda z: abs(float(z[0] - z[1])) / 0.008,
             ((0.0, 0.0),),
         ),
-        _single("dead_time", "dead_time_s", 1e-6, 0.0, 1.9e-5, 1e-7),
+        Hypothesis(
+            "dead_time",
+            (
+                Coordinate("dead_time_s", 1e-6, 0.0, 1.9e-5),
+                Coordinate("soft_a", 0.01 * amps, 0.0, 0.05 * amps),
+                Coordinate("by_edges", 0.3, 0.0, 1.0),
+            ),
+            _dead_time,
+            lambda z: abs(float(z[0])) / 1e-7,
+            ((0.0, 0.005 * amps, 0.5 * EDGES_LEAST),),
+        ),
         Hypothesis(
             "cogging",
             (Coordinate("sine", 0.02 * torque), Coordinate("cosine", 0.02 * torque)),
@@ -253,6 +264,13 @@ def _generic(name: str) -> Hypothesis:
 def _polar(z: NDArray[np.float64], amplitude: str, phase: str) -> Params:
     """A sin(x + phase) from its sine and cosine parts."""
     return {amplitude: float(np.hypot(z[0], z[1])), phase: math.atan2(float(z[1]), float(z[0])) % math.tau}
+
+
+def _dead_time(z: NDArray[np.float64]) -> Params:
+    """How the loss goes through zero current has no name in the vocabulary: every inverter has its own way."""
+    by_edges = float(z[2]) if z[2] > EDGES_LEAST else 0.0
+    shape = {"soft_a": float(z[1]), "by_edges": by_edges} if z[0] > 0.0 else {}
+    return {"dead_time_s": float(z[0]), **shape}
 
 
 def _flux_harmonics(z: NDArray[np.float64]) -> Params:
