@@ -21,6 +21,7 @@ typedef struct {
     double stiffness_nm_rad, damping_nms;
     double relax_s;                     /**< damping / stiffness. */
     double inv_rotor, inv_load;         /**< 1 / inertia. */
+    double load_viscous_nms;            /**< Viscous friction of the load. */
     double resonance_rad_s;
 } sim_coupling_t;
 

@@ -28,8 +28,10 @@ typedef struct {
 /** The bridge as an effect sees it, over one integration step. */
 typedef struct {
     double pwm_hz, dc_link_v;
-    double end_a[3];      /**< Phase currents at the end of the step, were there no effect on the voltage. */
-    double reach_a_per_v; /**< What a volt moves of them, at most. */
+    double from_s, length_s; /**< The step, from the start of its PWM period. */
+    double begin_a[3];       /**< Phase currents at its start... */
+    double end_a[3];         /**< ...and at its end, were there no effect on the voltage. */
+    double inverse_h;        /**< Inverse inductance, mean of the axes. */
 } sim_bridge_t;
 
 /** Parts that the usual machine does not have. All 0: it has none of them. */
@@ -39,6 +41,7 @@ typedef struct {
     double resonance_hz;   /**< Shaft between rotor and load, both free; 0: they are one piece. */
     double damping_ratio;  /**< Of this resonance. */
     double load_ratio;     /**< Inertia of the load over the total, [0, 1). */
+    double load_friction_share; /**< Of the viscous friction, on the load. */
     double play_rad;       /**< Total play of the shaft... */
     bool   has_play;       /**< ...which then can push but not pull, even with a play of 0. */
 } sim_parts_t;

@@ -6,35 +6,37 @@
 
 #define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
-static double most_inverse_inductance(const sim_plant_t *s)
+SIM_APART static void distort(const sim_plant_t *s, double from_s, double h, double v[3])
 {
-    sim_linkage_t f = {.inv_d = s->inv_ld, .inv_q = s->inv_lq};
+    double inv_d = s->inv_ld;
+    double inv_q = s->inv_lq;
     if (s->saturation != NULL) {
-        f = sim_linkage(s, &s->x);
+        const sim_linkage_t f = sim_linkage(s, &s->x);
+        inv_d = f.inv_d;
+        inv_q = f.inv_q;
     }
-    return (f.inv_d > f.inv_q) ? f.inv_d : f.inv_q;
-}
-
-SIM_APART static void distort(const sim_plant_t *s, double h, double v[3])
-{
-    sim_bridge_t bridge = {
-        .pwm_hz = s->model.pwm_hz, .dc_link_v = s->outside.dc_link_v, .reach_a_per_v = h * most_inverse_inductance(s)};
+    sim_bridge_t bridge = {.pwm_hz = s->model.pwm_hz,
+                           .dc_link_v = s->outside.dc_link_v,
+                           .from_s = from_s,
+                           .length_s = h,
+                           .inverse_h = 0.5 * (inv_d + inv_q)};
     double ab[2];
     sim_to_alpha_beta(v, ab);
     const sim_step_t  step = sim_step_begin(s, ab);
     const sim_still_t now = sim_stator_view(s, &step);
+    sim_to_phases(now.i[0], now.i[1], bridge.begin_a);
     sim_to_phases(now.i[0] + h * now.slope[0], now.i[1] + h * now.slope[1], bridge.end_a);
     for (int k = 0; k < s->voltage_count; k++) {
         s->voltage[k]->effect->phase_voltage(s->voltage[k]->p, &bridge, v);
     }
 }
 
-/** Voltage over the next @p h. */
-static void bridge_voltage(const sim_plant_t *s, const double duty[3], double h, double ab[2])
+/** Voltage over the next @p h, @p from_s after the start of the period. */
+static void bridge_voltage(const sim_plant_t *s, const double duty[3], double from_s, double h, double ab[2])
 {
     double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
     if (s->voltage_count > 0) {
-        distort(s, h, v);
+        distort(s, from_s, h, v);
     }
     sim_to_alpha_beta(v, ab);
 }
@@ -163,7 +165,7 @@ static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, dou
 
     for (int k = 0; k < steps; k++) {
         if (armed && ((k == 0) || (s->voltage_count > 0))) {
-            bridge_voltage(s, duty, h, ab);
+            bridge_voltage(s, duty, from_s - s->time_s + k * h, h, ab);
         }
         double left = h;
         for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {

@@ -54,6 +54,15 @@ static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PA
     }
 }
 
+/* With a load behind a coupling `model.viscous_nms` is what is left for the rotor. */
+static void share_friction(sim_plant_t *s)
+{
+    if (s->coupling.on) {
+        s->coupling.load_viscous_nms = s->parts.load_friction_share * s->model.viscous_nms;
+        s->model.viscous_nms -= s->coupling.load_viscous_nms;
+    }
+}
+
 /* One step has a relative error of (h / tau)^5 / 120 in a transient, and angle^6 / 720 in the turned voltage: 0.4 and
  * 0.3 rad keep both near 1e-6 at the speed where the back-EMF fills the dc link, and far below it at ordinary ones.
  * A swinging shaft loses angle^6 / 144 of its amplitude a step: 0.3 rad add 2e-5 to its damping ratio. */
@@ -88,6 +97,7 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     if (s->model.rotor_locked == 0.0) { /* what hangs on a locked rotor does not show */
         sim_coupling_start(&s->coupling, s->model.inertia_kgm2, s->parts.load_ratio, s->parts.resonance_hz,
                            s->parts.damping_ratio, s->parts.has_play, s->parts.play_rad);
+        share_friction(s);
     }
     sim_delay_start(&s->delay, s->parts.delay_periods);
     s->substeps = (s->model.substeps > 0.0) ? (int)s->model.substeps : needed_substeps(s);

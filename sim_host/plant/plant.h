@@ -9,7 +9,7 @@
  *
  * Amplitude-invariant frame, d on the magnets. h_d, h_q: flux harmonics, 0 without that effect. With saturation the
  * flux linkages of the axes take the place of Ld id and Lq iq, their slopes that of Ld and Lq on the left. With a shaft
- * that is not stiff (coupling.h) J is that of the rotor, load and brake act on the load, the rest on the rotor.
+ * that is not stiff (coupling.h) J is that of the rotor, load, brake and a share of B act on the load, the rest on the rotor.
  * Integration: fixed-step RK4 in the rotor frame; the phase voltage is constant over a step and turned by the small
  * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
  * speed passes zero ends there, and the shaft stays when the rest of the torque is below the friction.

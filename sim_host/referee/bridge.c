@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 
-enum { PHASES = 3, MOST_EVENTS = 1 + (4 * PHASES) };
+enum { PHASES = 3, MOST_EVENTS = 1 + (4 * PHASES), STEPS_PER_DEAD_TIME = 40 };
 
 static void to_phases(referee_vector_t v, double phase[PHASES])
 {
@@ -46,6 +46,8 @@ void referee_bridge_average(referee_machine_t *machine, referee_vector_t wanted_
     const int                         steps = steps_in(length_s, p->run_step_s);
     const double                      h_s = length_s / steps;
     const double                      loss_v = dead_time(machine) * p->bridge_pwm_hz * link_v;
+    const double                      soft_a = p->dead_time_soft_a;
+    const double                      l_h = machine->l_mean_h;
     const double                      scale = link_v / p->bridge_dc_link_v; /* duties are made with the nominal link */
     for (int n = 0; n < steps; n++) {
         referee_vector_t v = {wanted_v.x * scale, wanted_v.y * scale};
@@ -53,7 +55,8 @@ void referee_bridge_average(referee_machine_t *machine, referee_vector_t wanted_
             double phase[PHASES];
             to_phases(machine->i_a, phase);
             for (int k = 0; k < PHASES; k++) {
-                phase[k] = -loss_v * direction(phase[k], loss_v, h_s, machine->l_mean_h);
+                const double soft = (soft_a > 0.0) ? tanh(phase[k] / soft_a) : direction(phase[k], loss_v, h_s, l_h);
+                phase[k] = -loss_v * soft;
             }
             const referee_vector_t loss = from_phases(phase);
             v.x += loss.x;
@@ -125,6 +128,22 @@ static double leg_voltage(const pulses_t *pulses, int k, double t_s, double dead
     return (t_s < pulses->off_s[k] + dead_s) ? diode_v : 0.0;
 }
 
+/* Are both switches of a leg off with so little current that it may come to zero and stop there? That wants fine steps. */
+static bool any_leg_may_block(const pulses_t *pulses, const referee_machine_t *machine, double t_s, double dead_s, double link_v)
+{
+    const double far_a = 1.5 * link_v * dead_s / machine->l_mean_h;
+    double       current[PHASES];
+    to_phases(machine->i_a, current);
+    for (int k = 0; k < PHASES; k++) {
+        const bool rises = t_s >= pulses->on_s[k] && t_s < pulses->on_s[k] + dead_s;
+        const bool falls = t_s >= pulses->off_s[k] && t_s < pulses->off_s[k] + dead_s;
+        if ((rises || falls) && fabs(current[k]) < far_a) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm,
                          double t_s)
 {
@@ -139,9 +158,10 @@ static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, 
         if (length_s <= 0.0) {
             continue;
         }
-        const int    steps = steps_in(length_s, p->run_step_s);
-        const double h_s = length_s / steps;
         const double inside_s = 0.5 * (from_s + until_s);
+        const bool   fine = any_leg_may_block(&pulses, machine, inside_s, dead_s, link_v);
+        const int    steps = steps_in(length_s, fine ? fmin(p->run_step_s, dead_s / STEPS_PER_DEAD_TIME) : p->run_step_s);
+        const double h_s = length_s / steps;
         for (int m = 0; m < steps; m++) {
             double current[PHASES];
             double leg[PHASES];

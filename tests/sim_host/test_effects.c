@@ -478,11 +478,12 @@ void test_effects_dead_time_takes_its_average_voltage_from_every_phase(void)
 
 static void lose(const double end_a[3], double v[3])
 {
-    const double dead_time_s = 2e-6; /* 0.48 V, which move 0.048 A */
-    sim_bridge_t bridge = {.pwm_hz = 10e3, .dc_link_v = 24.0, .reach_a_per_v = 0.1};
+    const double p[SIM_EFFECT_PARAMS] = {2e-6}; /* 0.48 V, which move 0.048 A */
+    sim_bridge_t bridge = {.pwm_hz = 10e3, .dc_link_v = 24.0, .length_s = 1e-4, .inverse_h = 1e3};
+    memcpy(bridge.begin_a, end_a, sizeof bridge.begin_a);
     memcpy(bridge.end_a, end_a, sizeof bridge.end_a);
     v[0] = v[1] = v[2] = 12.0;
-    sim_effects[machine_effect("dead_time")]->phase_voltage(&dead_time_s, &bridge, v);
+    sim_effects[machine_effect("dead_time")]->phase_voltage(p, &bridge, v);
 }
 
 void test_effects_dead_time_leaves_a_phase_without_current_alone(void)

@@ -117,6 +117,23 @@ void test_two_mass_viscous_friction_acts_on_the_rotor(void)
     ASSERT_REL(1e-5, 0.01 / (0.25 * J_KGM2 * omega * omega), -plant.load.twist_rad, "twist");
 }
 
+/* With the load driven at T and T/B, the shaft carries what the rotor alone loses. */
+void test_two_mass_and_backlash_share_the_viscous_friction_between_rotor_and_load(void)
+{
+    static const char *const effects[] = {"two_mass", "backlash"};
+    for (int k = 0; k < 2; k++) {
+        setUp();
+        model.viscous_nms = 1e-4;
+        shaft(effects[k], 300.0, 0.5, 0.5);
+        machine_set(effects[k], "load_friction_share", 0.7);
+        machine_start();
+        plant.outside.load_torque_nm = -0.01;
+        machine_voltage(0.0, 0.0, 100000); /* 10 s, 14 time constants J/B */
+        ASSERT_REL(1e-5, 100.0, plant.x.speed_rad_s, "T / B of both");
+        ASSERT_REL(1e-4, 0.3 * 0.01 / (0.25 * J_KGM2 * omega * omega), -plant.load.twist_rad, "twist");
+    }
+}
+
 void test_two_mass_hidden_load_torque_acts_on_the_load_and_cogging_on_the_rotor(void)
 {
     shaft("two_mass", 50.0, 0.5, 0.0);

@@ -49,6 +49,16 @@ void test_referee_bridge_dead_time_costs_its_volt_seconds_against_each_current(v
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 12.0 - 4.0, edges_a); /* sampled off the middle by half the dead time */
 }
 
+/* i_a = i, i_b = i_c = -i/2 at rest under 1 ohm: 4 V = i + u (2 tanh(i / s) + 2 tanh(i / 2s)) / 3, u = 3 V, s = 2 A. */
+void test_referee_bridge_a_soft_dead_time_loses_less_at_small_currents(void)
+{
+    p.dead_time_dead_time_s = 3e-6;
+    p.dead_time_soft_a = 2.0;
+    const double i_a = settle(4.0, 600);
+    TEST_ASSERT_TRUE(i_a > 1.0); /* a hard one of 4 V lets nothing flow */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 4.0, i_a + 2.0 * tanh(0.5 * i_a) + 2.0 * tanh(0.25 * i_a));
+}
+
 void test_referee_bridge_dead_time_holds_the_current_at_zero_below_its_loss(void)
 {
     p.dead_time_dead_time_s = 3e-6;

@@ -7,6 +7,7 @@ own parameters, so that a new file in sim_host/effects/ is a new hypothesis.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from evenspin.native import tables
 
 Params = dict[str, float]
 Motor = Mapping[str, float]
+BACKLASH_STARTS = ((-0.6, 110.0, 0.4), (0.5, 110.0, 0.0), (-0.6, 190.0, 0.0), (0.5, 190.0, 0.4))
+EDGES_LEAST = 0.02  # a smaller share of the loss at edges is none: the simulation is faster without
 COMPOSITE = ("torque_ripple",)  # sums of others, for scenarios: never an explanation
 
 
@@ -30,6 +33,7 @@ class Coordinate:
     low: float = -math.inf
     high: float = math.inf
     spread: float = 0.0  # half the pitch of the grid of starts, for effects that are not linear
+    wildest: float | None = None  # where the logs of an effect repeat least, if that depends on this coordinate
     beside: int | None = None  # probed beside this coordinate, to which it is relative
 
 
@@ -48,6 +52,16 @@ class Hypothesis:
     def is_tolerance(self) -> bool:
         """The same number as one of the tolerances, only further off."""
         return self.name in TOLERANCE_EFFECTS
+
+    @property
+    def is_shaft(self) -> bool:
+        """There is one shaft: two of these are not looked for together."""
+        return tables().effects[self.name].acts_on == "shaft"
+
+    def as_wild_as_can_be(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where its logs repeat least: there what does not repeat is known to be noise."""
+        least = [x if c.wildest is None else c.wildest for x, c in zip(z, self.coordinates, strict=True)]
+        return np.array(least, dtype=np.float64)
 
     def clip(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         low, high = ([getattr(c, key) for c in self.coordinates] for key in ("low", "high"))
@@ -78,7 +92,17 @@ def _vocabulary(m: Motor, counts: float, cogging_order: int | None) -> list[Hypo
             lambda z: abs(float(z[0] - z[1])) / 0.008,
             ((0.0, 0.0),),
         ),
-        _single("dead_time", "dead_time_s", 1e-6, 0.0, 1.9e-5, 1e-7),
+        Hypothesis(
+            "dead_time",
+            (
+                Coordinate("dead_time_s", 1e-6, 0.0, 1.9e-5),
+                Coordinate("soft_a", 0.01 * amps, 0.0, 0.05 * amps),
+                Coordinate("by_edges", 0.3, 0.0, 1.0),
+            ),
+            _dead_time,
+            lambda z: abs(float(z[0])) / 1e-7,
+            ((0.0, 0.005 * amps, 0.5 * EDGES_LEAST),),
+        ),
         Hypothesis(
             "cogging",
             (Coordinate("sine", 0.02 * torque), Coordinate("cosine", 0.02 * torque)),
@@ -154,14 +178,16 @@ def _vocabulary(m: Motor, counts: float, cogging_order: int | None) -> list[Hypo
                 Coordinate("log_f_res", 0.03, log(5.0), log(900.0), 0.22),
                 Coordinate("log_odds", 0.15, -3.0, 3.0, 1.2),
                 Coordinate("log_damping", 0.3, log(0.002), log(0.9), 0.8),
+                Coordinate("load_friction_share", 0.3, 0.0, 1.0, 0.5),
             ),
             lambda z: {
                 "f_res_hz": math.exp(float(z[0])),
                 "load_ratio": _odds(z[1]),
                 "damping_ratio": math.exp(float(z[2])),
+                "load_friction_share": float(z[3]),
             },
             lambda z: _odds(z[1]) / 0.02,
-            tuple((log(f), 0.0, log(0.03)) for f in (15.0, 22.0, 33.0, 47.0, 68.0, 100.0, 150.0, 230.0)),
+            tuple((log(f), 0.0, log(0.03), 0.3) for f in (15.0, 22.0, 33.0, 47.0, 68.0, 100.0, 150.0, 230.0)),
             linear=False,
         ),
         Hypothesis(
@@ -171,15 +197,20 @@ def _vocabulary(m: Motor, counts: float, cogging_order: int | None) -> list[Hypo
                 Coordinate("log_odds", 0.15, -3.0, 3.0, 0.8),
                 Coordinate("log_f_res", 0.2, log(20.0), log(900.0), 0.7),
                 Coordinate("log_damping", 0.5, log(0.002), log(0.9), 0.8),
+                Coordinate("load_friction_share", 0.3, 0.0, 1.0, 0.35, wildest=0.0),
             ),
             lambda z: {
                 "gap_rad": math.exp(float(z[0])),
                 "load_ratio": _odds(z[1]),
                 "f_res_hz": math.exp(float(z[2])),
                 "damping_ratio": math.exp(float(z[3])),
+                "load_friction_share": float(z[4]),
             },
             lambda z: math.exp(float(z[0])) / 5e-4,
-            tuple((log(gap), odds, log(200.0), log(0.1)) for gap in (0.003, 0.01, 0.03, 0.1) for odds in (-0.6, 0.8)),
+            tuple(
+                (log(gap), odds, log(f), log(0.1), share)
+                for gap, (odds, f, share) in itertools.product((0.004, 0.01, 0.025, 0.06), BACKLASH_STARTS)
+            ),
             linear=False,
         ),
         _single("current_filter", "tau_s", 3e-5, 0.0, 3e-3, 5e-6),
@@ -233,6 +264,13 @@ def _generic(name: str) -> Hypothesis:
 def _polar(z: NDArray[np.float64], amplitude: str, phase: str) -> Params:
     """A sin(x + phase) from its sine and cosine parts."""
     return {amplitude: float(np.hypot(z[0], z[1])), phase: math.atan2(float(z[1]), float(z[0])) % math.tau}
+
+
+def _dead_time(z: NDArray[np.float64]) -> Params:
+    """How the loss goes through zero current has no name in the vocabulary: every inverter has its own way."""
+    by_edges = float(z[2]) if z[2] > EDGES_LEAST else 0.0
+    shape = {"soft_a": float(z[1]), "by_edges": by_edges} if z[0] > 0.0 else {}
+    return {"dead_time_s": float(z[0]), **shape}
 
 
 def _flux_harmonics(z: NDArray[np.float64]) -> Params:

@@ -17,6 +17,7 @@ from evenspin.gap.outcome import Validation
 from evenspin.gap.search import Lead, Model, Search
 from evenspin.gap.slotting import heard_order
 from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.gap.valleys import neighbours
 from evenspin.log.case import Case
 
 EFFECTS_MAX = 3
@@ -25,6 +26,7 @@ SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 BEAM = 2  # first explanations that are carried on
 SOUND_UNITS = 8  # simulated sound units that say what cost a true model has
 GAIN_MIN = 40.0  # of cost; features repeat one another, so that a chance gain is some times a chi-square's
+SURE_GAIN = 400.0  # what no other valley of the rest makes up for
 GAIN_BEYOND_TOLERANCE = 8.0  # the same for what is a tolerance, only larger: three of its sigmas make 9
 SHARE_MIN = 0.10  # of the excess that an effect has to explain
 IMPERFECT_SHARE = 0.005  # of what a first effect explains: what its model may leave, where nothing significant is left
@@ -32,6 +34,7 @@ WEAK_GAIN = 500.0  # deserves a second look: by chance, gains of 100 come up
 TOLERATED = 3.0  # sigmas that a unit may be off
 SECOND_SHARE = 0.5  # of the least gain, at a second look: there no search has picked what fits
 FAR_OFF = 1.5  # times the edge of a tolerance, which is three sigmas
+DECISIVE_SHARE = 0.5  # of the excess: where a loop rings, no simulation follows the validation records either
 WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
@@ -155,13 +158,13 @@ class Investigation:
         pairs = [m for m in models if len(m.z) == 2]
         if not singles:
             both = [m for m in pairs if self._all_large(m) and nothing.cost - m.cost > 2.0 * GAIN_MIN]
-            return min(both, key=lambda m: m.cost, default=nothing)
-        self.beam = sorted(singles, key=lambda m: m.cost)[:BEAM]
+            return min(both, key=lambda m: m.likelihood_cost, default=nothing)
+        self.beam = sorted(singles, key=lambda m: m.likelihood_cost)[:BEAM]
         self.pairs = pairs
         single = self.beam[0]
-        whole = [m for m in pairs if not floor.is_significant(m.cost) and self._earns(single, m, floor)]
-        if whole and floor.is_significant(single.cost):
-            return min(whole, key=lambda m: m.cost)
+        whole = [m for m in pairs if not floor.is_significant(m.own_cost) and self._earns(single, m, floor)]
+        if whole and floor.is_significant(single.own_cost):
+            return min(whole, key=lambda m: m.likelihood_cost)
         return single
 
     def _next(self, best: Model, floor: Floor, share: float) -> Model | None:
@@ -183,14 +186,15 @@ class Investigation:
         unique = {frozenset(lead.z): lead for lead in reversed(leads)}
         models = self._refined(list(unique.values()), floor, share, share + 0.14)
         good = [m for m in models if self._earns(best, m, floor) and self._all_large(m)]
-        found = min(good, key=lambda m: m.cost, default=None)
+        found = min(good, key=lambda m: m.likelihood_cost, default=None)
         if found is None:
             return None
         explained = self.search.rejudged(self.search.nothing).cost - best.cost
         imperfect = best.cost - found.cost < IMPERFECT_SHARE * explained and not self._is_far_off(found, best)
         if not unexplained and imperfect:
             return None  # no more than what a large effect leaves that is modelled a little differently
-        return found if self._validates(best, found) else None
+        decisive = best.cost - found.cost > DECISIVE_SHARE * floor.excess(best.cost)
+        return found if (unexplained and decisive) or self._validates(best, found) else None
 
     def _validates(self, without: Model, with_it: Model) -> bool:
         """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
@@ -214,7 +218,7 @@ class Investigation:
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             out.append(self.search.refine(lead, beat=best + floor.mean))
-            best = min(best, out[-1].cost)
+            best = min(best, out[-1].own_cost)
         self.tried += out
         return out
 
@@ -270,7 +274,9 @@ class Investigation:
             return (best, {names[0]: gain}) if keep else (empty, {})
         for name in names:
             rest = {k: z for k, z in best.z.items() if k != name}
-            without = self.search.refine(Lead(rest, 0.0), 5)
+            without = self.search.refine(Lead(rest, 0.0), 5, at_home=True)
+            if without.cost - best.cost < SURE_GAIN:
+                without = min(without, self.search.refine(Lead(rest, 0.0), 5), key=lambda m: m.cost)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
             if not self._stands(name, weights[name], without, best) or not self._all_large(best):
@@ -292,6 +298,8 @@ class Investigation:
     def lines(self, model: Model) -> tuple[Line, ...]:
         effects = self.search.effects(model.z)
         units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / 6.0) for i in range(6)]
+        near = neighbours(self.library, model.z, 8)  # a limit cycle may begin a little beside the place that was found
+        units += [unit_of(self.search.effects(z), model.delta, 60 + i, (i + 0.5) / 8.0) for i, z in enumerate(near)]
         return tuple(leftover_lines(self.forward, units))
 
 

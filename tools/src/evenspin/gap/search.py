@@ -4,28 +4,28 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
-from evenspin.gap.evidence import Effects, Judge, model_features, noise_level, nuisance_columns
+from evenspin.gap.evidence import PROBES, Effects, Judge, Noise, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
 from evenspin.gap.hypotheses import Hypothesis
 from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.gap.valleys import Valleys
 
 Array = NDArray[np.float64]
 Z = dict[str, Array]  # an effect's place in its coordinates
 LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
 STEPS_MAX = 8
-STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation
 FRESH, FRESH_SEED = 8, 400  # simulations of a second look
 RING_PHASES = 8  # for effects whose cost has more than one valley over the phase...
 RING_SCALES = (1.0, 2.5, 6.0, 12.0)  # ...at multiples of the amplitude of a linear fit: wells make that too small
-SCATTER = 4  # places per coordinate around the start of an effect that is not linear...
-SCATTER_WIDTHS = (1.0, 0.8, 0.6, 0.45, 0.3, 0.2)  # ...in shares of the grid's pitch, one after the other
+STEPS_WILD = 4  # after the search of valleys
+LIKENESS = 0.3  # of what the signature of a start explains that is not linear: what a better place may explain
+STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation; all of it where logs do not repeat
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,16 @@ class Model:
     probe: Array  # of the first probe alone: what columns are differences from
     cost: float
     residual: Array  # whitened
+    own: float | None = None  # the cost where noise is what the model itself says it is
+    likely: float | None = None  # that, with what it takes to have such noise: to be held against other models
+
+    @property
+    def own_cost(self) -> float:
+        return self.cost if self.own is None else self.own
+
+    @property
+    def likelihood_cost(self) -> float:
+        return self.cost if self.likely is None else self.likely
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -130,7 +140,7 @@ class Search:
         best: dict[frozenset[str], Lead] = {}
         for combination in itertools.combinations(range(len(signatures)), size):
             names = frozenset(signatures[i][0] for i in combination)
-            if len(names) < size:
+            if len(names) < size or sum(self.library[name].is_shaft for name in {*names, *model.z}) > 1:
                 continue
             columns = np.concatenate([np.arange(n), *(np.arange(edges[i], edges[i + 1]) for i in combination)])
             gain, x = _explained(gram, right, columns)
@@ -145,7 +155,9 @@ class Search:
                     allowed = False
                     break
                 z[name] = place
-            promise = tried.get(combination[0], gain - base) if size == 1 else gain - base
+            promise = gain - base
+            if combination[0] in tried:
+                promise = max(tried[combination[0]], LIKENESS * promise)
             if allowed and promise > (best[names].gain if names in best else 0.0):
                 best[names] = Lead(z, promise)
         return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
@@ -159,25 +171,6 @@ class Search:
             for i, (name, _, columns) in enumerate(signatures)
             if not self.library[name].linear and self.library[name].amplitude is None
         }
-
-    def _scattered(self, lead: Lead, model: Model) -> Model:
-        """The best of some places around a start: costs of effects that are not linear have many valleys."""
-        names = [name for name in lead.z if not self.library[name].linear]
-        best = model
-        for turn, width in enumerate(SCATTER_WIDTHS):
-            for name in names:
-                h = self.library[name]
-                spread = np.array([c.spread for c in h.coordinates]) * width
-                points = qmc.Halton(len(spread), seed=turn).random(SCATTER * len(spread)) * 2.0 - 1.0
-                places = [h.clip(best.z[name] + spread * point) for point in points]
-                units = [self.effects({**best.z, name: z}) for z in places]
-                runs = model_features(self.forward, units, 1)
-                y = self.forward.measured
-                costs = [self.judge.fit(y - f[0], self.nuisance, known=best.z).cost for f in runs]
-                k = int(np.argmin(costs))
-                if costs[k] < best.cost:
-                    best = self._model({**best.z, name: places[k]})
-        return best
 
     def _place(self, name: str, z0: Array, amount: Array) -> Array | None:
         """Where a linear fit puts the effect; None where that is the wrong side of off."""
@@ -193,27 +186,52 @@ class Search:
 
     # ---- refinement -------------------------------------------------------------------------------------------------
 
-    def refine(self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf) -> Model:
-        """Gauss-Newton with the simulation in the loop, damped; gives up where `beat` is out of reach."""
-        model = self._model(lead.z)
-        if not lead.z:
-            return model
-        if isinstance(lead, Lead) and any(not self.library[name].linear for name in lead.z):
-            return self._refined_wildly(lead, model, steps, beat)
-        if isinstance(lead, Lead):
-            model = self._turned(model)
-        return self._descended(model, steps, beat)
+    def refine(
+        self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf, at_home: bool = False
+    ) -> Model:
+        """Gauss-Newton with the simulation in the loop, damped; gives up where `beat` is out of reach.
 
-    def _refined_wildly(self, lead: Lead, model: Model, steps: int, beat: float) -> Model:
+        `at_home`: only downhill from where a lead is, also for effects whose cost has many valleys.
+        """
+        far = isinstance(lead, Lead) and not at_home
+        if far and any(not self.library[name].linear for name in lead.z):
+            return self._refined_wildly(lead, min(steps, STEPS_WILD))
+        model = self._model(lead.z)
+        if far:
+            model = self._turned(model)
+        return self._descended(model, steps, beat) if lead.z else model
+
+    def _refined_wildly(self, lead: Lead, steps: int) -> Model:
         """For effects whose logs do not repeat to the sample: what varies with the noise counts less on the way."""
         strict = self.judge
-        wild = noise_level(self.forward, self.nuisance, self.effects(lead.z)).sigma
-        self.judge = Judge(replace(strict.noise, sigma=np.maximum(strict.noise.sigma, wild)))
         try:
-            model = self._descended(self._scattered(lead, self.rejudged(model)), steps, math.inf)
+            wild = self._own_noise(self._wildest(lead.z)).sigma
+            self.judge = Judge(replace(strict.noise, sigma=np.maximum(strict.noise.sigma, wild)))
+            found = Valleys(self, lead.z).lowest()
+            varies = any(c.wildest is not None for name in found for c in self.library[name].coordinates)
+            places = (found, self._wildest(found)) if varies else (found,)
+            models = [self._under_own_noise(z, strict) for z in places]
+            noise, model = min(models, key=lambda pair: pair[1].likelihood_cost)
+            self.judge = Judge(noise)
+            bottom = Valleys(self, model.z, len(PROBES) if varies else 1).bottom()
+            model = min(model, self._model(bottom), key=lambda m: m.cost)
+            model = self._descended(model, steps, math.inf)
+            own, likely = model.cost, model.cost + _price(noise, strict.noise)
         finally:
             self.judge = strict
-        return self.rejudged(model)
+        return replace(self.rejudged(model), own=own, likely=likely)
+
+    def _wildest(self, z: Z) -> Z:
+        return {name: self.library[name].as_wild_as_can_be(x) for name, x in z.items()}
+
+    def _own_noise(self, z: Z) -> Noise:
+        return noise_level(self.forward, self.nuisance, self.effects(z))
+
+    def _under_own_noise(self, z: Z, strict: Judge) -> tuple[Noise, Model]:
+        noise = self._own_noise(z)
+        self.judge = Judge(noise)
+        model = self._model(z)
+        return noise, replace(model, own=model.cost, likely=model.cost + _price(noise, strict.noise))
 
     def _descended(self, model: Model, steps: int, beat: float) -> Model:
         damping = 1e-3
@@ -251,13 +269,15 @@ class Search:
                 best = self._model({**best.z, name: places[k]})
         return best
 
-    def columns(self, model: Model) -> Array:
-        """Change of the features per unit of each coordinate."""
+    def columns(self, model: Model, only: Collection[str] | None = None) -> Array:
+        """Change of the features per unit of each coordinate, of all effects or of some."""
         units = []
         steps = []
         for name, z in model.z.items():
+            if only is not None and name not in only:
+                continue
             for i, c in enumerate(self.library[name].coordinates):
-                h = STEP_SHARE * c.probe
+                h = (STEP_SHARE if self.library[name].linear else 1.0) * c.probe
                 if z[i] + h > c.high:
                     h = -h
                 moved = z.copy()
@@ -301,7 +321,13 @@ class Search:
     def rejudged(self, model: Model) -> Model:
         """The same model under today's noise level and nuisance columns."""
         fit = self.judge.fit(self.forward.measured - model.features, self.nuisance, known=model.z)
-        return replace(model, delta=fit.delta, cost=fit.cost, residual=fit.residual)
+        return replace(model, delta=fit.delta, cost=fit.cost, residual=fit.residual, own=None, likely=None)
+
+
+def _price(noise: Noise, of: Noise) -> float:
+    """What a model pays for saying that the log repeats less than `of` says: the norm of its density."""
+    both = noise.used & of.used
+    return float(2.0 * np.sum(np.log(noise.sigma[both] / of.sigma[both])))
 
 
 def _probe_points(h: Hypothesis, z0: Array) -> list[Array]:

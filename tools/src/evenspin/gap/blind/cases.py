@@ -178,7 +178,7 @@ def make_case(plan: Plan, folder: Path) -> Truth:
         seed = int(rng.integers(1, 2**40))
         if not why_unfit(meta, run_experiments(unit, experiments, angles_rad, seed), experiments):
             hidden = with_effects(unit, effects)
-            left_open = _left_open(rng, effects)
+            left_open = _left_open(rng, effects, motor["rated_current_a"])
             hidden |= left_open
             records = run_experiments(hidden, experiments, angles_rad, seed)
             if _is_sane(records):
@@ -209,13 +209,15 @@ def make_case(plan: Plan, folder: Path) -> Truth:
     )
 
 
-def _left_open(rng: np.random.Generator, names: Collection[str]) -> Parameters:
+def _left_open(rng: np.random.Generator, names: Collection[str], rated_a: float) -> Parameters:
     """What the vocabulary does not say about an effect: any simulator may have it in one way or another."""
     result: Parameters = {}
     if "flux_harmonics" in names:
         result["flux_harmonics.fifth_share"] = float(rng.uniform(0.3, 0.7))
     if "inductance_saturation" in names:
         result["inductance_saturation.per_axis"] = float(rng.uniform() < 0.5)
+    if "dead_time" in names:
+        result["dead_time.soft_a"] = float(rng.choice((0.0, 0.01))) * rated_a
     if "two_mass" in names or "backlash" in names:
         result["motor.load_friction_share"] = float(rng.choice((0.0, 0.5)))
     return result

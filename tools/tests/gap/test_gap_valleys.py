@@ -1,0 +1,140 @@
+"""The search among many minima of cost, on a model of one line whose answers are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evenspin.gap.evidence import Judge, Noise
+from evenspin.gap.hypotheses import Coordinate, Hypothesis, hypotheses
+from evenspin.gap.search import Model, Search, _price
+from evenspin.gap.tolerance import SIGMA
+from evenspin.gap.valleys import NEAR, Valleys, neighbours
+
+T_S = np.linspace(0.0, 1.0, 400)
+RING_HZ, RAMP = 23.0, 0.7  # what the log of these tests has; the starts are at 15, 20 and 30 Hz
+MOTOR = {"rated_current_a": 5.0, "rated_torque_nm": 1.0, "pole_pairs": 4, "slots": 12}
+
+
+def ring(hz):
+    return np.sin(2.0 * math.pi * hz * T_S) * np.exp(-2.0 * T_S)
+
+
+class OneLine:
+    """A forward model without a simulator: a ring of some frequency and a ramp of some height."""
+
+    measured = ring(RING_HZ) + RAMP * T_S
+
+    def __init__(self):
+        self.simulations = 0
+
+    def many(self, units):
+        self.simulations += len(units)
+        return [self.features(unit.effects) for unit in units]
+
+    @staticmethod
+    def features(effects):
+        hz = effects.get("ring", {}).get("hz")
+        return (0.0 if hz is None else ring(hz)) + effects.get("ramp", {}).get("height", 0.0) * T_S
+
+
+LIBRARY = {
+    "ring": Hypothesis(
+        "ring",
+        (Coordinate("log_hz", 0.03, math.log(5.0), math.log(100.0), 0.2),),
+        lambda z: {"hz": math.exp(float(z[0]))},
+        lambda z: 2.0,
+        tuple((math.log(hz),) for hz in (15.0, 20.0, 30.0)),
+        linear=False,
+    ),
+    "ramp": Hypothesis(
+        "ramp", (Coordinate("height", 0.1),), lambda z: {"height": float(z[0])}, lambda z: 2.0, ((0.0,),)
+    ),
+}
+
+
+def noise(sigma):
+    n = len(T_S)
+    return Noise(np.full(n, sigma), np.ones(n, dtype=bool), np.zeros(n, dtype=np.int64), (("a", "b", "c"),))
+
+
+@pytest.fixture
+def search():
+    """What the search of a case has, without its simulations at the start."""
+    made = Search.__new__(Search)
+    made.forward, made.library = OneLine(), LIBRARY
+    made.nuisance = np.zeros((len(T_S), len(SIGMA)))
+    made.judge = Judge(noise(0.05))
+    return made
+
+
+def test_a_ring_is_found_from_starts_between_which_the_cost_has_valleys_of_its_own(search):
+    home = {"ring": np.array([math.log(15.0)]), "ramp": np.array([0.0])}
+    straight = search._descended(search._model(home), 8, math.inf)  # the same without looking around
+
+    found = Valleys(search, Valleys(search, home).lowest()).bottom()
+
+    assert abs(math.exp(straight.z["ring"][0]) - RING_HZ) > 3.0
+    assert math.exp(found["ring"][0]) == pytest.approx(RING_HZ, rel=0.02)
+
+
+def test_a_linear_partner_follows_without_simulations_of_its_own(search):
+    alone = Valleys(search, {"ring": np.array([math.log(15.0)])})
+    before = search.forward.simulations
+    alone.lowest()
+    one = search.forward.simulations - before
+    pair = Valleys(search, {"ring": np.array([math.log(15.0)]), "ramp": np.array([0.1])})
+    before = search.forward.simulations
+
+    found = pair.lowest()
+
+    assert search.forward.simulations - before == one
+    assert found["ramp"][0] == pytest.approx(RAMP, abs=0.03)  # the ring is 2 % off at most: its mean is
+
+
+def test_the_bottom_is_found_near_a_place_and_limits_hold(search):
+    near = Valleys(search, {"ring": np.array([math.log(22.0)]), "ramp": np.array([RAMP])}).bottom()
+    edge = Valleys(search, {"ring": np.array([math.log(100.0)]), "ramp": np.array([RAMP])}).bottom()
+
+    assert math.exp(near["ring"][0]) == pytest.approx(RING_HZ, rel=0.003)
+    assert math.log(5.0) <= edge["ring"][0] <= math.log(100.0)
+
+
+def test_neighbours_of_a_model_move_its_wild_effects_only_and_by_what_a_search_may_leave():
+    z = {"ring": np.array([3.0]), "ramp": np.array([0.4])}
+
+    near = neighbours(LIBRARY, z, 8)
+
+    off = np.array([n["ring"][0] for n in near]) - 3.0
+    assert len(set(off)) == 8 and np.max(np.abs(off)) <= NEAR * 0.2
+    assert off.min() < -0.02 and off.max() > 0.02  # both sides
+    assert all(n["ramp"][0] == 0.4 for n in near)
+    assert neighbours(LIBRARY, {"ramp": np.array([0.4])}, 8) == []
+
+
+def test_a_model_pays_for_noise_that_it_brings_as_the_norm_of_a_normal_density_says():
+    wide = replace(noise(0.05), sigma=np.where(np.arange(len(T_S)) < 10, 0.1, 0.05))
+
+    assert _price(wide, noise(0.05)) == pytest.approx(2.0 * 10 * math.log(2.0))
+    assert _price(noise(0.05), wide) == pytest.approx(-2.0 * 10 * math.log(2.0))
+
+
+def test_a_model_without_noise_of_its_own_is_held_against_others_by_its_cost():
+    plain = Model({}, np.zeros(0), np.zeros(0), np.zeros(0), 7.0, np.zeros(0))
+
+    assert (plain.own_cost, plain.likelihood_cost) == (7.0, 7.0)
+    own = replace(plain, own=3.0, likely=5.0)
+    assert (own.own_cost, own.likelihood_cost) == (3.0, 5.0)
+
+
+def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaft():
+    library = hypotheses(MOTOR, 4000.0)
+    backlash = library["backlash"]
+    place = np.array(backlash.starts[0])
+
+    wildest = backlash.to_params(backlash.as_wild_as_can_be(place))
+
+    assert wildest == {**backlash.to_params(place), "load_friction_share": 0.0}
+    assert {name for name, h in library.items() if h.is_shaft} == {"backlash", "two_mass"}
