@@ -17,7 +17,7 @@ typedef struct {
 } hal_sample_t;
 
 /**
- * Newest sample. From the current interrupt only. At most 150 cycles; does not wait.
+ * Newest sample. From the current interrupt only. At most 200 cycles; does not wait.
  * @return HAL_OK; HAL_STALE: the conversion is not new; HAL_SENSOR_FAULT: encoder or converter reports an error; HAL_TRIPPED:
  *         neither, but hal_inverter_fault has something to say. The struct is written in every case.
  */
