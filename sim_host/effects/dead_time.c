@@ -4,6 +4,7 @@
 
 #define PHASES 3
 #define SWEEPS 8        /* over the phases, which their star point ties together; each leaves a third of the error at most */
+#define SETTLED 1e-9    /* of the link voltage: no further sweep */
 #define NEAR 1.34       /* of what all legs at a rail may move a current: from so near it may come to zero */
 #define CHANGES_MOST 24 /* of what conducts, within a step: 12 by the gates, the rest by currents that end */
 #define SOFT_LEAST 0.1  /* of what the loss moves in a step: a softer sign than this is told from a hard one */
@@ -112,10 +113,13 @@ static void leg_voltages(const double low[PHASES], const double high[PHASES], co
         floats = floats || ((i_a[k] == 0.0) && (low[k] < high[k]));
     }
     for (int n = 0; floats && (n < SWEEPS); n++) {
+        floats = false;
         for (int k = 0; k < PHASES; k++) {
             if (i_a[k] == 0.0) { /* wanted: share - mean of all three = back */
                 const double wanted = 1.5 * back[k] + 0.5 * (share[(k + 1) % PHASES] + share[(k + 2) % PHASES]);
-                share[k] = fmin(high[k], fmax(low[k], wanted));
+                const double can = (wanted < low[k]) ? low[k] : ((wanted > high[k]) ? high[k] : wanted);
+                floats = floats || (fabs(can - share[k]) > SETTLED);
+                share[k] = can;
             }
         }
     }
@@ -206,19 +210,24 @@ static void soft_loss(const legs_t *x, double soft_a, double gained_s[PHASES])
 
 static void average_gain(const double *p, const sim_bridge_t *bridge, const double v_abc_v[PHASES], double gained_s[PHASES])
 {
-    const legs_t x = make_legs(p[DEAD_TIME_S], bridge, v_abc_v, false);
-    const double reach_a = x.loss * x.amps * bridge->length_s;
+    const double loss_s = p[DEAD_TIME_S] * bridge->pwm_hz * bridge->length_s;
+    const double reach_a = loss_s * bridge->inverse_h * bridge->dc_link_v;
     const double near_a = NEAR * reach_a + 3.0 * p[SOFT_A];
     bool         near = false;
     for (int k = 0; k < PHASES; k++) {
+        const double begin_a = bridge->begin_a[k];
         const double end_a = bridge->end_a[k];
-        gained_s[k] = -copysign(x.loss * bridge->length_s, end_a);
-        near = near || (fabs(end_a) < near_a) || (fabs(x.begin_a[k]) < near_a) || (end_a * x.begin_a[k] < 0.0);
+        gained_s[k] = -copysign(loss_s, end_a);
+        near = near || (fabs(end_a) < near_a) || (fabs(begin_a) < near_a) || (end_a * begin_a < 0.0);
     }
-    if (near && (p[SOFT_A] > SOFT_LEAST * reach_a)) {
+    if (!near) {
+        return;
+    }
+    const legs_t x = make_legs(p[DEAD_TIME_S], bridge, v_abc_v, false);
+    if (p[SOFT_A] > SOFT_LEAST * reach_a) {
         gained_s[0] = gained_s[1] = gained_s[2] = 0.0;
         soft_loss(&x, p[SOFT_A], gained_s);
-    } else if (near) {
+    } else {
         follow_lines(&x, gained_s);
     }
 }
