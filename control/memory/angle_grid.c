@@ -17,6 +17,7 @@ ctl_diag_t ctl_grid_init(ctl_grid_t *self, num_t *memory, uint16_t cells)
     }
     self->cell = memory;
     self->cells = cells;
+    self->cells_real = (float)cells;
     ctl_grid_clear(self);
     return ctl_diag_ok();
 }

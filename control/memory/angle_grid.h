@@ -19,7 +19,8 @@
 
 typedef struct {
     num_t   *cell;  /**< `cells` values, owned by the caller. */
-    uint16_t cells; /**< Cells per turn, [4, 4096]. */
+    uint16_t cells; /**< Cells per turn, [4, 4096]... */
+    float    cells_real; /**< ...and the same for quotients. */
 } ctl_grid_t;
 
 /** The points between two samples, in the order in which they were passed. */
@@ -45,14 +46,14 @@ bool ctl_grid_walk_next(ctl_grid_walk_t *walk, uint16_t *index, num_t *value);
 
 /** A place on the grid: the point below it, and the part of a cell above that point in 2^-32. */
 typedef struct {
-    uint16_t below;
     uint32_t inside;
+    uint16_t below;
 } ctl_grid_spot_t;
 
 static inline ctl_grid_spot_t ctl_grid_spot(const ctl_grid_t *self, angle_t angle)
 {
     const uint64_t        position = (uint64_t)angle * self->cells;
-    const ctl_grid_spot_t spot = {(uint16_t)(position >> 32), (uint32_t)position};
+    const ctl_grid_spot_t spot = {(uint32_t)position, (uint16_t)(position >> 32)};
     return spot;
 }
 
@@ -65,7 +66,7 @@ static inline num_t ctl_grid_share(const ctl_grid_t *self, uint32_t part, uint32
 #ifdef EVENSPIN_FIXED
     return (num_t)(((uint64_t)part << 24) / ((uint64_t)way * self->cells));
 #else
-    return (num_t)part / ((num_t)way * (num_t)self->cells);
+    return (num_t)part / ((num_t)way * self->cells_real);
 #endif
 }
 

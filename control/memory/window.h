@@ -5,6 +5,7 @@
  * Every sample is kept twice, 16 places apart, so that 16 places from the newest one on are always the newest 16 samples.
  * Before the newest lie CTL_WINDOW_MARGIN places that may be read, too, and mean nothing but are finite: so a sum of fixed
  * length can run over its end with coefficients of zero.
+ * ctl_long_window_t is the same for 32 samples.
  * Cost  a push is two stores; a read is one load at a fixed offset.
  */
 #ifndef CONTROL_MEMORY_WINDOW_H
@@ -39,6 +40,33 @@ static inline const num_t *ctl_window_push(ctl_window_t *self, num_t x)
     num_t *const at = &self->x[CTL_WINDOW_MARGIN + self->head];
     at[0] = x;
     at[CTL_WINDOW_SIZE] = x;
+    return at;
+}
+
+#define CTL_LONG_WINDOW_SIZE 32U
+#define CTL_LONG_WINDOW_MARGIN 10U
+
+typedef struct {
+    num_t    x[CTL_LONG_WINDOW_MARGIN + (2U * CTL_LONG_WINDOW_SIZE)];
+    uint16_t head; /**< As above. */
+} ctl_long_window_t;
+
+static inline void ctl_long_window_fill(ctl_long_window_t *self, num_t x)
+{
+    for (uint16_t i = 0U; i < (CTL_LONG_WINDOW_MARGIN + (2U * CTL_LONG_WINDOW_SIZE)); i++) {
+        self->x[i] = x;
+    }
+    self->head = 0U;
+}
+
+static inline const num_t *ctl_long_window_newest(const ctl_long_window_t *self) { return &self->x[CTL_LONG_WINDOW_MARGIN + self->head]; }
+
+static inline const num_t *ctl_long_window_push(ctl_long_window_t *self, num_t x)
+{
+    self->head = (uint16_t)((self->head - 1U) & (CTL_LONG_WINDOW_SIZE - 1U));
+    num_t *const at = &self->x[CTL_LONG_WINDOW_MARGIN + self->head];
+    at[0] = x;
+    at[CTL_LONG_WINDOW_SIZE] = x;
     return at;
 }
 

@@ -48,7 +48,8 @@ static inline bool ctl_vector_limit_raw(ctl_dq_t v, num_t limit, ctl_dq_t *out)
 #endif
 }
 
-static inline ctl_abc_t ctl_svm_raw(ctl_ab_t v, num_t v_dc)
+/** ctl_svm without looking and without the clip at 0 and 1, for an actuator that clips. */
+static inline ctl_abc_t ctl_svm_open_raw(ctl_ab_t v, num_t v_dc)
 {
     const num_t     scale = num_quotient(NUM_C(1.0f), v_dc);
     const ctl_ab_t  of_dc = {num_mul(v.alpha, scale), num_mul(v.beta, scale)};
@@ -56,8 +57,15 @@ static inline ctl_abc_t ctl_svm_raw(ctl_ab_t v, num_t v_dc)
     const num_t     high = num_max(x.a, num_max(x.b, x.c));
     const num_t     low = num_min(x.a, num_min(x.b, x.c));
     const num_t     shift = num_sub(NUM_C(0.5f), num_mul(num_add(high, low), NUM_C(0.5f)));
-    const ctl_abc_t duty = {num_clamp(num_add(x.a, shift), (num_t)0, NUM_C(1.0f)), num_clamp(num_add(x.b, shift), (num_t)0, NUM_C(1.0f)),
-                            num_clamp(num_add(x.c, shift), (num_t)0, NUM_C(1.0f))};
+    const ctl_abc_t duty = {num_add(x.a, shift), num_add(x.b, shift), num_add(x.c, shift)};
+    return duty;
+}
+
+static inline ctl_abc_t ctl_svm_raw(ctl_ab_t v, num_t v_dc)
+{
+    const ctl_abc_t open = ctl_svm_open_raw(v, v_dc);
+    const ctl_abc_t duty = {num_clamp(open.a, (num_t)0, NUM_C(1.0f)), num_clamp(open.b, (num_t)0, NUM_C(1.0f)),
+                            num_clamp(open.c, (num_t)0, NUM_C(1.0f))};
     return duty;
 }
 

@@ -73,6 +73,16 @@ static inline num_t angle_to_rad(angle_t angle)
 #endif
 }
 
+/** From turns within +-1/2: cut to that; NaN gives minus half a turn. */
+static inline angle_t angle_from_turns_short(num_t turns)
+{
+#ifdef EVENSPIN_FIXED
+    return (angle_t)num_clamp(turns, NUM_C(-0.5f), NUM_C(0.4999999f)) << 8;
+#else
+    return (angle_t)(int32_t)(num_clamp(turns, -0.5f, 0.49999997f) * 4294967296.0f);
+#endif
+}
+
 /** Turns, [0, 1]. Absolute error 2^-25 (float), below a step (fixed). */
 static inline num_t angle_to_turns(angle_t angle)
 {
@@ -101,6 +111,19 @@ static inline void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
     *cosine = tmu_cos_turns(turns);
 #else
     angle_sincos_portable(angle, sine, cosine);
+#endif
+}
+
+/** Sine and cosine of @p angle and @p lead_turns more, |lead_turns| below 1/2. With a TMU, which takes the fraction of a turn, the
+ *  lead costs a sum; the bound is that of angle_sincos. NaN on the way gives sine and cosine of some angle. */
+static inline void angle_sincos_lead(angle_t angle, num_t lead_turns, num_t *sine, num_t *cosine)
+{
+#ifdef CTL_HAS_TMU
+    const num_t turns = ((num_t)(int32_t)angle * 2.3283064365386963e-10f) + lead_turns;
+    *sine = tmu_sin_turns(turns);
+    *cosine = tmu_cos_turns(turns);
+#else
+    angle_sincos_portable(angle + angle_from_turns_short(lead_turns), sine, cosine);
 #endif
 }
 

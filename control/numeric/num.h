@@ -21,6 +21,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "control/numeric/fpu.h"
+
 #ifdef EVENSPIN_FIXED
 
 typedef int32_t num_t;
@@ -119,11 +121,18 @@ static inline int32_t num_floor(num_t x)
 
 #endif
 
+/* num_clamp: x within [lo, hi], whatever x is: NaN gives lo (on the chip lo or hi). Needs lo <= hi. */
+#ifdef CTL_HAS_FPU
+static inline num_t num_abs(num_t x) { return fpu_max(x, -x); }
+static inline num_t num_min(num_t a, num_t b) { return fpu_min(a, b); }
+static inline num_t num_max(num_t a, num_t b) { return fpu_max(a, b); }
+static inline num_t num_clamp(num_t x, num_t lo, num_t hi) { return fpu_min(fpu_max(x, lo), hi); }
+#else
 static inline num_t num_abs(num_t x) { return (x < (num_t)0) ? num_neg(x) : x; }
 static inline num_t num_min(num_t a, num_t b) { return (a < b) ? a : b; }
 static inline num_t num_max(num_t a, num_t b) { return (a > b) ? a : b; }
-/** x within [lo, hi], whatever x is: NaN gives lo. Needs lo <= hi. */
 static inline num_t num_clamp(num_t x, num_t lo, num_t hi) { return (x > lo) ? ((x < hi) ? x : hi) : lo; }
+#endif
 
 /** Add one to an event counter that stops at its end instead of wrapping. */
 static inline void num_count(uint32_t *counter) { *counter += (*counter < UINT32_MAX) ? 1U : 0U; }

@@ -4,7 +4,7 @@
  *
  * Where CTL_HAS_TMU is defined these exist, each one instruction:
  *
- *     tmu_sin_turns(x), tmu_cos_turns(x)   sine and cosine of x turns, |x| <= 1/2      SINPUF32, COSPUF32: 4 cycles
+ *     tmu_sin_turns(x), tmu_cos_turns(x)   sine and cosine of x turns, |x| <= 1        SINPUF32, COSPUF32: 4 cycles
  *     tmu_sqrt(x)                          square root of x >= 0                       SQRTF32: 5 cycles
  *
  * A quotient needs no name: with --fp_mode=relaxed the compiler makes DIVF32 of `/`.

@@ -44,7 +44,26 @@ void ctl_angle_memory_clear(ctl_angle_memory_t *self)
     ctl_grid_clear(&self->state.grid);
     ctl_angle_memory_pause(self);
     self->state.written = 0U;
+    self->state.news = (num_t)0;
     self->state.change = (num_t)0;
+}
+
+void ctl_angle_memory_skip(ctl_angle_memory_t *self, angle_t angle, num_t v)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    ctl_angle_memory_pause(self);
+    if (self->params.write == CTL_WRITE_ONE) {
+        s->primed = true;
+        s->at = angle;
+        s->spot = ctl_grid_spot(&s->grid, angle);
+        s->value = v;
+    }
+}
+
+void ctl_angle_memory_look(ctl_angle_memory_t *self)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    s->change = num_mac(s->change, NUM_C(0.01f), num_sub(num_abs(s->news), s->change));
 }
 
 void ctl_angle_memory_pause(ctl_angle_memory_t *self)

@@ -46,8 +46,9 @@ typedef struct {
     num_t      value;    /**< ...and its value. */
     bool       primed;   /**< A last sample exists. */
     ctl_hat_t  below, above; /**< Hat sums of the two grid points around the last sample. */
-    uint32_t   written;  /**< Points written; does not wrap. */
-    num_t      change;   /**< Mean size of (v_i - m_i), for the quality figure: falls as learning goes on. */
+    uint32_t   written;  /**< Points written; wraps. */
+    num_t      news;     /**< (v_i - m_i) of the point written last... */
+    num_t      change;   /**< ...and its mean size: ctl_angle_memory_look. Falls as learning goes on. */
     uint32_t   rejected;
 } ctl_angle_memory_state_t;
 
@@ -66,6 +67,8 @@ void ctl_angle_memory_clear(ctl_angle_memory_t *self);
 void ctl_angle_memory_pause(ctl_angle_memory_t *self);
 /** One sample: value @p v seen at @p angle, learned with gain @p gain (the parameter, or another one for a fast start). */
 void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain);
+/** Take what is new into its mean over some hundred looks. For the main loop: no interrupt needs it. */
+void ctl_angle_memory_look(ctl_angle_memory_t *self);
 /** (1). */
 static inline void ctl_angle_memory_learn(ctl_angle_memory_t *self, uint16_t i, num_t v, num_t gain)
 {
@@ -75,8 +78,8 @@ static inline void ctl_angle_memory_learn(ctl_angle_memory_t *self, uint16_t i, 
     const num_t                            news = num_sub(v, m);
 
     s->grid.cell[i] = num_clamp(num_mac(num_mul(p->forgetting, m), gain, news), num_neg(p->limit), p->limit);
-    s->change = num_mac(s->change, NUM_C(0.01f), num_sub(num_abs(news), s->change)); /* looks back over some hundred points */
-    num_count(&s->written);
+    s->news = news;
+    s->written++;
 }
 
 /** The point not below a place. */
@@ -85,8 +88,9 @@ static inline uint16_t ctl_grid_ceiling(const ctl_grid_t *grid, ctl_grid_spot_t 
     return (spot.inside != 0U) ? ctl_grid_next(grid, spot.below) : spot.below;
 }
 
-/** Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. */
-static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+/** Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. Not
+ *  while @p learn is false. */
+static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain, bool learn)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     const ctl_grid_t *const         grid = &s->grid;
@@ -99,28 +103,44 @@ static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t 
         beyond = 0U - now.inside;
         last = ctl_grid_ceiling(grid, s->spot);
     }
-    if (point != last) {
+    if (learn & (point != last)) {
         ctl_angle_memory_learn(self, point, num_sub(v, num_mul(num_sub(v, s->value), ctl_grid_share(grid, beyond, angle_size(turn)))), gain);
     }
 }
 
-/** A first sample, or one for CTL_WRITE_ALL or CTL_WRITE_HAT: what ctl_angle_memory_write_raw does not do itself. */
+/** CTL_WRITE_ALL and CTL_WRITE_HAT: what ctl_angle_memory_write_raw does not do itself. */
 void ctl_angle_memory_write_otherwise(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain);
+
+/** CTL_WRITE_ONE, not for a first sample; without @p learn it only follows the motion. */
+static inline void ctl_angle_memory_write_next(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain, bool learn)
+{
+    ctl_angle_memory_state_t *const s = &self->state;
+    const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
+    ctl_angle_memory_write_one(self, angle, now, v, gain, learn);
+    s->at = angle;
+    s->spot = now;
+    s->value = v;
+}
 
 /** ctl_angle_memory_write without looking at the inputs: @p v is finite, @p gain within [0, 1], the step below a quarter turn. */
 static inline void ctl_angle_memory_write_raw(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
-    if (s->primed & (self->params.write == CTL_WRITE_ONE)) {
-        ctl_angle_memory_write_one(self, angle, now, v, gain);
-    } else {
+    if (self->params.write != CTL_WRITE_ONE) {
         ctl_angle_memory_write_otherwise(self, angle, now, v, gain);
+    } else if (s->primed) {
+        ctl_angle_memory_write_one(self, angle, now, v, gain, true);
+    } else {
+        s->primed = true;
     }
     s->at = angle;
     s->spot = now;
     s->value = v;
 }
+/** Nothing is learned, but with CTL_WRITE_ONE the next sample may be: it lies on a line with this one. */
+void ctl_angle_memory_skip(ctl_angle_memory_t *self, angle_t angle, num_t v);
+
 /** What was learned for @p angle. */
 static inline num_t ctl_angle_memory_read(const ctl_angle_memory_t *self, angle_t angle)
 {

@@ -28,7 +28,7 @@ typedef struct {
     uint32_t     rejected;
 } ctl_fir_state_t;
 
-/** Of the parameters only what a step needs: three filters live in every meter. */
+/** Of the parameters only what a step needs: filters live in every meter. */
 typedef struct {
     uint16_t         order;
     num_t            fold[CTL_FIR_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */

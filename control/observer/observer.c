@@ -1,8 +1,7 @@
 #include "control/observer/observer.h"
 
 #define SLOW_GAIN NUM_C(0.01f)  /* low-pass of the speed: 100 samples */
-#define SEEN_GAIN NUM_C(0.001f)
-#define PAST_MASK CTL_ARO_AGE_MAX
+#define LOOK_GAIN NUM_C(0.01f)  /* of the quality figure: 100 looks */
 
 /* ---- configuration ------------------------------------------------------------------------------------------------ */
 
@@ -67,10 +66,30 @@ ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *
     }
     if (d.status == CTL_OK) {
         made.turn_samples = UINT16_MAX;
-        self->params = *params;
+        made.wait = CTL_OBSERVER_WAIT;
         self->state = made;
+        ctl_observer_tune(self, params);
     }
     return d;
+}
+
+void ctl_observer_tune(ctl_observer_t *self, const ctl_observer_params_t *params)
+{
+    ctl_observer_state_t *const s = &self->state;
+    self->params = *params;
+    s->memory.params = params->memory;
+    self->watches = params->remove_mean || (params->rest_torque > (num_t)0) || (params->rest_step > (num_t)0);
+    self->plain = (params->kind == CTL_OBSERVER_ARO) && (params->memory.write == CTL_WRITE_ONE) &&
+                  (params->memory.read == CTL_READ_LINEAR) && !self->watches;
+    self->ahead_per_speed = num_mul(params->rad_per_speed, params->ahead);
+    self->age = (uint16_t)(params->age_half >> 1);
+    self->half = ((params->age_half & 1U) != 0U) ? UINT32_MAX : 0U;
+    s->ready = false;
+    if (!self->watches) { /* what nobody looks at begins anew when somebody does */
+        s->mean_known = false;
+        s->rest_way = (num_t)0;
+        s->rest_left = 0U;
+    }
 }
 
 void ctl_observer_reset(ctl_observer_t *self, bool keep)
@@ -87,7 +106,8 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     } else {
         s->estimate = (num_t)0;
     }
-    s->known = 0U;
+    s->wait = CTL_OBSERVER_WAIT;
+    s->ready = false;
     s->samples = keep ? s->samples : 0U;
     s->seen = (num_t)0;
     s->turn_sum = (num_t)0;
@@ -95,6 +115,7 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     s->mean_known = false;
     s->rest_way = (num_t)0;
     s->rest_left = 0U;
+    s->speed_known = (num_t)0;
     s->speed_slow = (num_t)0;
     s->step_slow = (num_t)0;
     s->turn_samples = UINT16_MAX;
@@ -139,18 +160,24 @@ void ctl_observer_target(ctl_observer_t *self, num_t speed)
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
     const num_t                        w = num_guard(speed, (num_t)0, &s->rejected);
-    s->turn_samples = UINT16_MAX;
-    s->synchronous = false;
-    if ((p->kind != CTL_OBSERVER_RO) & !(p->sync_band > (num_t)0)) {
-        return; /* nobody asks */
-    }
-    const uint32_t step = step_at(p, w);
+    uint16_t                           samples = UINT16_MAX;
+    bool                               synchronous = false;
+    const uint32_t                     step = step_at(p, w);
     if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
-        if (p->kind == CTL_OBSERVER_RO) {
-            const uint32_t whole = UINT32_MAX / step;
-            s->turn_samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
-        }
-        s->synchronous = rounding_is_learned(p, step);
+        const uint32_t whole = UINT32_MAX / step;
+        samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
+        synchronous = rounding_is_learned(p, step);
+    }
+    s->turn_samples = samples; /* each at once: an interrupt reads them */
+    s->synchronous = synchronous;
+}
+
+void ctl_observer_look(ctl_observer_t *self)
+{
+    ctl_observer_state_t *const s = &self->state;
+    if (s->memory.state.primed && (s->wait == 0U) && !s->held && !s->synchronous) { /* else nothing is learned */
+        s->seen = num_mac(s->seen, LOOK_GAIN, num_sub(num_abs(s->memory.state.value), s->seen));
+        ctl_angle_memory_look(&s->memory);
     }
 }
 
@@ -212,15 +239,14 @@ static bool rests(ctl_observer_t *self, num_t torque, num_t way)
     return rest;
 }
 
-/* May this sample be learned? & and | instead of && and ||: one branch for all of them. */
-static bool may_learn(ctl_observer_t *self, num_t torque, num_t way)
+/* What the options ask for. @return whether they let this sample be learned. */
+static bool watch(ctl_observer_t *self, num_t torque, num_t speed, num_t way)
 {
-    const ctl_observer_params_t *const p = &self->params;
-    const ctl_observer_state_t *const  s = &self->state;
-
-    const bool can_rest = (p->rest_torque > (num_t)0) | (p->rest_step > (num_t)0) | (s->rest_way > (num_t)0) | (s->rest_left > 0U);
-    const bool idle = can_rest && rests(self, torque, way);
-    return (bool)((!idle) & (!s->held) & (!s->synchronous) & ((!p->remove_mean) | s->mean_known) & (s->known > CTL_ARO_AGE_MAX));
+    const ctl_observer_state_t *const s = &self->state;
+    watch_speed(&self->state, speed);
+    const bool can = (!rests(self, torque, way)) & ((!self->params.remove_mean) | s->mean_known);
+    watch_mean(&self->state, torque, way);
+    return can;
 }
 
 static num_t read_time(const ctl_observer_t *self)
@@ -249,49 +275,37 @@ static void learn_time(ctl_observer_t *self, num_t torque, num_t gain)
     ctl_ring_push(&s->time, num_clamp(x, num_neg(m->limit), m->limit));
 }
 
-/* The angle to which T_d belongs: that of a sample, or between two. */
-static angle_t angle_then(const ctl_observer_t *self)
-{
-    const ctl_observer_state_t *const s = &self->state;
-    const uint16_t                    age_half = self->params.age_half;
-    const angle_t                     young = s->past[(s->head - (age_half >> 1)) & PAST_MASK];
-    const angle_t                     old = s->past[(s->head - ((age_half + 1U) >> 1)) & PAST_MASK];
-    return young + (angle_t)((int32_t)(old - young) >> 1); /* arithmetic on every compiler that builds this */
-}
-
 num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t w, num_t t)
 {
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
     const num_t                        limit = p->memory.limit;
-
-    uint32_t                           turned = (s->known > 0U) ? angle_size(theta - s->past[s->head]) : 0U;
+    uint32_t                           turned = (s->wait < CTL_OBSERVER_WAIT) ? angle_size(theta - s->theta) : 0U;
 
     if (turned >= ANGLE_QUARTER) { /* a jump: half way between two ages it would look like two motions */
         num_count(&s->rejected);
-        s->known = 0U;
+        s->wait = CTL_OBSERVER_WAIT;
         turned = 0U;
     }
-    const num_t way = angle_to_turns(turned);
-    s->head = (uint16_t)((s->head + 1U) & PAST_MASK);
-    s->past[s->head] = theta;
-    s->known = (uint16_t)((s->known <= CTL_ARO_AGE_MAX) ? (s->known + 1U) : s->known);
-    watch_speed(s, w);
-    const bool learn = may_learn(self, t, way);
-    watch_mean(s, t, way);
-    const num_t news = p->remove_mean ? num_sub(t, s->mean) : t;
+    const angle_t then = ctl_observer_note_angle(self, theta);
+    bool          learn = ctl_observer_may_learn(self);
+    num_t         news = t;
+    if (self->watches) {
+        learn = watch(self, t, w, angle_to_turns(turned)) & learn;
+        news = p->remove_mean ? num_sub(t, s->mean) : t;
+    }
     const num_t gain = (s->samples < p->fast_samples) ? p->fast_gain : p->memory.gain;
     num_count(&s->samples);
-    s->seen = num_mac(s->seen, SEEN_GAIN, num_sub(num_abs(news), s->seen));
+    s->ready = self->plain & (s->samples > p->fast_samples);
 
     num_t out;
     if (p->kind == CTL_OBSERVER_ARO) {
         if (learn) {
-            ctl_angle_memory_write_raw(&s->memory, angle_then(self), news, gain);
+            ctl_angle_memory_write_raw(&s->memory, then, news, gain);
         } else {
-            ctl_angle_memory_pause(&s->memory);
+            ctl_angle_memory_skip(&s->memory, then, news);
         }
-        out = ctl_angle_memory_read(&s->memory, theta + angle_from_rad_short_raw(num_mul(num_mul(w, p->rad_per_speed), p->ahead)));
+        out = ctl_angle_memory_read(&s->memory, ctl_observer_ahead(self, theta, w));
     } else if (p->kind == CTL_OBSERVER_RO) {
         learn_time(self, news, learn ? gain : (num_t)0);
         out = read_time(self);
@@ -310,7 +324,8 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
     ctl_observer_state_t *const s = &self->state;
     const bool                  held = s->held;
     s->held = held || !num_is_finite(speed) || !num_is_finite(torque); /* such a sample teaches nothing */
-    const num_t w = num_guard(speed, s->speed_slow, &s->rejected);
+    const num_t w = num_guard(speed, s->speed_known, &s->rejected);
+    s->speed_known = w;
     const num_t out = ctl_observer_step_raw(self, theta, w, num_guard(torque, s->mean, &s->rejected));
     s->held = held;
     return out;

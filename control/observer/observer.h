@@ -24,7 +24,9 @@
  * Source   Tang et al. 2020, equations 4, 7, 11, 16 and section IV. Stable for 0 < g < 2 (L_N a23 = g).
  * Total    non-finite torque or speed teaches nothing and is counted; a step of a quarter turn or more is counted, and
  *          learning waits until all ages lie after it; output within +-limit.
- * Cost     independent of N: an angle memory write and read, 8 products.
+ * Cost     independent of N: an angle memory write and read, 5 products. ctl_observer_step_usual is what an ARO without options
+ *          does in every sample once it runs, and nothing else; what looks at the speed and at the one-turn mean runs only
+ *          when an option asks for it; the quality figure and the target speed are the main loop's.
  */
 #ifndef CONTROL_OBSERVER_OBSERVER_H
 #define CONTROL_OBSERVER_OBSERVER_H
@@ -33,6 +35,7 @@
 #include "control/observer/angle_memory.h"
 
 #define CTL_ARO_AGE_MAX 31U
+#define CTL_OBSERVER_WAIT (CTL_ARO_AGE_MAX + 1U)
 
 typedef enum { CTL_OBSERVER_DOB = 0, CTL_OBSERVER_RO, CTL_OBSERVER_ARO } ctl_observer_kind_t;
 
@@ -57,10 +60,14 @@ typedef struct {
     ctl_angle_memory_t memory;    /**< ARO */
     ctl_ring_t         time;      /**< RO: X, newest first. */
     num_t              estimate;  /**< DOB */
-    angle_t            past[CTL_ARO_AGE_MAX + 1U]; /**< Newest angles, ring. */
-    uint16_t           head, known;
-    uint32_t           samples;   /**< Since the start, stops at its end. */
-    num_t              seen;      /**< Mean size of what is seen, for the quality figure. */
+    angle_t            theta;     /**< Last angle. */
+    angle_t            past[CTL_ARO_AGE_MAX + 1U]; /**< Newest angles, ring; for an odd age_half those half a sample before. */
+    uint16_t           head;
+    uint16_t           wait;      /**< Samples until all ages lie after the start, or after a jump. */
+    uint32_t           samples;   /**< Since the start, stops beyond fast_samples. */
+    bool               ready;     /**< For ctl_observer_step_usual. */
+    num_t              seen;      /**< Mean size of what is seen, for the quality figure: ctl_observer_look. */
+    num_t              speed_known; /**< Last speed that was finite: ctl_observer_step. */
     num_t              turn_sum;  /**< Of T_d over angle since the turn began... */
     num_t              turn_way;  /**< ...and the way, turns. */
     num_t              mean;      /**< Of the last full turn. */
@@ -77,6 +84,11 @@ typedef struct {
 
 typedef struct {
     ctl_observer_params_t params;
+    num_t                 ahead_per_speed; /**< Angle in rad until the output acts, per unit of speed. */
+    bool                  plain;   /**< ARO, one point a sample, lines, no option: ctl_observer_step_usual. */
+    bool                  watches; /**< An option asks for the speed or the one-turn mean. */
+    uint16_t              age;     /**< Whole samples of age_half... */
+    uint32_t              half;    /**< ...and all ones when half a sample is left, else 0. */
     ctl_observer_state_t  state;
 } ctl_observer_t;
 
@@ -99,15 +111,19 @@ enum {
  * @param capacity ARO: cells per turn; RO: longest period in samples plus 32; DOB: not used.
  */
 ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *params, num_t *memory, uint16_t capacity);
+/** Other parameters, that ctl_observer_init would accept, of the same kind; the state goes on. */
+void ctl_observer_tune(ctl_observer_t *self, const ctl_observer_params_t *params);
 /** Start again; what was learned stays when @p keep. Forgetting costs O(capacity): not for an interrupt. */
 void ctl_observer_reset(ctl_observer_t *self, bool keep);
 /** Stop or allow learning; the output goes on. */
 void ctl_observer_hold(ctl_observer_t *self, bool hold);
 /**
  * Tell the speed at which the motor is meant to turn, speed unit: gives RO its period, and says whether the encoder's
- * rounding would be learned. Cost: one 32-bit and one 64-bit product, three 32-bit divisions; call it at the rate of the speed loop.
+ * rounding would be learned. Cost: one 32-bit and one 64-bit product, three 32-bit divisions; for the main loop.
  */
 void ctl_observer_target(ctl_observer_t *self, num_t speed);
+/** Keeps the quality figure going: once a sample or less often, while it is learned. For the main loop. */
+void ctl_observer_look(ctl_observer_t *self);
 /** How far learning has come: mean size of what is still new over mean size of what is seen, 1 nothing, near 0 all. */
 num_t ctl_observer_news(const ctl_observer_t *self);
 
@@ -119,6 +135,48 @@ num_t ctl_observer_news(const ctl_observer_t *self);
  * @return estimate of the disturbance torque when an output of now acts.
  */
 num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
+/** The same for finite numbers. */
 num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
+/** The angle goes into the ring. @return the one to which T_d belongs: that of a sample, or between two. */
+static inline angle_t ctl_observer_note_angle(ctl_observer_t *self, angle_t theta)
+{
+    ctl_observer_state_t *const s = &self->state;
+    const uint32_t              back = (uint32_t)((int32_t)(s->theta - theta) >> 1); /* arithmetic on every compiler that builds this */
+    s->theta = theta;
+    s->head = (uint16_t)((s->head + 1U) & CTL_ARO_AGE_MAX);
+    s->past[s->head] = theta + (back & self->half);
+    const uint16_t then = (uint16_t)((s->head - self->age) & CTL_ARO_AGE_MAX);
+    return s->past[then];
+}
+
+/** May this sample be learned, for all that is asked of every observer? Counts down. */
+static inline bool ctl_observer_may_learn(ctl_observer_t *self)
+{
+    ctl_observer_state_t *const s = &self->state;
+    const bool                  waits = s->wait > 0U;
+    s->wait = (uint16_t)(s->wait - (waits ? 1U : 0U));
+    return (!waits) & (!s->held) & (!s->synchronous);
+}
+
+/** Where the motor will stand when an output of now acts. */
+static inline angle_t ctl_observer_ahead(const ctl_observer_t *self, angle_t theta, num_t speed)
+{
+    return theta + angle_from_rad_short_raw(num_mul(speed, self->ahead_per_speed));
+}
+
+/** Whether the next sample is one for ctl_observer_step_usual. & instead of &&: one branch for all of them. */
+static inline bool ctl_observer_is_usual(const ctl_observer_t *self)
+{
+    return self->state.ready & self->state.memory.state.primed;
+}
+
+/** ctl_observer_step_raw of a plain ARO after its fast start, for a step below a quarter turn. */
+static inline num_t ctl_observer_step_usual(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque)
+{
+    const ctl_angle_memory_params_t *const p = &self->params.memory;
+    ctl_observer_state_t *const            s = &self->state;
+    ctl_angle_memory_write_next(&s->memory, ctl_observer_note_angle(self, theta), torque, p->gain, ctl_observer_may_learn(self));
+    return num_clamp(ctl_grid_read_linear(&s->memory.state.grid, ctl_observer_ahead(self, theta, speed)), num_neg(p->limit), p->limit);
+}
 
 #endif

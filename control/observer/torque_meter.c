@@ -29,8 +29,6 @@ ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
     }
     if (d.status == CTL_OK) {
         self->state.speed_fir = fir1;
-        self->state.ref_fir = fir1;
-        self->state.torque_fir = fir2;
         self->state.rejected = 0U;
         ctl_meter_tune(self, params);
         ctl_meter_reset(self);
@@ -44,20 +42,39 @@ void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params)
     self->held_whole = (uint16_t)num_floor(params->actuation);
     self->held_part = num_sub(params->actuation, num_from_int((int16_t)self->held_whole));
     ctl_fir_tune(&self->state.speed_fir, &params->fir1);
-    ctl_fir_tune(&self->state.ref_fir, &params->fir1);
-    ctl_fir_tune(&self->state.torque_fir, &params->fir2);
+    self->is_short = (params->fir1.order + params->fir2.order) <= CTL_FIR_CASCADE_SHORT;
+    ctl_fir_cascade_tune(&self->state.torque_fir, &params->fir1, &params->fir2, NUM_C(16.0f));
 }
 
 void ctl_meter_reset(ctl_meter_t *self)
 {
     ctl_meter_state_t *const s = &self->state;
     ctl_fir_reset(&s->speed_fir, (num_t)0);
-    ctl_fir_reset(&s->ref_fir, (num_t)0);
-    ctl_fir_reset(&s->torque_fir, (num_t)0);
+    ctl_fir_cascade_reset(&s->torque_fir, (num_t)0);
     ctl_window_fill(&s->ref, (num_t)0);
     s->primed = false;
-    s->step_rad = (num_t)0;
     s->speed = (num_t)0;
+}
+
+num_t ctl_meter_speed_raw(ctl_meter_t *self) { return ctl_fir_step_raw(&self->state.speed_fir, self->state.speed); }
+
+void ctl_meter_resume_speed(ctl_meter_t *self) { ctl_fir_reset(&self->state.speed_fir, self->state.speed); }
+
+num_t ctl_meter_torque_raw(ctl_meter_t *self, angle_t theta, num_t ref_last)
+{
+    ctl_meter_state_t *const s = &self->state;
+    const num_t              way = ctl_meter_way(self, theta);
+    num_t                    speed = num_mul(way, self->params.speed_per_rad);
+    if (!s->primed) {
+        s->primed = true;
+        speed = (num_t)0;
+    } else if (num_abs(way) > self->params.step_max_rad) {
+        num_count(&s->rejected);
+        speed = s->speed;
+    } else {
+        /* as it should be */
+    }
+    return ctl_fir_cascade_step_raw(&s->torque_fir, ctl_meter_gather(self, theta, speed, ref_last)); /* (4) */
 }
 
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params)
@@ -68,5 +85,8 @@ uint16_t ctl_meter_age_half(const ctl_meter_params_t *params)
 ctl_meter_out_t ctl_meter_step(ctl_meter_t *self, angle_t theta, num_t ref_last)
 {
     ctl_meter_state_t *const s = &self->state;
-    return ctl_meter_step_raw(self, theta, num_guard(ref_last, ctl_window_newest(&s->ref)[0], &s->rejected));
+    const num_t              before = num_mul(ctl_window_newest(&s->ref)[0], NUM_C(16.0f));
+    const num_t              torque = ctl_meter_torque_raw(self, theta, num_guard(ref_last, before, &s->rejected));
+    const ctl_meter_out_t    out = {ctl_meter_speed_raw(self), torque};
+    return out;
 }

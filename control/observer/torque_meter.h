@@ -3,9 +3,12 @@
  * @brief The disturbance torque that moves the shaft, "measured" from the encoder and the torque reference.
  *
  *     w[k]     = (theta[k] - theta[k-1]) / T_s                              age 1/2                      (1)
- *     w_f      = FIR1(w)                                                    + n1 / 2                     (2)
- *     T_sum[k] = (w_f[k] - a22 w_f[k-1]) / a23                              + 1/2                        (3)
- *     T_d      = FIR2( T_sum - FIR1(T_ref delayed) )                        + n2 / 2                     (4)
+ *     w_f      = FIR1(w), for whoever asks for the speed                    + n1 / 2                     (2)
+ *     T_sum[k] = (w[k] - a22 w[k-1]) / a23                                  + 1/2                        (3)
+ *     T_d      = FIR2( FIR1( T_sum - T_ref delayed ) )                      + n1 / 2 + n2 / 2            (4)
+ *
+ * The paper filters first, T_sum from w_f and T_ref by itself, and has three filters. All of it is linear, so the order
+ * makes no difference, and FIR1 and FIR2 are one filter whose taps are the convolution of theirs: one in place of three.
  *
  * Torque is counted in the unit of the torque reference, usually ampere of q current: then a23 = T_s k_T / J.
  *
@@ -18,13 +21,13 @@
  * Source   Tang et al. 2020, equations 18 to 20, with the ages corrected.
  * Total    a non-finite reference counts as the one before it; a step of angle beyond `step_max` (a jump) counts as the
  *          step before. Both are counted.
- * Cost     three FIR filters and 4 products.
+ * Cost     one FIR filter of n1 + n2 and 5 products; the speed, where it is asked for, another filter.
  */
 #ifndef CONTROL_OBSERVER_TORQUE_METER_H
 #define CONTROL_OBSERVER_TORQUE_METER_H
 
 #include "control/numeric/angle.h"
-#include "control/observer/fir.h"
+#include "control/observer/fir_cascade.h"
 
 typedef struct {
     num_t            speed_per_rad;  /**< Speed unit per rad and sample: 1 / (T_s base), > 0. */
@@ -36,10 +39,11 @@ typedef struct {
 } ctl_meter_params_t;
 
 typedef struct {
-    ctl_fir_t    speed_fir, torque_fir, ref_fir;
-    ctl_window_t ref;             /**< Newest references. */
+    ctl_fir_t         speed_fir;  /**< FIR1. */
+    ctl_fir_cascade_t torque_fir; /**< FIR1 and FIR2, times 16. */
+    ctl_window_t ref;             /**< Newest references over 16. */
     angle_t      theta;
-    num_t        step_rad, speed; /**< Last step and last filtered speed. */
+    num_t        speed;           /**< Of the last step of the angle. */
     bool         primed;
     uint32_t     rejected;
 } ctl_meter_state_t;
@@ -48,6 +52,7 @@ typedef struct {
     ctl_meter_params_t params;
     uint16_t           held_whole; /**< params.actuation in samples... */
     num_t              held_part;  /**< ...and what is left, [0, 1). */
+    bool               is_short;   /**< FIR1 and FIR2 together have an order up to CTL_FIR_CASCADE_SHORT. */
     ctl_meter_state_t  state;
 } ctl_meter_t;
 
@@ -72,35 +77,41 @@ uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);
  */
 ctl_meter_out_t ctl_meter_step(ctl_meter_t *self, angle_t theta, num_t ref_last);
 
-static inline ctl_meter_out_t ctl_meter_step_raw(ctl_meter_t *self, angle_t theta, num_t ref_last)
+/** T_d alone, for a finite reference. */
+num_t ctl_meter_torque_raw(ctl_meter_t *self, angle_t theta, num_t ref_last);
+/** (2), once after each ctl_meter_torque_raw; its age is 1/2 + n1/2 samples. */
+num_t ctl_meter_speed_raw(ctl_meter_t *self);
+/** After a pause in which nobody asked for the speed: its filter starts from the speed of now. */
+void  ctl_meter_resume_speed(ctl_meter_t *self);
+
+/** Angle since the last sample, rad. */
+static inline num_t ctl_meter_way(const ctl_meter_t *self, angle_t theta) { return angle_to_rad_signed(theta - self->state.theta); }
+
+/** No first angle, no jump, and a filter that ctl_meter_torque_usual can do. */
+static inline bool ctl_meter_is_usual(const ctl_meter_t *self, num_t way)
+{
+    return self->is_short & self->state.primed & (num_abs(way) <= self->params.step_max_rad);
+}
+
+/** What (4) filters, over 16; @p speed from (1). */
+static inline num_t ctl_meter_gather(ctl_meter_t *self, angle_t theta, num_t speed, num_t ref_last)
 {
     const ctl_meter_params_t *const p = &self->params;
     ctl_meter_state_t *const        s = &self->state;
 
-    if (!s->primed) {
-        s->primed = true;
-        s->theta = theta;
-    }
-    const num_t step = angle_to_rad_signed(theta - s->theta);
-    if (num_abs(step) <= p->step_max_rad) {
-        s->step_rad = step;
-    } else {
-        num_count(&s->rejected);
-    }
+    const num_t sum = num_mul(num_sub(speed, num_mul(p->a22, s->speed)), p->torque_per_16);
     s->theta = theta;
-
-    /* (1) to (3) */
-    const num_t speed = ctl_fir_step_raw(&s->speed_fir, num_mul(s->step_rad, p->speed_per_rad));
-    const num_t gained = num_sub(speed, num_mul(p->a22, s->speed));
-    const num_t sum = num_mul(num_mul(gained, p->torque_per_16), NUM_C(16.0f));
     s->speed = speed;
 
     /* [0] of the window is the reference of sample k - 1, hence actuation + 1 is delay `actuation` there */
-    const num_t *const young = &ctl_window_push(&s->ref, ref_last)[self->held_whole];
-    const num_t        held = num_mac(young[0], self->held_part, num_sub(young[1], young[0]));
+    const num_t *const young = &ctl_window_push(&s->ref, num_mul(ref_last, NUM_C(0.0625f)))[self->held_whole];
+    return num_sub(sum, num_mac(young[0], self->held_part, num_sub(young[1], young[0])));
+}
 
-    const ctl_meter_out_t out = {speed, ctl_fir_step_raw(&s->torque_fir, num_sub(sum, ctl_fir_step_raw(&s->ref_fir, held)))}; /* (4) */
-    return out;
+/** ctl_meter_torque_raw where ctl_meter_is_usual holds. */
+static inline num_t ctl_meter_torque_usual(ctl_meter_t *self, angle_t theta, num_t way, num_t ref_last)
+{
+    return ctl_fir_cascade_step_short(&self->state.torque_fir, ctl_meter_gather(self, theta, num_mul(way, self->params.speed_per_rad), ref_last));
 }
 
 #endif

@@ -89,7 +89,7 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     }
 
     s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / s->scale.voltage_v) : NUM_MAX;
-    s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s);
+    s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s / DRIVE_TWO_PI);
     s->id_limit = num_from_float(p->id_limit_a / s->scale.current_a);
     s->align_current = num_from_float(p->align_current_a / s->scale.current_a);
     /* a twentieth of the alignment as lead time damps every rotor that swings at 20 rad or more in that time */

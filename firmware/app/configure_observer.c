@@ -46,6 +46,7 @@ uint16_t drive_make_observer(const drive_params_t *p, drive_setup_t *s)
     o->encoder_counts = (uint32_t)p->encoder_counts;
     o->sync_band = num_from_float(p->aro_sync_hz * ts_s);
     s->observer_hold = p->observer_hold != 0U;
+    s->observer_direct = s->observer_used && (s->meter.step_max_rad < NUM_C(1.57f));
     s->observer_capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
     return PARAM_COUNT;
 }
@@ -116,14 +117,16 @@ void drive_take_over_observer(drive_t *d, const drive_setup_t *before, const dri
                              (before->observer_capacity == s->observer_capacity);
     if (s->meter_used && same_chain) {
         ctl_meter_tune(&d->observer.meter, &s->meter);
+        if (before->speed_source != DRIVE_SPEED_FIR) {
+            ctl_meter_resume_speed(&d->observer.meter);
+        }
     } else if (s->meter_used) {
         (void)ctl_meter_init(&d->observer.meter, &s->meter);
     } else {
         /* nobody looks at it */
     }
     if (s->observer_used && same_memory) {
-        d->observer.observer.params = s->observer;
-        d->observer.observer.state.memory.params = s->observer.memory;
+        ctl_observer_tune(&d->observer.observer, &s->observer);
     } else if (s->observer_used) {
         (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
     } else {

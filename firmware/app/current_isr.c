@@ -38,17 +38,15 @@ void drive_rest(drive_t *d)
     d->speed.error = (num_t)0;
 }
 
+static angle_t encoder_angle(const drive_t *d) { return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m; }
+
+/* The tracking filter has been set on a first angle: take_sample. */
 static void track(drive_t *d)
 {
     drive_tracking_t *const t = &d->tracking;
-    const angle_t           raw = angle_from_rad_raw(num_from_finite(d->sample.theta_m_rad));
 
-    t->theta_m = d->setup.encoder_reversed ? (0U - raw) : raw;
+    t->theta_m = encoder_angle(d);
     t->theta_e = (t->theta_m * d->setup.pole_pairs) + t->zero_e;
-    if (!t->locked) {
-        ctl_pll_reset(&t->pll, t->theta_m);
-        t->locked = true;
-    }
     (void)ctl_pll_step(&t->pll, t->theta_m);
 }
 
@@ -66,16 +64,34 @@ static void check_motion(drive_t *d)
     }
 }
 
-/* Disturbance torque, measured, and expected for the moment when a reference of now will act. */
+/* Samples that are not usual, and observers with options. */
+static void observe_otherwise(drive_t *d)
+{
+    drive_observer_t *const o = &d->observer;
+    o->seen.torque = ctl_meter_torque_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
+    if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
+        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, d->tracking.pll.state.w, o->seen.torque);
+    }
+}
+
+/* Disturbance torque, measured, and expected for the moment when a reference of now will act. One branch for all that is
+ * not usual. */
 static void observe(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     if (!d->setup.meter_used) {
         return;
     }
-    o->seen = ctl_meter_step_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
-    if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
-        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, o->seen.speed, o->seen.torque);
+    const angle_t theta = d->tracking.theta_m;
+    const num_t   way = ctl_meter_way(&o->meter, theta);
+    if (d->setup.observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) & ctl_observer_is_usual(&o->observer)) {
+        o->seen.torque = ctl_meter_torque_usual(&o->meter, theta, way, d->current.ref.q);
+        o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
+    } else {
+        observe_otherwise(d);
+    }
+    if (d->setup.speed_source == DRIVE_SPEED_FIR) {
+        o->seen.speed = ctl_meter_speed_raw(&o->meter);
     }
 }
 
@@ -88,24 +104,14 @@ static void speed_tick(drive_t *d, uint32_t now_cyc)
     d->speed_count = (uint16_t)(d->setup.speed_divider - 1U);
 
     drive_speed_t *const s = &d->speed;
-    const bool           failed = hal_encoder_edge(&s->edge) == HAL_SENSOR_FAULT;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (d->setup.observer_used) {
-        ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
-    }
-    s->tracked = (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
-    if (failed | d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
-        if (failed) {
-            drive_trip(d, FAULT_encoder_error);
-        }
+    if (d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
         if (d->setup.speed_inline) {
             drive_speed_step(d);
             return;
         }
-        if (d->speed_busy != 0U) { /* the last one has not ended */
-            drive_trip(d, FAULT_speed_overrun);
-        }
+        drive_trip(d, FAULT_speed_overrun); /* the last one has not ended */
     }
     d->speed_busy = 1U;
     hal_clock_request_speed_isr();
@@ -122,18 +128,16 @@ static void measure_currents(drive_t *d, angle_t theta_e)
 
 static void control_by_pi(drive_current_t *c, num_t limit)
 {
-    const ctl_dq_t wanted = {ctl_pi_output_raw(&c->d, num_sub(c->ref.d, c->meas.d)), ctl_pi_output_raw(&c->q, num_sub(c->ref.q, c->meas.q))};
-    if (ctl_vector_limit_raw(wanted, limit, &c->volt)) {
-        ctl_pi_learn_raw(&c->d);
-        ctl_pi_learn_raw(&c->q);
-    } else {
-        ctl_pi_hold(&c->d); /* the vector was limited: both axes hold */
-        ctl_pi_hold(&c->q);
+    const ctl_dq_t err = {num_sub(c->ref.d, c->meas.d), num_sub(c->ref.q, c->meas.q)};
+    const ctl_dq_t wanted = {ctl_pi_propose_raw(&c->d, err.d), ctl_pi_propose_raw(&c->q, err.q)};
+    if (ctl_vector_limit_raw(wanted, limit, &c->volt)) { /* else both axes hold */
+        ctl_pi_learn_from_raw(&c->d, err.d);
+        ctl_pi_learn_from_raw(&c->q, err.q);
     }
 }
 
-/* ahead: electrical angle at which the voltage will act */
-static void control_currents(drive_t *d, angle_t ahead)
+/* The voltage will act at `lead` turns beyond the electrical angle `at`. */
+static void control_currents(drive_t *d, angle_t at, num_t lead)
 {
     drive_current_t *const c = &d->current;
     const num_t            v_dc = num_max(drive_per_base(d->sample.vdc_v, d->scale.inv_voltage), V_DC_MIN);
@@ -147,8 +151,8 @@ static void control_currents(drive_t *d, angle_t ahead)
     }
 
     ctl_rotor_t rotor;
-    angle_sincos(ahead, &rotor.sine, &rotor.cosine);
-    const ctl_abc_t  duty = ctl_svm_raw(ctl_inverse_park_raw(c->volt, rotor), v_dc);
+    angle_sincos_lead(at, lead, &rotor.sine, &rotor.cosine);
+    const ctl_abc_t  duty = ctl_svm_open_raw(ctl_inverse_park_raw(c->volt, rotor), v_dc);
     const hal_duty_t out = {num_to_float(duty.a), num_to_float(duty.b), num_to_float(duty.c)};
     (void)hal_inverter_set_duty(&out);
 }
@@ -157,7 +161,9 @@ static void take_references(drive_t *d)
 {
     const drive_command_t *const cmd = drive_active_command(d); /* its numbers are finite: drive_command */
     const num_t                  id = drive_per_base(cmd->id_ref_a, d->scale.inv_current);
-    const num_t iq = (cmd->mode != DRIVE_MODE_CURRENT) ? num_sub(d->speed.iq_ref, d->observer.estimate) : drive_per_base(cmd->iq_ref_a, d->scale.inv_current);
+    const num_t                  asked = drive_per_base(cmd->iq_ref_a, d->scale.inv_current);
+    const num_t                  needed = num_sub(d->speed.iq_ref, d->observer.estimate);
+    const num_t                  iq = (cmd->mode == DRIVE_MODE_CURRENT) ? asked : needed;
 
     d->current.ref.d = num_clamp(id, num_neg(d->setup.id_limit), d->setup.id_limit);
     d->current.ref.q = num_clamp(iq, d->setup.speed_pi.out_min, d->setup.speed_pi.out_max);
@@ -185,16 +191,16 @@ static void add_to_calibration(drive_t *d)
 static void act(drive_t *d)
 {
     angle_t at = d->tracking.theta_e;
-    angle_t ahead;
+    num_t   lead = (num_t)0;
     if (d->state == DRIVE_RUN) {
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
-        ahead = at + angle_from_rad_short_raw(num_mul(d->setup.advance, d->tracking.pll.state.w));
+        lead = num_mul(d->setup.advance, d->tracking.pll.state.w);
     } else if (d->state == DRIVE_ALIGN) {
         const ctl_dq_t ref = {d->setup.align_current, (num_t)0};
         d->current.ref = ref;
         at = alignment_angle(d);
-        ahead = at;
+        d->periods_in_state = (uint16_t)(d->periods_in_state + ((d->periods_in_state < UINT16_MAX) ? 1U : 0U));
     } else {
         if (d->state == DRIVE_OFFSET_CALIBRATION) {
             add_to_calibration(d);
@@ -205,7 +211,7 @@ static void act(drive_t *d)
         return;
     }
     measure_currents(d, at);
-    control_currents(d, ahead);
+    control_currents(d, at, lead);
 }
 
 /* The gate: a sample that passes needs no further judgement and may be calculated with. NaN compares false. & instead of
@@ -220,10 +226,10 @@ static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
     d->ia_a = a;
     d->ib_a = b;
     d->ic_a = c;
-    return (bool)((hal_inverter_fault() == HAL_INVERTER_FINE) & (status == HAL_OK) & (s->seq == (previous_seq + 1U)) &
+    return (bool)((status == HAL_OK) & (s->seq == (previous_seq + 1U)) &
                   (a <= p->over_current_a) & (a >= -p->over_current_a) & (b <= p->over_current_a) & (b >= -p->over_current_a) &
                   (c <= p->over_current_a) & (c >= -p->over_current_a) & (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
-                  (s->theta_m_rad <= 100.0f) & (s->theta_m_rad >= -100.0f) & d->seen_sample);
+                  d->tracking.locked); /* hence not the first one */
 }
 
 static bool take_sample(drive_t *d)
@@ -235,17 +241,22 @@ static bool take_sample(drive_t *d)
         d->bad_samples = 0U;
         return true;
     }
-    return drive_check_sample(d, status, previous_seq);
+    const bool usable = drive_check_sample(d, status, previous_seq);
+    if (usable && !d->tracking.locked) {
+        ctl_pll_reset(&d->tracking.pll, encoder_angle(d));
+        d->tracking.locked = true;
+    }
+    return usable;
 }
 
 void drive_current_isr(drive_t *d)
 {
-    const uint32_t started = hal_clock_cyc();
-
     if ((d->next_ready != 0U) && (d->speed_busy == 0U)) {
         drive_take_over(d);
     }
-    if (take_sample(d)) {
+    const bool     usable = take_sample(d);
+    const uint32_t started = d->sample.at_cyc;
+    if (usable) {
         track(d);
         check_motion(d);
         observe(d);
@@ -254,13 +265,13 @@ void drive_current_isr(drive_t *d)
     } else {
         set_zero_voltage(); /* nothing to control with */
     }
-    const uint16_t periods = d->periods_in_state;
-    d->periods_in_state = (uint16_t)(periods + ((periods < UINT16_MAX) ? 1U : 0U));
-
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;
-    timing_note(&d->timing.current, d->timing.epoch, took_cyc);
-    if (took_cyc > d->setup.period_cyc) {
-        drive_trip(d, FAULT_isr_overrun);
+    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > d->setup.period_cyc)) { /* one branch for both */
+        timing_follow(&d->timing.current, d->timing.epoch);
+        if (took_cyc > d->setup.period_cyc) {
+            drive_trip(d, FAULT_isr_overrun);
+        }
     }
+    timing_note_raw(&d->timing.current, took_cyc);
 }

@@ -99,10 +99,11 @@ typedef struct {
     ctl_observer_params_t observer;
     uint16_t         observer_capacity;
     bool             observer_used, meter_used, deadbeat_used, observer_hold;
+    bool             observer_direct; /**< There is one, and a step of the angle is below a quarter turn. */
     drive_position_setup_t position;
     num_t            error_scale;     /**< Speed error to loop error. */
     num_t            voltage_limit;   /**< NUM_MAX: follow the dc link. */
-    num_t            advance;         /**< Voltage angle advance per mechanical speed, rad electrical. */
+    num_t            advance;         /**< Voltage angle advance per mechanical speed, turns electrical. */
     num_t            id_limit, align_current;
     num_t            align_damping;   /**< Lead of the alignment vector against a mechanical speed, rad electrical. */
     angle_t          encoder_offset;  /**< Electrical. */
@@ -141,10 +142,9 @@ typedef struct {
     ctl_pi_t           pi;
     ctl_mt_t           mt;
     ctl_rc_t           rc;
-    hal_encoder_edge_t edge;     /**< Written by the current interrupt at the speed tick. */
-    uint32_t           now_cyc;
+    hal_encoder_edge_t edge;     /**< Newest, read by the speed interrupt. */
+    uint32_t           now_cyc;  /**< Of the speed tick; the following, too, come from the current interrupt. */
     angle_t            theta_e;
-    num_t              tracked;  /**< Speed of the tracking filter or of the FIR filter at the speed tick. */
     num_t              meas, error, correction;
     num_t              iq_ref;   /**< Read by the current interrupt. */
     float              ref_rad_s;
@@ -203,7 +203,7 @@ typedef struct {
     drive_observer_t observer;
     drive_position_t position;
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
-    volatile uint16_t periods_in_state;         /**< Stops at 65535. */
+    volatile uint16_t periods_in_state;         /**< Of the alignment; stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */
     bool             seen_sample;
     uint32_t         rejected;

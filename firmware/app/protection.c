@@ -70,7 +70,7 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
         drive_trip(d, FAULT_encoder_error);
         return false;
     }
-    if (!is_number(s->ia_a) || !is_number(s->ib_a) || !is_number(s->ic_a) || !is_number(s->vdc_v) || !inside(s->theta_m_rad, 100.0f)) {
+    if (!is_number(s->ia_a) || !is_number(s->ib_a) || !is_number(s->ic_a) || !is_number(s->vdc_v)) {
         num_count(&d->rejected);
         if (d->bad_samples < UINT16_MAX) {
             d->bad_samples++;

@@ -4,9 +4,12 @@
 static num_t measure_speed(drive_t *d)
 {
     drive_speed_t *const s = &d->speed;
+    if (hal_encoder_edge(&s->edge) == HAL_SENSOR_FAULT) {
+        drive_trip(d, FAULT_encoder_error);
+    }
     const num_t          mt = ctl_mt_step(&s->mt, s->edge.edge_count, s->edge.edge_cyc, s->now_cyc);
     if (d->setup.speed_source != DRIVE_SPEED_MT) {
-        return s->tracked;
+        return (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
     }
     return d->setup.encoder_reversed ? num_neg(mt) : mt;
 }

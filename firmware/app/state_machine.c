@@ -116,6 +116,15 @@ static void wait_for_start(drive_t *d)
     d->start_wanted = false;
 }
 
+/* What the observer is told and asked at leisure. */
+static void attend_observer(drive_t *d)
+{
+    if (d->setup.observer_used) {
+        ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
+        ctl_observer_look(&d->observer.observer);
+    }
+}
+
 void drive_background(drive_t *d)
 {
     if (d->stop_wanted) {
@@ -174,6 +183,7 @@ void drive_background(drive_t *d)
     }
     d->stop_wanted = false;
     d->clear_wanted = false;
+    attend_observer(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)

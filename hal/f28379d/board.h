@@ -33,6 +33,7 @@
  * next duties loaded. One sample, one whole period to calculate, one load: the delay that the simulator has. */
 #define BOARD_DUTY_MAX 0.97f        /* low side on for 3 us - 0.5 us: the shunts are read in every period [derived] */
 #define BOARD_DUTY_MEASURABLE 0.94f /* above it a shunt has less than 2.5 us to settle before the sample [check] */
+#define BOARD_COMPARE_MEASURABLE 300U /* [derived] that duty as a compare value */
 
 /* Pins of the bridge stay inputs, pulled down in the driver, until the trip is armed. */
 #define BOARD_PIN_PWM_FIRST 0U /* GPIO0..5: HA LA HB LB HC LC */
@@ -99,6 +100,8 @@
 #define BOARD_PIN_QEP_B 21U
 #define BOARD_PIN_QEP_I 99U
 #define BOARD_ENCODER_COUNTS UINT32_C(4000) /* 1000 lines, every edge */
+#define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts... */
+#define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] ...and what is left of it, 2^-16 */
 #define BOARD_QEP_FILTER_SYSCLK 20U /* 6 equal samples 100 ns apart: edges closer than 0.6 us are noise; 390 r/s at 4000 counts */
 #define BOARD_CAPTURE_CYC UINT32_C(2) /* SYSCLK per step of the edge timer: wraps after 131 070 cycles, 6 periods */
 #define BOARD_CAPTURE_DIVIDER EQEP_CAPTURE_CLK_DIV_2

@@ -20,6 +20,6 @@ uint32_t hal_clock_hz(void) { return BOARD_SYSCLK_HZ; }
 /* CPU line 14, CPU timer 2, whose timer stands: no PIE, no acknowledge, and a lower priority than the converter. */
 BOARD_RAM_CODE void hal_clock_request_speed_isr(void)
 {
-    port_watchdog_speed_wanted();
+    port_life.speed_wishes++;
     IFR |= INTERRUPT_CPU_INT14;
 }

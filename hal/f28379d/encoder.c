@@ -11,10 +11,9 @@
 
 #define RAD_PER_COUNT (6.28318531f / (float)BOARD_ENCODER_COUNTS)
 
-static uint32_t           position; /* as latched, [0, counts) */
+port_encoder_t            port_encoder;
 static int32_t            unwrapped;
 static hal_encoder_edge_t edge;
-static bool               failed;
 
 void port_encoder_init(void)
 {
@@ -31,9 +30,10 @@ void port_encoder_init(void)
     const hal_encoder_edge_t none = {0, 0U, false, 0.0f};
     edge = none;
     edge.edge_cyc = hal_clock_cyc();
-    position = 0U;
+    port_encoder.position = 0U;
+    port_encoder.at_cyc = edge.edge_cyc;
+    port_encoder.failed = false;
     unwrapped = 0;
-    failed = false;
 }
 
 /* Counts from one position to another, the short way round. */
@@ -53,9 +53,10 @@ BOARD_RAM_CODE void port_encoder_latch(void)
     const uint32_t now_cyc = hal_clock_cyc();
     const uint32_t read = EQEP_getPosition(BOARD_EQEP_BASE); /* latches the capture timer */
     const uint16_t since = EQEP_getCaptureTimerLatch(BOARD_EQEP_BASE);
-    const int32_t  moved = short_way(position, read);
+    const int32_t  moved = short_way(port_encoder.position, read);
 
-    position = read;
+    port_encoder.position = read;
+    port_encoder.at_cyc = now_cyc;
     if (moved != 0) {
         unwrapped = (int32_t)((uint32_t)unwrapped + (uint32_t)moved); /* wraps at 2^32 */
         /* upwards the edge lies at the count it leads to, downwards at the one it came from */
@@ -70,17 +71,18 @@ BOARD_RAM_CODE void port_encoder_latch(void)
         edge.index_seen = true;
         EQEP_clearInterruptStatus(BOARD_EQEP_BASE, EQEP_INT_INDEX_EVNT_LATCH);
     }
-    failed = (events & EQEP_INT_PHASE_ERROR) != 0U;
-    if (failed) {
+    port_encoder.failed = (events & EQEP_INT_PHASE_ERROR) != 0U;
+    if (port_encoder.failed) {
         EQEP_clearInterruptStatus(BOARD_EQEP_BASE, EQEP_INT_PHASE_ERROR);
     }
 }
 
-BOARD_RAM_CODE float port_encoder_angle_rad(void) { return (float)position * RAD_PER_COUNT; }
-BOARD_RAM_CODE bool  port_encoder_failed(void) { return failed; }
-
 BOARD_RAM_CODE hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
+    const bool were_off = Interrupt_disableGlobal(); /* the current interrupt latches a newer one */
     *out = edge;
-    return failed ? HAL_SENSOR_FAULT : HAL_OK;
+    if (!were_off) {
+        (void)Interrupt_enableGlobal();
+    }
+    return port_encoder.failed ? HAL_SENSOR_FAULT : HAL_OK;
 }

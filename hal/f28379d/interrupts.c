@@ -52,7 +52,7 @@ BOARD_RAM_CODE void port_current_begin(void)
 BOARD_RAM_CODE void port_current_end(void)
 {
     port_link_pump();
-    port_watchdog_current_ran();
+    port_life.current_runs++;
     GPIO_writePin(BOARD_PIN_PROBE, 0U);
     Interrupt_clearACKGroup(INTERRUPT_ACK_GROUP1);
 }
@@ -67,7 +67,7 @@ BOARD_RAM_CODE void port_speed_begin(void)
 BOARD_RAM_CODE void port_speed_end(void)
 {
     DINT; /* an interrupt that enabled interrupts disables them before it returns (errata) */
-    port_watchdog_speed_ran();
+    port_life.speed_runs++;
 }
 
 void port_background(void)

@@ -22,14 +22,14 @@ void port_clock_init(void);
 /* pwm.c */
 void  port_pwm_init(void);  /* counters stand */
 void  port_pwm_start(void); /* all three at once */
-float port_pwm_duty_max(uint16_t *phase); /* largest duty around the newest sample, and whose it is */
-void  port_pwm_sampled(void);             /* from now on the duties set next count */
+void  port_pwm_sampled(void); /* from now on the duties set next count */
 
 /* trip.c */
 void port_trip_init(void);          /* ends with the one-shot trip set */
 bool port_trip_is_set(void);        /* on all three modules */
 bool port_trip_self_test(void);     /* each comparator trips each module; leaves the trip set */
 void port_trip_release_if_armed(void);
+void port_trip_look(void);          /* note what the hardware has found */
 void port_trip_note(hal_inverter_fault_t fault);
 bool port_trip_bridge_is_off(void);
 
@@ -38,8 +38,6 @@ void port_sampling_init(void);
 void port_sampling_take(void);
 void  port_encoder_init(void);
 void  port_encoder_latch(void);
-float port_encoder_angle_rad(void);
-bool  port_encoder_failed(void);
 
 /* gate_driver.c */
 bool                 port_driver_init(void);
@@ -58,8 +56,50 @@ void     port_interrupts_init(void);
 /* watchdog.c: proofs of life */
 void port_watchdog_start(void);
 void port_watchdog_service(void);
-void port_watchdog_current_ran(void);
-void port_watchdog_speed_wanted(void);
-void port_watchdog_speed_ran(void);
+
+/* ---- between the files, read by an interrupt: a call would cost more than what it does -------------------------------- */
+
+/* trip.c: reasons for which a module has tripped by itself */
+#define PORT_TRIP_HARDWARE_FLAGS (EPWM_TZ_OST_FLAG_OST1 | EPWM_TZ_OST_FLAG_DCAEVT1)
+extern volatile hal_inverter_fault_t port_trip_latched;
+static inline uint16_t port_trip_flags(void)
+{
+    return (EPWM_getOneShotTripZoneFlagStatus(EPWM1_BASE) | EPWM_getOneShotTripZoneFlagStatus(EPWM2_BASE) |
+            EPWM_getOneShotTripZoneFlagStatus(EPWM3_BASE)) &
+           PORT_TRIP_HARDWARE_FLAGS;
+}
+
+/* pwm.c: compare values, small for a long pulse, in force before the newest sample, and that came into force at it */
+typedef struct {
+    uint16_t compare[BOARD_PHASES];
+    uint16_t longest; /* the smallest of them */
+} port_pulses_t;
+extern port_pulses_t port_pwm_before, port_pwm_after;
+
+/* One instruction each; see control/numeric/fpu.h. */
+#ifdef __TMS320C28XX_FPU32__
+static inline float port_min(float a, float b) { return __fmin(a, b); }
+static inline float port_max(float a, float b) { return __fmax(a, b); }
+#elif defined(EVENSPIN_TMU_MARKED)
+float port_min(float a, float b);
+float port_max(float a, float b);
+#else
+static inline float port_min(float a, float b) { return (a < b) ? a : b; }
+static inline float port_max(float a, float b) { return (a > b) ? a : b; }
+#endif
+
+/* encoder.c: as latched */
+typedef struct {
+    uint32_t position; /* [0, counts) */
+    uint32_t at_cyc;
+    bool     failed;
+} port_encoder_t;
+extern port_encoder_t port_encoder;
+
+/* watchdog.c: proofs of life */
+typedef struct {
+    volatile uint16_t current_runs, speed_wishes, speed_runs;
+} port_life_t;
+extern port_life_t port_life;
 
 #endif

@@ -3,8 +3,8 @@
 
 static BOARD_RAM_TABLE uint32_t BASE[BOARD_PHASES] = BOARD_EPWM_BASES;
 
-/* Duty in force before the newest sample, set to come into force at it, and set for the next one. */
-static float before[BOARD_PHASES], after[BOARD_PHASES], next[BOARD_PHASES];
+port_pulses_t        port_pwm_before, port_pwm_after;
+static port_pulses_t next; /* set for the next sample */
 
 static void init_time_base(uint32_t base)
 {
@@ -46,10 +46,12 @@ void port_pwm_init(void)
         init_time_base(BASE[k]);
         init_actions(BASE[k]);
         init_dead_band(BASE[k]);
-        before[k] = 0.5f;
-        after[k] = 0.5f;
-        next[k] = 0.5f;
     }
+    const uint16_t      half = BOARD_PWM_COUNTS / 2U;
+    const port_pulses_t halves = {{half, half, half}, half};
+    port_pwm_before = halves;
+    port_pwm_after = halves;
+    next = halves;
     EPWM_setADCTriggerSource(EPWM1_BASE, EPWM_SOC_A, EPWM_SOC_TBCTR_ZERO); /* middle of the low-side pulses */
     EPWM_setADCTriggerEventPrescale(EPWM1_BASE, EPWM_SOC_A, 1U);           /* 0 would never fire */
 }
@@ -60,47 +62,36 @@ void port_pwm_start(void)
     SysCtl_enablePeripheral(SYSCTL_PERIPH_CLK_TBCLKSYNC);
 }
 
-/* Cut to what the bridge can do; a NaN becomes 0. */
-static float cut(float duty)
+/* High from up-count to down-count of CMPA: duty = 1 - CMPA / period, cut to what the bridge can do; a NaN becomes 0. At CMPA =
+ * period both events would fall on the turning point; one count less is a pulse of 20 ns, which the dead band swallows. */
+static inline float compare_of(float duty)
 {
-    return (duty > 0.0f) ? ((duty < BOARD_DUTY_MAX) ? duty : BOARD_DUTY_MAX) : 0.0f;
-}
-
-/* High from up-count to down-count of CMPA: duty = 1 - CMPA / period. At CMPA = period both events would fall on the
- * turning point; one count less is a pulse of 20 ns, which the dead band swallows. */
-static uint16_t compare_of(float duty)
-{
-    const uint16_t on = (uint16_t)((duty * (float)BOARD_PWM_COUNTS) + 0.5f);
-    return (on > 0U) ? (uint16_t)(BOARD_PWM_COUNTS - on) : (uint16_t)(BOARD_PWM_COUNTS - 1U);
+    const float least = ((1.0f - BOARD_DUTY_MAX) * (float)BOARD_PWM_COUNTS) + 0.5f;
+    const float most = (float)BOARD_PWM_COUNTS - 0.5f;
+    const float compare = ((float)BOARD_PWM_COUNTS + 0.5f) - (duty * (float)BOARD_PWM_COUNTS);
+    return port_max(port_min(compare, most), least);
 }
 
 BOARD_RAM_CODE hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
 {
-    const float wanted[BOARD_PHASES] = {duty->a, duty->b, duty->c};
-    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
-        next[k] = cut(wanted[k]);
-        EPWM_setCounterCompareValue(BASE[k], EPWM_COUNTER_COMPARE_A, compare_of(next[k]));
-    }
+    const float    compare_a = compare_of(duty->a);
+    const float    compare_b = compare_of(duty->b);
+    const float    compare_c = compare_of(duty->c);
+    const uint16_t a = (uint16_t)compare_a;
+    const uint16_t b = (uint16_t)compare_b;
+    const uint16_t c = (uint16_t)compare_c;
+    EPWM_setCounterCompareValue(EPWM1_BASE, EPWM_COUNTER_COMPARE_A, a);
+    EPWM_setCounterCompareValue(EPWM2_BASE, EPWM_COUNTER_COMPARE_A, b);
+    EPWM_setCounterCompareValue(EPWM3_BASE, EPWM_COUNTER_COMPARE_A, c);
+    next.compare[0] = a;
+    next.compare[1] = b;
+    next.compare[2] = c;
+    next.longest = (uint16_t)port_min(compare_a, port_min(compare_b, compare_c));
     return HAL_OK;
 }
 
 BOARD_RAM_CODE void port_pwm_sampled(void)
 {
-    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
-        before[k] = after[k];
-        after[k] = next[k];
-    }
-}
-
-BOARD_RAM_CODE float port_pwm_duty_max(uint16_t *phase)
-{
-    float largest = -1.0f;
-    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
-        const float duty = (before[k] > after[k]) ? before[k] : after[k];
-        if (duty > largest) {
-            largest = duty;
-            *phase = k;
-        }
-    }
-    return largest;
+    port_pwm_before = port_pwm_after;
+    port_pwm_after = next;
 }

@@ -44,49 +44,68 @@ BOARD_RAM_CODE void port_sampling_take(void)
     fresh = true;
 }
 
-BOARD_RAM_CODE static float current_a(uint32_t result)
+static inline float current_a(uint32_t result)
 {
-    const float code = (float)ADC_readResult(result, ADC_SOC_NUMBER0);
-    return (code - BOARD_CURRENT_ZERO_CODE) * (BOARD_CURRENT_SIGN * BOARD_A_PER_CODE);
+    return ((float)ADC_readResult(result, ADC_SOC_NUMBER0) * (BOARD_CURRENT_SIGN * BOARD_A_PER_CODE)) -
+           (BOARD_CURRENT_ZERO_CODE * (BOARD_CURRENT_SIGN * BOARD_A_PER_CODE));
+}
+
+/* 2^32 / counts a count: its whole part, and its 2^-16 for what is left. */
+static inline uint32_t angle_of(uint32_t position)
+{
+    return (position * BOARD_ANGLE_PER_COUNT) + ((position * BOARD_ANGLE_REST_16) >> 16);
 }
 
 /* Near full duty the low side of a phase conducts too briefly for its amplifier. Its current then follows from the other
- * two, with the sum of the zero errors put back in, so that what the drive knows of its offset holds for it as well. */
-BOARD_RAM_CODE static void replace_unmeasurable(hal_sample_t *s)
+ * two, with the sum of the zero errors put back in, so that what the drive knows of its offset holds for it as well:
+ * @p apart is that sum less the sum of what was read. */
+static inline void replace_unmeasurable(hal_sample_t *s, float apart)
 {
-    uint16_t phase = 0U;
-    if (port_pwm_duty_max(&phase) <= BOARD_DUTY_MEASURABLE) {
-        zero_sum_a += SUM_GAIN * ((s->ia_a + s->ib_a + s->ic_a) - zero_sum_a);
-        return;
+    const port_pulses_t *const p = (port_pwm_before.longest < port_pwm_after.longest) ? &port_pwm_before : &port_pwm_after;
+    if (p->longest == p->compare[0]) {
+        s->ia_a += apart;
+    } else if (p->longest == p->compare[1]) {
+        s->ib_a += apart;
+    } else {
+        s->ic_a += apart;
     }
-    switch (phase) {
-    case 0U:
-        s->ia_a = zero_sum_a - s->ib_a - s->ic_a;
-        break;
-    case 1U:
-        s->ib_a = zero_sum_a - s->ia_a - s->ic_a;
-        break;
-    default:
-        s->ic_a = zero_sum_a - s->ia_a - s->ib_a;
-        break;
+}
+
+/* What is not usual about a sample. */
+BOARD_RAM_CODE static hal_status_t look_again(bool was_fresh)
+{
+    port_trip_look();
+    if (port_encoder.failed) {
+        return HAL_SENSOR_FAULT;
     }
+    if (!was_fresh) {
+        return HAL_STALE;
+    }
+    return (port_trip_latched != HAL_INVERTER_FINE) ? HAL_TRIPPED : HAL_OK;
 }
 
 BOARD_RAM_CODE hal_status_t hal_sample_read(hal_sample_t *out)
 {
-    out->ia_a = current_a(BOARD_RESULT_A);
-    out->ib_a = current_a(BOARD_RESULT_B);
-    out->ic_a = current_a(BOARD_RESULT_C);
-    out->vdc_v = (float)ADC_readResult(ADCARESULT_BASE, ADC_SOC_NUMBER1) * BOARD_V_PER_CODE;
-    out->theta_m_rad = port_encoder_angle_rad();
-    out->seq = periods;
-    const bool was_fresh = fresh;
+    const float a = current_a(BOARD_RESULT_A);
+    const float b = current_a(BOARD_RESULT_B);
+    const float c = current_a(BOARD_RESULT_C);
+    const bool  was_fresh = fresh;
     fresh = false;
-    if (was_fresh) {
-        replace_unmeasurable(out);
+    out->ia_a = a;
+    out->ib_a = b;
+    out->ic_a = c;
+    out->vdc_v = (float)ADC_readResult(ADCARESULT_BASE, ADC_SOC_NUMBER1) * BOARD_V_PER_CODE;
+    out->theta_m = angle_of(port_encoder.position);
+    out->at_cyc = port_encoder.at_cyc;
+    out->seq = periods;
+
+    const float apart = zero_sum_a - (a + b + c);
+    if ((port_pwm_before.longest < BOARD_COMPARE_MEASURABLE) | (port_pwm_after.longest < BOARD_COMPARE_MEASURABLE)) {
+        replace_unmeasurable(out, apart);
+    } else {
+        zero_sum_a -= SUM_GAIN * apart; /* a second read of the same sample does no harm */
     }
-    if (port_encoder_failed()) {
-        return HAL_SENSOR_FAULT;
-    }
-    return was_fresh ? HAL_OK : HAL_STALE;
+    /* | instead of ||: one branch for all that is not usual */
+    return ((!was_fresh) | port_encoder.failed | (port_trip_flags() != 0U) | (port_trip_latched != HAL_INVERTER_FINE)) ? look_again(was_fresh)
+                                                                                                                        : HAL_OK;
 }

@@ -8,14 +8,14 @@
 #include "hal/f28379d/parts.h"
 
 #define HARDWARE_SIGNALS (EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_DCAEVT1)
-#define HARDWARE_FLAGS (EPWM_TZ_OST_FLAG_OST1 | EPWM_TZ_OST_FLAG_DCAEVT1)
+#define HARDWARE_FLAGS PORT_TRIP_HARDWARE_FLAGS
 
 static BOARD_RAM_TABLE uint32_t EPWM[BOARD_PHASES] = BOARD_EPWM_BASES;
 static const uint32_t CMPSS[BOARD_PHASES] = BOARD_CMPSS_BASES;
 
 static volatile bool                 armed;   /* from hal_inverter_arm on... */
 static volatile bool                 release; /* ...and to be carried out at the next start of a period */
-static volatile hal_inverter_fault_t latched;
+volatile hal_inverter_fault_t        port_trip_latched;
 static bool                          proven; /* by the self test */
 
 static void init_comparator(uint32_t base)
@@ -52,7 +52,7 @@ void port_trip_init(void)
     static const XBAR_EPWMMuxConfig MUX[BOARD_PHASES] = BOARD_CMPSS_MUX_CONFIGS;
     armed = false;
     release = false;
-    latched = HAL_INVERTER_FINE;
+    port_trip_latched = HAL_INVERTER_FINE;
     proven = false;
 
     XBAR_setInputPin(XBAR_INPUT1, BOARD_PIN_NFAULT);
@@ -74,15 +74,6 @@ bool port_trip_is_set(void)
         flags &= EPWM_getTripZoneFlagStatus(EPWM[k]);
     }
     return flags != 0U;
-}
-
-static uint16_t hardware_flags(void)
-{
-    uint16_t flags = 0U;
-    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
-        flags |= EPWM_getOneShotTripZoneFlagStatus(EPWM[k]);
-    }
-    return flags & HARDWARE_FLAGS;
 }
 
 /* Clear what the hardware has reported, and hold the bridge off whatever that releases. */
@@ -145,20 +136,27 @@ bool port_trip_bridge_is_off(void) { return !armed; }
 
 BOARD_RAM_CODE void port_trip_note(hal_inverter_fault_t fault)
 {
-    if (latched == HAL_INVERTER_FINE) {
-        latched = fault;
+    if (port_trip_latched == HAL_INVERTER_FINE) {
+        port_trip_latched = fault;
+    }
+}
+
+BOARD_RAM_CODE void port_trip_look(void)
+{
+    const uint16_t flags = port_trip_flags();
+    if ((flags & EPWM_TZ_OST_FLAG_DCAEVT1) != 0U) {
+        port_trip_note(HAL_INVERTER_OVER_CURRENT);
+    } else if (flags != 0U) {
+        port_trip_note(HAL_INVERTER_DRIVER_FAULT);
+    } else {
+        /* nothing has tripped by itself */
     }
 }
 
 BOARD_RAM_CODE hal_inverter_fault_t hal_inverter_fault(void)
 {
-    const uint16_t flags = hardware_flags();
-    if ((flags & EPWM_TZ_OST_FLAG_DCAEVT1) != 0U) {
-        port_trip_note(HAL_INVERTER_OVER_CURRENT);
-    } else if (flags != 0U) {
-        port_trip_note(HAL_INVERTER_DRIVER_FAULT);
-    }
-    return latched;
+    port_trip_look();
+    return port_trip_latched;
 }
 
 hal_status_t hal_inverter_arm(void)
@@ -186,7 +184,7 @@ void hal_inverter_clear_fault(void)
     hal_inverter_disarm();
     port_driver_clear();
     clear_hardware_flags();
-    latched = HAL_INVERTER_FINE; /* after the flags: the current interrupt would find the old ones again */
+    port_trip_latched = HAL_INVERTER_FINE; /* after the flags: the current interrupt would find the old ones again */
     if (!port_driver_is_well(&reason)) {
         port_trip_note(reason);
     }

@@ -33,7 +33,7 @@ void sim_board_start(sim_board_t *board)
     board->armed = false;
     board->gates_on = false;
     board->speed_requested = false;
-    board->stuck_rad = 0.0f;
+    board->stuck_theta = 0U;
     const hal_encoder_edge_t no_edge = {0};
     board->stuck_edge = no_edge;
     board->gate_periods = 0;
@@ -72,6 +72,12 @@ void sim_board_speed_end(sim_board_t *board) { board->in_speed_isr = false; }
 
 /* ---- hal_sample, hal_encoder ------------------------------------------------------------------------------------------ */
 
+static uint32_t to_turns(double rad)
+{
+    const double turns = rad / 6.283185307179586;
+    return (uint32_t)(uint64_t)(int64_t)floor(((turns - floor(turns)) * 4294967296.0) + 0.5); /* a whole turn wraps */
+}
+
 hal_status_t hal_sample_read(hal_sample_t *out)
 {
     sim_board_t *const b = selected;
@@ -82,16 +88,20 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     out->ic_a = -out->ia_a - out->ib_a;
     out->vdc_v = (float)r.vdc_v;
     if (!b->disturbance.encoder_stuck) {
-        b->stuck_rad = (float)r.theta_m_rad;
+        b->stuck_theta = to_turns(r.theta_m_rad);
     }
-    out->theta_m_rad = b->stuck_rad;
+    out->theta_m = b->stuck_theta;
+    out->at_cyc = hal_clock_cyc();
     if (b->disturbance.sample_lost) {
         out->seq = b->seq;
         return HAL_STALE;
     }
     b->seq++;
     out->seq = b->seq;
-    return b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
+    if (b->disturbance.encoder_error) {
+        return HAL_SENSOR_FAULT;
+    }
+    return (hal_inverter_fault() != HAL_INVERTER_FINE) ? HAL_TRIPPED : HAL_OK;
 }
 
 static uint32_t to_cycles(double time_s)

@@ -54,7 +54,7 @@ typedef struct {
     double            duty[3];        /**< Of this period... */
     double            duty_next[3];   /**< ...and of the next. */
     bool              speed_requested;
-    float             stuck_rad;
+    uint32_t          stuck_theta;
     hal_encoder_edge_t stuck_edge;
     uint64_t          gate_periods;   /**< Periods with the gates on, since the start. */
     sim_pipe_t        to_drive, from_drive;

@@ -438,6 +438,7 @@ double es_fir_delay_samples(const es_fir_t *fir) { return 0.5 * fir->fir.order; 
 struct es_observer {
     ctl_meter_t    meter;
     ctl_observer_t observer;
+    num_t          speed_slow; /* nobody says at what speed it is meant to turn: that of the last 100 samples */
     num_t          memory[8192];
 };
 
@@ -504,7 +505,8 @@ double es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_
         seen[0] = out(m.speed);
         seen[1] = out(m.torque);
     }
-    ctl_observer_target(&observer->observer, observer->observer.state.speed_slow);
+    ctl_observer_target(&observer->observer, observer->speed_slow);
+    observer->speed_slow = num_mac(observer->speed_slow, NUM_C(0.01f), num_sub(m.speed, observer->speed_slow));
     return out(ctl_observer_step(&observer->observer, theta, m.speed, m.torque));
 }
 double es_observer_age_samples(const es_observer_t *observer) { return 0.5 * observer->observer.params.age_half; }

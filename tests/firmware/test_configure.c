@@ -233,7 +233,7 @@ void test_configure_current_gains_arrive_with_the_sample_time(void)
 
     ARRIVES(per(0.6, VOLT / AMP), drive.setup.current_pi.kp);
     ARRIVES(per(0.108, VOLT / AMP), drive.setup.current_pi.ki_ts);
-    ARRIVES(per(1.5e-4 * 4.0, 1.0 / SPEED), drive.setup.advance);
+    ARRIVES(per(1.5e-4 * 4.0 / TWO_PI, 1.0 / SPEED), drive.setup.advance);
     TEST_ASSERT_TRUE(drive.setup.voltage_limit == NUM_MAX); /* none of its own: the dc link limits */
     ARRIVES(per(10.0, AMP), drive.setup.id_limit);
 }

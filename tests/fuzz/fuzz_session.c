@@ -51,7 +51,7 @@ static void must(bool holds)
 
 hal_status_t hal_sample_read(hal_sample_t *out)
 {
-    const hal_sample_t s = {0.1f, -0.2f, 0.1f, 24.0f, 1.0f, ++seq};
+    const hal_sample_t s = {0.1f, -0.2f, 0.1f, 24.0f, UINT32_C(683565276), 0U, ++seq};
     *out = s;
     return HAL_OK;
 }

@@ -1,4 +1,6 @@
 /* eQEP: angle with wrap and both directions, edges and their times, index, phase error. */
+#include <math.h>
+
 #include "tests/hal/support/started.h"
 
 #define COUNT_RAD 0.00157079633f /* 2 pi / 4000 */
@@ -20,6 +22,8 @@ static void turn_to(uint32_t position, int16_t direction, uint32_t ago)
     period();
 }
 
+static float rad(void) { return (float)((double)sample.theta_m * 6.283185307179586 / 4294967296.0); }
+
 void test_decoder_counts_every_edge_of_a_turn_and_starts_over(void)
 {
     TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setDecoderConfig", EQEP1_BASE, 0U));
@@ -28,11 +32,36 @@ void test_decoder_counts_every_edge_of_a_turn_and_starts_over(void)
     TEST_ASSERT_EQUAL(1, TIMES_CALLED("EQEP_setCaptureConfig", EQEP1_BASE, EQEP_CAPTURE_CLK_DIV_2, EQEP_UNIT_POS_EVNT_DIV_1));
 }
 
+void test_angle_of_every_count_is_its_part_of_a_turn(void)
+{
+    for (uint32_t count = 0U; count < 4000U; count += 13U) {
+        chip.qep_position = count;
+        period();
+
+        const double want = (double)count / 4000.0 * 4294967296.0;
+        TEST_ASSERT_TRUE(fabs((double)sample.theta_m - want) <= 1.1); /* cut, and 2^-16 of a step a count */
+    }
+}
+
+void test_edge_is_read_with_interrupts_off_and_leaves_them_as_they_were(void)
+{
+    hal_encoder_edge_t read;
+    fake_forget_calls();
+    chip.intm = false;
+    TEST_ASSERT_EQUAL(HAL_OK, hal_encoder_edge(&read));
+    TEST_ASSERT_FALSE(chip.intm);
+    TEST_ASSERT_TRUE(CALLED_AT_ALL("Interrupt_disableGlobal") >= 0);
+
+    chip.intm = true; /* inside an interrupt */
+    TEST_ASSERT_EQUAL(HAL_OK, hal_encoder_edge(&read));
+    TEST_ASSERT_TRUE(chip.intm);
+}
+
 void test_angle_is_counts_of_a_turn(void)
 {
     turn_to(1000U, 1, 100U);
 
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.57079633f, sample.theta_m_rad);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.57079633f, rad());
 }
 
 void test_angle_wraps_upwards_while_edges_count_on(void)
@@ -41,7 +70,7 @@ void test_angle_wraps_upwards_while_edges_count_on(void)
     turn_to(3998U, 1, 100U);
     turn_to(2U, 1, 100U);
 
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0f * COUNT_RAD, sample.theta_m_rad);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 2.0f * COUNT_RAD, rad());
     TEST_ASSERT_EQUAL_INT32(4002, edge.edge_count);
 }
 
@@ -49,7 +78,7 @@ void test_angle_wraps_downwards_while_edges_count_on(void)
 {
     turn_to(3997U, -1, 100U);
 
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 6.28318531f - (3.0f * COUNT_RAD), sample.theta_m_rad);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 6.28318531f - (3.0f * COUNT_RAD), rad());
     TEST_ASSERT_EQUAL_INT32(-2, edge.edge_count); /* at -3 now; the edge between -3 and -2 was the last */
 }
 

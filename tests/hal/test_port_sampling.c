@@ -88,6 +88,35 @@ void test_second_read_in_one_period_is_stale(void)
     TEST_ASSERT_EQUAL(HAL_STALE, hal_sample_read(&sample));
 }
 
+void test_tripped_bridge_shows_in_the_status_of_the_sample_until_it_is_cleared(void)
+{
+    arm();
+    period();
+    TEST_ASSERT_EQUAL(HAL_OK, sample_status);
+
+    phase_currents(0.0, 18.2, -18.2);
+    fake_trips();
+    period();
+    TEST_ASSERT_EQUAL(HAL_TRIPPED, sample_status);
+    TEST_ASSERT_FLOAT_WITHIN(LSB_A, 18.2f, sample.ib_a); /* good for all that */
+
+    phase_currents(0.0, 0.0, 0.0);
+    period();
+    TEST_ASSERT_EQUAL(HAL_TRIPPED, sample_status);
+    hal_inverter_clear_fault();
+    period();
+    TEST_ASSERT_EQUAL(HAL_OK, sample_status);
+}
+
+void test_sample_says_when_its_angle_was_taken(void)
+{
+    period();
+    const uint32_t before = sample.at_cyc;
+    period();
+
+    TEST_ASSERT_UINT32_WITHIN(50U /* looks at the clock take time, too */, 20000U, sample.at_cyc - before);
+}
+
 void test_missed_period_shows_as_a_gap_and_the_converter_goes_on(void)
 {
     period();

@@ -22,7 +22,8 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     out->ib_a = (float)r.ib_a;
     out->ic_a = -out->ia_a - out->ib_a;
     out->vdc_v = (float)r.vdc_v;
-    out->theta_m_rad = (float)((r.theta_m_rad > 0.0) ? TWO_PI - r.theta_m_rad : 0.0); /* reversed */
+    out->theta_m = 0U - (uint32_t)(uint64_t)(r.theta_m_rad / TWO_PI * 4294967296.0); /* reversed */
+    out->at_cyc = hal_clock_cyc();
     out->seq = ++seq;
     return HAL_OK;
 }

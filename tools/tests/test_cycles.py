@@ -32,7 +32,13 @@ def row(name: str, worst: int) -> Row:
         ("  %a = call float @tmu_sin_turns(float %b)", 40),
         ("  %a = tail call float @tmu_sqrt(float %b)", 50),
         ("  ret void", 0),
-        ("  tail call void @hal_inverter_disarm()", 460),
+        ("  %a = tail call float @fpu_max(float %b, float %c)", 10),
+        ("  %a = tail call float @fpu_max(float %b, float 0x40091EB860000000)", 25),
+        ("  %a = call zeroext i16 @ADC_readResult(i32 2816, i32 0)", 70),
+        ("  call void @EPWM_setCounterCompareValue(i32 16384, i32 0, i16 zeroext %b)", 50),
+        ("  %a = fptoui float %b to i16", 40),
+        ("  %a = sitofp i32 %b to float", 60),
+        ("  tail call void @hal_inverter_disarm()", 160),
         ("  call void @llvm.memcpy.p0.p0.i64(ptr align 4 %a, ptr align 4 %b, i64 24, i1 false)", 180),
     ],
 )
@@ -49,6 +55,29 @@ def test_a_product_of_two_values_of_32_bits_costs_two_products_and_not_one_of_64
 
     assert added("%x, %y") == 3 + 3 + 20
     assert added("%x, %c") == 3 + 3 + 100
+
+
+def conversion_cost(lines: str, conversion: str) -> int:
+    """Of a conversion among these lines of one function."""
+    known = costs.names_in_memory(lines.splitlines())
+    return costs.cost(conversion, (), known)
+
+
+@pytest.mark.parametrize("made", ["load i16, ptr %p", "call zeroext i16 @ADC_readResult(i32 2816, i32 0)"])
+def test_a_whole_number_from_memory_or_a_register_is_converted_without_a_move(made: str) -> None:
+    conversion = "  %f = uitofp i16 %n to float"
+
+    assert conversion_cost(f"  %n = {made}\n{conversion}\n", conversion) == 20
+    assert conversion_cost(f"  %m = {made}\n  %n = add i16 %m, 1\n{conversion}\n", conversion) == 60
+
+
+def test_a_whole_number_that_is_only_stored_or_written_is_converted_without_a_move() -> None:
+    conversion = "  %n = fptoui float %f to i16"
+    write = "  call void @EPWM_setCounterCompareValue(i32 16384, i32 0, i16 zeroext %n)\n"
+    store = "  store i16 %n, ptr %p\n"
+
+    assert conversion_cost(f"{conversion}\n{write}{store}", conversion) == 20
+    assert conversion_cost(f"{conversion}\n{store}  %m = add i16 %n, 1\n", conversion) == 40
 
 
 def test_every_block_adds_its_cost_before_its_end() -> None:

@@ -11,11 +11,12 @@ typedef struct {
     int32_t  edge_count; /**< Position of the newest edge, counts; wraps at 2^32. An edge has one position, whichever way it is passed. */
     uint32_t edge_cyc;   /**< When it was passed, on hal_clock_cyc. */
     bool     index_seen; /**< The index pulse has been passed since start-up. */
-    float    index_rad;  /**< Shaft angle (as in hal_sample_t) at which it was passed last, rad. */
+    float    index_rad;  /**< Shaft angle at which it was passed last, rad, [0, 2 pi). */
 } hal_encoder_edge_t;
 
 /**
- * Newest edge as of the sample that hal_sample_read gave last. From the current interrupt only; at most 60 cycles.
+ * Newest edge, as of the newest current interrupt. From either interrupt, at most 60 cycles; it is one edge, whole, even when
+ * the current interrupt comes in between.
  * @return HAL_OK, HAL_SENSOR_FAULT (phase error: both tracks changed at once).
  */
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out);

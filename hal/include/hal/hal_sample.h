@@ -11,14 +11,15 @@
 typedef struct {
     float    ia_a, ib_a, ic_a; /**< Phase currents, A, positive into the motor. Two-sensor boards give ic = -ia - ib. */
     float    vdc_v;            /**< DC link, V. */
-    float    theta_m_rad;      /**< Shaft angle, rad, [0, 2 pi). */
+    uint32_t theta_m;          /**< Shaft angle, turns in 2^-32. */
+    uint32_t at_cyc;           /**< When the angle was taken, on hal_clock_cyc: the begin of this interrupt. */
     uint32_t seq;              /**< +1 per PWM period; a gap is a lost sample. */
 } hal_sample_t;
 
 /**
- * Newest sample. From the current interrupt only. At most 100 cycles; does not wait.
- * @return HAL_OK; HAL_STALE: the conversion is not new; HAL_SENSOR_FAULT: encoder or converter reports an error. The
- *         struct is written in every case.
+ * Newest sample. From the current interrupt only. At most 200 cycles; does not wait.
+ * @return HAL_OK; HAL_STALE: the conversion is not new; HAL_SENSOR_FAULT: encoder or converter reports an error; HAL_TRIPPED:
+ *         neither, but hal_inverter_fault has something to say. The struct is written in every case.
  */
 hal_status_t hal_sample_read(hal_sample_t *out);
 

@@ -36,3 +36,20 @@ void test_ctl_window_before_the_newest_there_is_something_finite(void)
         }
     }
 }
+
+void test_ctl_long_window_shows_the_newest_32_samples_in_a_row_over_many_rounds(void)
+{
+    static ctl_long_window_t twice_as_long;
+    ctl_long_window_fill(&twice_as_long, num_of(7.0));
+    for (int k = 0; k < 120; k++) {
+        const num_t *const newest = ctl_long_window_push(&twice_as_long, num_of(k));
+
+        TEST_ASSERT_TRUE(newest == ctl_long_window_newest(&twice_as_long));
+        for (int i = 0; i < (int)CTL_LONG_WINDOW_SIZE; i++) {
+            ASSERT_NUM_WITHIN_AT(0.0, (k >= i) ? (double)(k - i) : 7.0, newest[i], at("sample %d, %d before it", k, i));
+        }
+        for (int i = 1; i <= (int)CTL_LONG_WINDOW_MARGIN; i++) {
+            ASSERT_BOUNDED_AT(120.0, newest[-i], at("sample %d, %d after it", k, i));
+        }
+    }
+}

@@ -482,3 +482,22 @@ void test_ctl_pi_raw_is_output_and_commit_of_a_proposal_that_was_realised(void)
         ASSERT_SAME_BITS(twin.state, pi.state);
     }
 }
+
+void test_ctl_pi_of_a_vector_proposes_without_limits_notes_nothing_and_learns_what_it_is_told(void)
+{
+    ctl_pi_t twin = pi;
+    noise_t  noise = {36U};
+    for (int k = 0; k < 300; k++) {
+        const num_t err = num_of(4.0 * noise_next(&noise)); /* beyond the limits now and then */
+        (void)ctl_pi_output_raw(&twin, err);
+        ctl_pi_learn_raw(&twin);
+
+        const num_t before = pi.state.x;
+        const num_t got = ctl_pi_propose_raw(&pi, err);
+        TEST_ASSERT_TRUE(before == pi.state.x);
+        ctl_pi_learn_from_raw(&pi, err);
+
+        TEST_ASSERT_TRUE_MESSAGE(twin.state.wanted == got, at("sample %d", k));
+        TEST_ASSERT_TRUE_MESSAGE(twin.state.x == pi.state.x, at("sample %d", k));
+    }
+}

@@ -266,3 +266,28 @@ void test_angle_to_turns_is_the_part_of_a_turn(void)
         ASSERT_NUM_WITHIN_AT(per_numeric(1.0 / 33554432.0, FIXED_STEP), (double)angle / TURN_STEPS, angle_to_turns(angle), at("turn %u", i));
     }
 }
+
+void test_angle_from_turns_short_keeps_its_bound_and_cuts_at_half_a_turn(void)
+{
+    for (double turns = -0.5; turns < 0.5; turns += 0.00390625) { /* exact in both numerics */
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)(int32_t)(turns * TURN_STEPS), angle_from_turns_short(num_of(turns)));
+    }
+    /* the largest float below a half is 2^-25 below it; fixed point is cut one step and some below */
+    TEST_ASSERT_UINT32_WITHIN(per_numeric(130, 1000), UINT32_C(0x7FFFFFFF), angle_from_turns_short(num_of(0.7)));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x80000000), angle_from_turns_short(num_of(-0.7)));
+}
+
+void test_angle_sincos_lead_is_that_of_the_sum_of_both(void)
+{
+    for (uint32_t i = 0U; i < 5000U; i++) {
+        const angle_t angle = i * UINT32_C(858993);
+        const num_t   lead = num_of(0.45 * sin((double)i));
+        const double  rad = ((double)angle * (TWO_PI / TURN_STEPS)) + (TWO_PI * value_of(lead));
+        num_t         sine, cosine;
+        angle_sincos_lead(angle, lead, &sine, &cosine);
+
+        /* that of angle_sincos, and the lead cut to a step of 2^-24 turns (fixed) or of 2^-26 (float) */
+        ASSERT_NUM_WITHIN_AT(per_numeric(2e-7, 6.5e-7), sin(rad), sine, at("angle %u", (unsigned)i));
+        ASSERT_NUM_WITHIN_AT(per_numeric(2e-7, 6.5e-7), cos(rad), cosine, at("angle %u", (unsigned)i));
+    }
+}

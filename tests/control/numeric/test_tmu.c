@@ -13,6 +13,8 @@ static float largest_turns; /* of what the unit was asked for */
 
 #ifdef CTL_HAS_TMU
 
+float fpu_min(float a, float b) { return fminf(a, b); }
+float fpu_max(float a, float b) { return fmaxf(a, b); }
 float tmu_sin_turns(float x)
 {
     largest_turns = fmaxf(largest_turns, fabsf(x));
@@ -51,6 +53,40 @@ void test_tmu_sincos_keeps_the_bound_of_angle_sincos_all_around(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.3e-7, 1.0e-7, worst);
     TEST_ASSERT_TRUE(apart <= 3.0e-7);
     TEST_ASSERT_TRUE((largest_turns <= 0.5f) && (largest_turns > 0.4999f));
+}
+
+void test_tmu_sincos_of_a_lead_keeps_the_bound_within_a_turn_either_way(void)
+{
+    FLOAT_ONLY();
+    largest_turns = 0.0f;
+    for (uint32_t i = 0U; i < 20000U; i++) {
+        const angle_t angle = i * UINT32_C(214753);
+        const num_t   lead = num_of(0.49 * sin((double)i));
+        const double  rad = ((double)angle * (TWO_PI / TURN_STEPS)) + (TWO_PI * value_of(lead));
+        num_t         sine, cosine;
+        angle_sincos_lead(angle, lead, &sine, &cosine);
+
+        /* two roundings of up to a turn, 2^-25 each, and that of the result */
+        ASSERT_NUM_WITHIN_AT(4.1e-7, sin(rad), sine, at("angle %u", (unsigned)i));
+        ASSERT_NUM_WITHIN_AT(4.1e-7, cos(rad), cosine, at("angle %u", (unsigned)i));
+    }
+    TEST_ASSERT_TRUE((largest_turns <= 1.0f) && (largest_turns > 0.9f));
+}
+
+void test_fpu_choices_are_the_portable_ones_for_numbers(void)
+{
+    FLOAT_ONLY();
+    static const double SOME[] = {-1.0e12, -3.5, -1.0, -0.0, 0.0, 1.0e-12, 1.0, 2.5, 1.0e12};
+    for (size_t i = 0; i < COUNT_OF(SOME); i++) {
+        for (size_t k = 0; k < COUNT_OF(SOME); k++) {
+            const num_t a = num_of(SOME[i]);
+            const num_t b = num_of(SOME[k]);
+            TEST_ASSERT_TRUE(num_min(a, b) == ((a < b) ? a : b));
+            TEST_ASSERT_TRUE(num_max(a, b) == ((a > b) ? a : b));
+            TEST_ASSERT_TRUE(num_clamp(a, num_of(-2.0), num_of(1.5)) == ((a > -2.0f) ? ((a < 1.5f) ? a : 1.5f) : -2.0f));
+        }
+        TEST_ASSERT_TRUE(num_abs(num_of(SOME[i])) == fabsf((float)SOME[i]));
+    }
 }
 
 void test_tmu_sincos_at_the_quarters_is_exact(void)

@@ -397,6 +397,7 @@ static void turn(int passes, int direction, double (*shape)(double))
     for (int k = 0; k <= passes * (int)CELLS * 3; k++) {
         const double position = direction * k / 3.0;
         see(place(position + 0.1), shape(position + 0.1));
+        ctl_angle_memory_look(&memory);
     }
 }
 static double constant(double position) { (void)position; return 2.0; }
@@ -588,19 +589,34 @@ void test_ctl_angle_memory_news_is_the_mean_size_of_what_is_new(void)
     start_writing(CTL_WRITE_ONE);
     for (int k = 0; k < 1500; k++) {
         ctl_angle_memory_write(&memory, place(k), num_of((k & 1) ? -3.0 : 3.0), (num_t)0); /* learns nothing: all stays new */
+        ctl_angle_memory_look(&memory);
     }
 
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0, value_of(memory.state.change));
 }
 
-void test_ctl_angle_memory_count_of_writes_stops_at_its_end(void)
+void test_ctl_angle_memory_after_a_skipped_sample_goes_on_along_a_line_from_it(void)
 {
-    memory.state.written = UINT32_MAX - 1U;
-    for (int k = 0; k < 5; k++) {
-        see(place(k + 0.5), 1.0);
-    }
+    start_writing(CTL_WRITE_ONE);
+    see(place(0.5), 1.0);
+    ctl_angle_memory_skip(&memory, place(2.5), num_of(3.0)); /* points 1 and 2 are passed and not learned */
+    see(place(3.5), 5.0);
 
-    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, memory.state.written);
+    TEST_ASSERT_EQUAL_UINT32(1U, memory.state.written);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, cell(2));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0 * value_of(memory.params.gain), cell(3));
+}
+
+void test_ctl_angle_memory_after_a_skipped_sample_hats_and_all_points_begin_anew(void)
+{
+    for (int w = (int)CTL_WRITE_ALL; w <= (int)CTL_WRITE_HAT; w++) {
+        start_writing((ctl_write_t)w);
+        see(place(0.5), 1.0);
+        ctl_angle_memory_skip(&memory, place(0.9), num_of(3.0));
+        see(place(1.5), 5.0);
+
+        TEST_ASSERT_EQUAL_UINT32(0U, memory.state.written);
+    }
 }
 
 /* ---- what must not be learned ------------------------------------------------------------------------------------------ */

@@ -1,10 +1,11 @@
 /* control/observer/fir.c: taps of a windowed ideal low-pass, a delay that is half the order for every signal. */
 #include "tests/support/numeric.h"
 
-#include "control/observer/fir.h"
+#include "control/observer/fir_cascade.h"
 #include "tests/control/golden/fir.h"
 
-static ctl_fir_t fir;
+static ctl_fir_t         fir;
+static ctl_fir_cascade_t cascade;
 
 static ctl_fir_params_t designed(uint16_t order, double cutoff)
 {
@@ -30,6 +31,34 @@ void setUp(void)
     start(&p);
 }
 void tearDown(void) {}
+
+/* ---- two filters in one --------------------------------------------------------------------------------------------- */
+
+void test_ctl_fir_cascade_is_two_filters_one_after_the_other_times_the_gain(void)
+{
+    for (uint16_t first = 0; first <= CTL_FIR_ORDER_MAX; first++) {
+        for (uint16_t second = 0; second <= CTL_FIR_ORDER_MAX; second++) {
+            const ctl_fir_params_t a = designed(first, 0.1);
+            const ctl_fir_params_t b = designed(second, 0.23);
+            ctl_fir_t              one, other;
+            noise_t                noise = {first + (16U * second) + 1U};
+            start(&a);
+            one = fir;
+            start(&b);
+            other = fir;
+            ctl_fir_cascade_tune(&cascade, &a, &b, num_of(16.0));
+            ctl_fir_cascade_reset(&cascade, (num_t)0);
+
+            TEST_ASSERT_EQUAL_UINT16(first + second, cascade.order);
+            for (int k = 0; k < 80; k++) {
+                const num_t  x = num_of(0.2 * noise_next(&noise));
+                const double want = 16.0 * value_of(ctl_fir_step(&other, ctl_fir_step(&one, x)));
+                /* 0.2 times 16: float to 2^-24 of that in some ten sums; fixed: half a step a sum, the first ones times 16 */
+                ASSERT_NUM_WITHIN_AT(per_numeric(3e-6, 3e-5), want, ctl_fir_cascade_step_raw(&cascade, x), at("orders %u and %u, sample %d", first, second, k));
+            }
+        }
+    }
+}
 
 /* ---- design --------------------------------------------------------------------------------------------------------- */
 

@@ -107,7 +107,7 @@ void test_ctl_observer_dob_with_forgetting_rests_below_what_it_sees(void)
 void test_ctl_observer_waits_for_a_history_of_angles_before_it_learns(void)
 {
     start_kind(CTL_OBSERVER_DOB);
-    for (uint16_t k = 0; k < CTL_ARO_AGE_MAX; k++) {
+    for (uint16_t k = 0; k < 32U; k++) {
         TEST_ASSERT_EQUAL_DOUBLE(0.0, step(0.0, 0.0, 2.0));
     }
 
@@ -132,6 +132,7 @@ static double learn_open_loop(double speed_rad_s, double turns, double from, dou
     for (int k = 0; k < samples; k++) {
         const double theta = from + (way * k);
         const double out = step(theta, speed_rad_s, shape(theta - (way * age)));
+        ctl_observer_look(&observer);
         if (k >= (samples - last_turn)) {
             worst = fmax(worst, fabs(out - shape(theta + (way * ahead))));
         }
@@ -805,6 +806,7 @@ void test_ctl_observer_measures_the_mean_over_the_angle_in_both_directions(void)
     for (int direction = -1; direction <= 1; direction += 2) {
         /* half of the turn at half of the speed: over time the mean would be 1/3 of the step, over the angle it is 0 */
         ctl_observer_params_t p = params_of(CTL_OBSERVER_DOB);
+        p.remove_mean = true; /* else nobody asks for it */
         start(&p);
         double theta = 0.0;
         for (int k = 0; k < 4000; k++) {
@@ -1391,6 +1393,58 @@ void test_ctl_observer_raw_is_the_same_for_numbers(void)
                     ASSERT_NUM_WITHIN_AT(0.0, first[k], out, at("kind %d, sample %d", kind, k));
                 }
             }
+        }
+    }
+}
+
+/* Half ages and whole ones, both directions, on hold and at a synchronous speed, for points that are written and others. */
+void test_ctl_observer_usual_way_gives_the_same_bits(void)
+{
+    for (uint16_t age_half = 20U; age_half <= 21U; age_half++) {
+        ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
+        p.age_half = age_half;
+        start(&p);
+        ctl_observer_t twin = observer;
+        num_t          own[ROOM];
+        twin.state.memory.state.grid.cell = own;
+        for (size_t i = 0; i < COUNT_OF(own); i++) {
+            own[i] = (num_t)0;
+        }
+        noise_t noise = {112U};
+        int     usual = 0;
+        for (int k = 0; k < 3000; k++) {
+            const num_t   torque = num_of(noise_next(&noise));
+            const num_t   speed = num_of((k < 2000) ? 0.5 : -0.5);
+            const angle_t theta = angle_at(0.008 * ((k < 2000) ? k : (4000 - k)));
+            ctl_observer_hold(&observer, (k > 500) && (k < 700));
+            ctl_observer_hold(&twin, (k > 500) && (k < 700));
+            const num_t want = ctl_observer_step_raw(&twin, theta, speed, torque);
+            const bool  is_usual = ctl_observer_is_usual(&observer);
+            usual += is_usual ? 1 : 0;
+            const num_t got = is_usual ? ctl_observer_step_usual(&observer, theta, speed, torque)
+                                       : ctl_observer_step_raw(&observer, theta, speed, torque);
+            ASSERT_NUM_WITHIN_AT(0.0, value_of(want), got, at("age %u halves, sample %d", age_half, k));
+        }
+        TEST_ASSERT_EQUAL_INT(2999, usual); /* all but the first */
+        TEST_ASSERT_EQUAL_UINT32(twin.state.memory.state.written, observer.state.memory.state.written);
+        TEST_ASSERT_TRUE(observer.state.memory.state.written > 300U);
+    }
+}
+
+void test_ctl_observer_usual_way_is_for_a_plain_aro_after_its_fast_start(void)
+{
+    for (int option = 0; option < 8; option++) {
+        ctl_observer_params_t p = params_of((option == 1) ? CTL_OBSERVER_RO : ((option == 2) ? CTL_OBSERVER_DOB : CTL_OBSERVER_ARO));
+        p.memory.write = (option == 3) ? CTL_WRITE_ALL : CTL_WRITE_ONE;
+        p.memory.read = (option == 4) ? CTL_READ_CUBIC : CTL_READ_LINEAR;
+        p.remove_mean = option == 5;
+        p.rest_torque = num_of((option == 6) ? 1.0 : 0.0);
+        p.rest_step = num_of((option == 7) ? 0.01 : 0.0);
+        p.fast_samples = 100U;
+        start(&p);
+        for (int k = 0; k < 200; k++) {
+            TEST_ASSERT_EQUAL_MESSAGE((option == 0) && (k > 100), ctl_observer_is_usual(&observer), at("option %d, sample %d", option, k));
+            (void)step(0.008 * k, 80.0, 0.1);
         }
     }
 }

@@ -31,7 +31,9 @@ static hal_status_t sample_read(hal_sample_t *out, int calls)
     note(CALL_READ);
     bench.reads++;
     *out = bench.sample;
-    return bench.sample_status;
+    out->at_cyc = bench.clock_cyc;
+    bench.clock_cyc += bench.isr_cyc;
+    return ((bench.sample_status == HAL_OK) && (bench.inverter_fault != HAL_INVERTER_FINE)) ? HAL_TRIPPED : bench.sample_status;
 }
 
 static hal_status_t encoder_edge(hal_encoder_edge_t *out, int calls)
@@ -112,7 +114,7 @@ static void request_speed_isr(int calls)
 
 void bench_start(void)
 {
-    const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0.0f, 0U}, .seq_by_itself = true};
+    const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U}, .seq_by_itself = true};
     bench = board;
     (void)memset(&drive, 0, sizeof drive);
     hal_sample_read_Stub(sample_read);
@@ -216,7 +218,7 @@ void bench_currents(double d_a, double q_a, double theta_e)
 void bench_angle(double theta_m)
 {
     const double turns = theta_m / TWO_PI;
-    bench.sample.theta_m_rad = (float)((turns - floor(turns)) * TWO_PI);
+    bench.sample.theta_m = (uint32_t)(uint64_t)llround((turns - floor(turns)) * 4294967296.0);
 }
 
 void bench_voltage(double *alpha_v, double *beta_v)

@@ -19,6 +19,7 @@
 #include "hal/hal_clock.h"
 #include "hal/hal_inverter.h"
 #include "hal/hal_storage.h"
+#include "tests/target/cycles/port.h"
 
 uint64_t evenspin_cycles;
 
@@ -75,31 +76,39 @@ static float    noise(void) /* +-1 */
     return ((float)(seed >> 8) / 8388608.0f) - 1.0f;
 }
 
-/* ---- the TMU: what `evenspin cycles` counts as its instructions ------------------------------------------------------ */
+/* ---- what `evenspin cycles` counts as instructions of the TMU and the FPU -------------------------------------------- */
+float fpu_min(float a, float b) { return (a < b) ? a : b; }
+float fpu_max(float a, float b) { return (a > b) ? a : b; }
 float tmu_sin_turns(float x) { return sinf(6.28318531f * x); }
 float tmu_cos_turns(float x) { return cosf(6.28318531f * x); }
 float tmu_sqrt(float x) { return sqrtf(x); }
+
+#ifdef COUNT_INSTRUCTIONS
+#define COSTS(function) ((void)0)
+#else
+#define COSTS(function) (evenspin_cycles += port_cost.function)
+#endif
 
 /* ---- the board ----------------------------------------------------------------------------------------------------- */
 static hal_sample_t       sample;
 static hal_encoder_edge_t edge;
 static uint32_t           clock_now;
 static bool               speed_wanted;
-hal_status_t              hal_sample_read(hal_sample_t *out) { *out = sample; return HAL_OK; }
-hal_status_t              hal_encoder_edge(hal_encoder_edge_t *out) { *out = edge; return HAL_OK; }
-hal_status_t              hal_inverter_set_duty(const hal_duty_t *duty) { (void)duty; return HAL_OK; }
+hal_status_t              hal_sample_read(hal_sample_t *out) { COSTS(sample_read); *out = sample; return HAL_OK; }
+hal_status_t              hal_encoder_edge(hal_encoder_edge_t *out) { COSTS(encoder_edge); *out = edge; return HAL_OK; }
+hal_status_t              hal_inverter_set_duty(const hal_duty_t *duty) { COSTS(set_duty); (void)duty; return HAL_OK; }
 hal_status_t              hal_inverter_arm(void) { return HAL_OK; }
 void                      hal_inverter_disarm(void) {}
-hal_inverter_fault_t      hal_inverter_fault(void) { return HAL_INVERTER_FINE; }
+hal_inverter_fault_t      hal_inverter_fault(void) { COSTS(inverter_fault); return HAL_INVERTER_FINE; }
 void                      hal_inverter_clear_fault(void) {}
-uint32_t                  hal_clock_cyc(void) { return clock_now; }
+uint32_t                  hal_clock_cyc(void) { COSTS(clock_cyc); return clock_now; }
 uint32_t                  hal_clock_hz(void) { return 200000000U; }
 uint16_t                  hal_storage_pages(void) { return 0U; }
 uint16_t                  hal_storage_page_words(void) { return 0U; }
 hal_status_t              hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
 hal_status_t              hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
 hal_status_t              hal_storage_erase(uint16_t page) { (void)page; return HAL_OK; }
-void                      hal_clock_request_speed_isr(void) { speed_wanted = true; }
+void                      hal_clock_request_speed_isr(void) { COSTS(request_speed_isr); speed_wanted = true; }
 
 /* ---- blocks -------------------------------------------------------------------------------------------------------- */
 static num_t memory[6144];
@@ -272,7 +281,7 @@ static void run(const variant_t *v)
         p.rdc_rho_nm = 0.01f;
     }
     (void)memset(&drive, 0, sizeof drive);
-    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0.0f, 0U};
+    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
     edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
     drive_init(&drive, &p);
     for (int pass = 0; pass < 5; pass++) {
@@ -290,12 +299,13 @@ static void run(const variant_t *v)
             turn = wanted + (0.002f * sinf((float)k * 0.005f));
             turn -= floorf(turn);
         }
-        sample.theta_m_rad = 6.2831853f * ((floorf(turn * 4000.0f) + 0.5f) / 4000.0f);
+        sample.theta_m = (uint32_t)floorf(turn * 4000.0f) * 1073742U;
         sample.ia_a = 4.0f * noise();
         sample.ib_a = 4.0f * noise();
         sample.ic_a = -sample.ia_a - sample.ib_a;
         sample.seq++;
         clock_now += 20000U;
+        sample.at_cyc = clock_now;
         edge.edge_count += (int32_t)(speed * 0.0636f);
         edge.edge_cyc = clock_now - 77U;
         if ((k % 10U) == 0U) {
@@ -333,7 +343,7 @@ static void run(const variant_t *v)
             }
         }
         for (uint32_t k = 0U; k < 2000U; k++) {
-            MEASURE("ctl_fir_step", (void)ctl_fir_step(&drive.observer.meter.state.torque_fir, noise()));
+            MEASURE("ctl_fir_step", (void)ctl_fir_step(&drive.observer.meter.state.speed_fir, noise()));
         }
     }
     if (v->deadbeat != 0U) {
@@ -357,6 +367,11 @@ int services_cases(drive_t *of, void (*note_case)(const char *, uint64_t));
 
 int main(void)
 {
+#ifndef COUNT_INSTRUCTIONS
+    if (port_cases(note) != 0) {
+        (void)printf("refused port\n");
+    }
+#endif
     numeric();
     motor();
     repetitive();

@@ -87,7 +87,7 @@ def _estimate(result: Result, check: bool, record: bool, json_file: str | None) 
     low, high = result.band
     screen.print(
         f"An estimate: against {len(result.checks)} figures published by TI the model is {100 * low:+.0f} % .. "
-        f"{100 * high:+.0f} % off. HAL functions are guesses."
+        f"{100 * high:+.0f} % off. The port's share is an estimate, too."
     )
     screen.print(result.m4_note)
     if json_file is not None:

@@ -6,13 +6,16 @@ A cost is what an operation adds to code that a compiler has scheduled, not its 
 from __future__ import annotations
 
 import re
-from collections.abc import Container
+from collections.abc import Container, Sequence
 
 CALL = 160  # LCR 4, LRETR 4, eight pushes, pops and moves of arguments
 ISR_FRAME = 650  # interrupt entry 14, save and restore of everything the compiler uses, IRET 8
 
 FLOAT = {"fadd": 20, "fsub": 20, "fmul": 20, "fneg": 10, "fdiv": 60, "frem": 3000, "fcmp": 10}
-CONVERSION = {"fptosi": 60, "fptoui": 60, "sitofp": 60, "uitofp": 60, "bitcast": 50}
+# F32TOI32 2p, one slot more before the move to the CPU's registers, the move; MOV32 to the FPU's registers 1, four
+# slots before its use, I32TOF32 2p: a middle. Where the whole number comes from or goes to memory nothing is moved: 2p.
+CONVERSION = {"fptosi": 40, "fptoui": 40, "sitofp": 60, "uitofp": 60, "bitcast": 50}
+CONVERSION_IN_MEMORY = 20
 INTEGER = {
     "add": 10, "sub": 10, "and": 10, "or": 10, "xor": 10, "shl": 15, "lshr": 15, "ashr": 15, "mul": 20, "icmp": 10,
 }  # fmt: skip
@@ -34,19 +37,41 @@ SELECT = 10
 MINMAX = 10
 CAST = 3
 
-# HAL functions of the port: register reads and writes through driverlib, with scaling. Guesses until a board has run.
-EXTERNAL = {
-    "hal_sample_read": 900,
-    "hal_encoder_edge": 600,
-    "hal_inverter_set_duty": 500,
-    "hal_clock_cyc": 60,
-    "hal_clock_request_speed_isr": 60,
-    "hal_inverter_fault": 200,
-    "hal_inverter_disarm": 300,
+# Functions of driverlib in the current interrupt: registers that they read and write. They are inline functions with
+# constant arguments, so nothing is left of them but that; the address comes first, as for a variable index.
+READ_REGISTER = VARIABLE_INDEX + 30  # 1 and two wait states
+WRITE_REGISTER = VARIABLE_INDEX + 10
+REGISTERS = {  # reads, writes, cycles beside: masks, comparisons, shifts
+    "ADC_readResult": (1, 0, 0),
+    "ADC_clearInterruptStatus": (0, 1, 0),
+    "ADC_getInterruptOverflowStatus": (1, 0, 2),
+    "ADC_clearInterruptOverflowStatus": (0, 1, 0),
+    "CPUTimer_getTimerCount": (1, 0, 0),
+    "EPWM_setCounterCompareValue": (0, 1, 0),
+    "EPWM_getOneShotTripZoneFlagStatus": (1, 0, 1),
+    "EQEP_getPosition": (1, 0, 0),
+    "EQEP_getCaptureTimerLatch": (1, 0, 0),
+    "EQEP_getDirection": (1, 0, 3),
+    "EQEP_getInterruptStatus": (1, 0, 0),
+    "EQEP_getIndexPositionLatch": (1, 0, 0),
+    "EQEP_clearInterruptStatus": (0, 1, 0),
+    "GPIO_writePin": (0, 1, 2),
+    "Interrupt_clearACKGroup": (0, 1, 0),
+    "Interrupt_disableGlobal": (0, 0, 4),  # PUSH ST1, SETC INTM, POP, mask
+    "Interrupt_enableGlobal": (0, 0, 5),
+    "SCI_getRxStatus": (1, 0, 0),
+    "SCI_getOverflowStatus": (1, 0, 2),
+    "SCI_getRxFIFOStatus": (1, 0, 2),
+    "SCI_getTxFIFOStatus": (1, 0, 2),
+    "SCI_readCharNonBlocking": (1, 0, 1),
+    "SCI_writeCharNonBlocking": (0, 1, 0),
+    "fake_eint": (0, 0, 2),  # CLRC INTM
+    "fake_dint": (0, 0, 1),
 }
 
-# The TMU's instructions, which control/numeric/tmu.h names: published latencies, no call.
-TMU = {"tmu_sin_turns": 40, "tmu_cos_turns": 40, "tmu_sqrt": 50}
+# Instructions that control/numeric/tmu.h and fpu.h name: published latencies, no call.
+MARKED = {"tmu_sin_turns": 40, "tmu_cos_turns": 40, "tmu_sqrt": 50, "fpu_min": 10, "fpu_max": 10,
+          "port_min": 10, "port_max": 10}  # fmt: skip
 
 INSTRUCTION = re.compile(r"^\s+(?:(?P<result>%[-\w.$]+|%\"[^\"]+\")\s*=\s*)?(?P<rest>\S.*)$")
 FLAGS = re.compile(r"\b(?:tail|musttail|notail|nuw|nsw|exact|inbounds|volatile|nnan|ninf|nsz|fast)\b ?")
@@ -71,10 +96,11 @@ def is_widening_product(text: str, narrow: Container[str]) -> bool:
     return operands is not None and operands["a"] in narrow and operands["b"] in narrow
 
 
-def cost(line: str, narrow: Container[str] = ()) -> int:
+def cost(line: str, narrow: Container[str] = (), in_memory: Container[str] = ()) -> int:
     """Tenths of a cycle for one instruction of LLVM's text; 0 for what is not an instruction.
 
-    `narrow`: names of 64-bit values that hold 32 bits.
+    `narrow`: names of 64-bit values that hold 32 bits. `in_memory`: names of whole numbers that come from memory or go
+    there.
     """
     match = INSTRUCTION.match(line)
     if match is None or line.lstrip().startswith(";"):
@@ -88,7 +114,10 @@ def cost(line: str, narrow: Container[str] = ()) -> int:
     if code in FLOAT:
         total = FLOAT[code]
     elif code in CONVERSION:
-        total = CONVERSION[code] * (LONG_LONG if " i64 " in f"{text} " and code != "bitcast" else 1)
+        if code != "bitcast" and not in_memory_conversion(match, in_memory):
+            total = CONVERSION[code] * (LONG_LONG if " i64 " in f"{text} " else 1)
+        else:
+            total = CONVERSION_IN_MEMORY if code != "bitcast" else CONVERSION[code]
     elif code in DIVISION:
         total = LONG_LONG_DIVIDE if wide else DIVISION[code]
     elif code in INTEGER:
@@ -116,6 +145,39 @@ def cost(line: str, narrow: Container[str] = ()) -> int:
     return total + sum(0 if EASY.match(constant) else CONSTANT for constant in FLOAT_CONSTANT.findall(text))
 
 
+def in_memory_conversion(match: re.Match[str], in_memory: Container[str]) -> bool:
+    """Whether the whole number of this conversion lies in memory."""
+    words = match["rest"].split()
+    return " i64" not in match["rest"] and (match["result"] if words[0].startswith("fpto") else words[2]) in in_memory
+
+
+def names_in_memory(lines: Sequence[str]) -> set[str]:
+    """Of one function: whole numbers that are loaded or read from a register, and those only stored or written."""
+    found: set[str] = set()
+    made: dict[str, str] = {}
+    for line in lines:
+        match = INSTRUCTION.match(line)
+        if match is None or match["result"] is None:
+            continue
+        text = FLAGS.sub("", match["rest"])
+        name = re.search(r"@([\w.$]+)\(", text)
+        if re.match(r"load (?:volatile )?i\d", match["rest"]) or (name and REGISTERS.get(name[1], (0,))[0] == 1):
+            found.add(match["result"])
+        elif text.startswith(("fptosi", "fptoui")):
+            made[match["result"]] = ""
+    for name in made:
+        word = re.compile(rf"{re.escape(name)}(?![-\w.$])")
+        uses = [line for line in lines if word.search(line) and f"{name} = " not in line]
+        if uses and all(goes_to_memory(line) for line in uses):
+            found.add(name)
+    return found
+
+
+def goes_to_memory(line: str) -> bool:
+    called = re.search(r"@([\w.$]+)\(", line)
+    return re.match(r"\s+store ", line) is not None or (called is not None and REGISTERS.get(called[1], (0, 0))[1] == 1)
+
+
 def call_cost(text: str) -> int:
     block = MEMORY.search(text)
     if block is not None:
@@ -128,4 +190,10 @@ def call_cost(text: str) -> int:
         if re.match(r"llvm\.(lifetime|dbg|assume|experimental|va_)", name[1]):
             return 0
         return MINMAX * (LONG_LONG if ".i64" in name[1] else 2)
-    return TMU[name[1]] if name[1] in TMU else CALL + EXTERNAL.get(name[1], 0)
+    constants = sum(0 if EASY.match(constant) else CONSTANT for constant in FLOAT_CONSTANT.findall(text))
+    if name[1] in MARKED:
+        return MARKED[name[1]] + constants
+    if name[1] in REGISTERS:
+        reads, writes, beside = REGISTERS[name[1]]
+        return reads * READ_REGISTER + writes * WRITE_REGISTER + 10 * beside
+    return CALL

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from evenspin.cycles.costs import cost, widened
+from evenspin.cycles.costs import cost, names_in_memory, widened
 
 TERMINATOR = re.compile(r"^\s+(?:br|ret|switch|unreachable)\b")
 COUNTER = "evenspin_cycles"
@@ -17,16 +17,19 @@ def instrument(text: str) -> str:
     block = 0
     serial = 0
     narrow: set[str | None] = set()
-    for line in text.splitlines():
+    whole = text.splitlines()
+    in_memory: set[str] = set()
+    for number, line in enumerate(whole):
         if line.startswith("define "):
             inside, block = True, 0
             narrow.clear()
+            in_memory = names_in_memory(whole[number : whole.index("}", number)])
         elif line == "}":
             inside = False
         elif inside:
             narrow.add(widened(line))
             if TERMINATOR.match(line):
-                block += cost(line, narrow)
+                block += cost(line, narrow, in_memory)
                 if block and not line.lstrip().startswith("unreachable"):
                     lines += [
                         f"  %evs.a{serial} = load i64, ptr @{COUNTER}",
@@ -36,7 +39,7 @@ def instrument(text: str) -> str:
                     serial += 1
                 block = 0
             else:
-                block += cost(line, narrow)
+                block += cost(line, narrow, in_memory)
         lines.append(line)
     if f"@{COUNTER} = " not in text:
         lines.append(f"@{COUNTER} = external global i64")

@@ -15,7 +15,15 @@ from pathlib import Path
 from evenspin.cycles.costs import CALL, ISR_FRAME
 from evenspin.cycles.instrument import instrument
 from evenspin.cycles.m4 import count_instructions, missing
-from evenspin.cycles.tools import call, code_sources, include_options, link_sources
+from evenspin.cycles.tools import (
+    call,
+    code_sources,
+    fake_sources,
+    include_options,
+    link_sources,
+    port_options,
+    port_sources,
+)
 from evenspin.errors import InputError, one_line
 
 CPU_CYCLES_PER_PERIOD = 20000  # 200 MHz / 10 kHz
@@ -112,20 +120,22 @@ def run_driver(root: Path, clang: str, work: Path, level: str) -> dict[str, tupl
     """Mean and largest cost of everything that the driver measures, in tenths of a cycle."""
     include = include_options(root)
     sources = [*code_sources(root), *link_sources(root), root / "tests/target/cycles/reference.c"]
+    port = [*include, *port_options(root)]
 
-    def counted(source: Path) -> Path:
-        text = work / f"{source.stem}{level}.ll"
-        call(clang, level, *OPTIONS, *include, "-S", "-emit-llvm", source, "-o", text)
+    def counted(source: Path, options: list[str] = include) -> Path:
+        text = work / f"{source.parent.name}_{source.stem}{level}.ll"
+        call(clang, level, *OPTIONS, *options, "-S", "-emit-llvm", source, "-o", text)
         text.write_text(instrument(text.read_text()))
         done = text.with_suffix(".o")
         call(clang, "-O1", "-Wno-everything", "-c", text, "-o", done)
         return done
 
     with ThreadPoolExecutor(os.cpu_count() or 2) as pool:
-        objects = list(pool.map(counted, sources))
+        objects = [*pool.map(counted, sources), *pool.map(lambda source: counted(source, port), port_sources(root))]
     program = work / f"driver{level}"
-    drivers = [root / "tests/target/cycles" / name for name in ("driver.c", "services.c")]
-    call(clang, "-O1", "-ffp-contract=off", "-Wno-everything", *include, *drivers, *objects, "-lm", "-o", program)
+    drivers = [root / "tests/target/cycles" / name for name in ("driver.c", "services.c", "port.c")]
+    quiet = ("-O1", "-ffp-contract=off", "-Wno-everything", *include, "-I", root / "tests/hal/fake_driverlib")
+    call(clang, *quiet, *drivers, *fake_sources(root), *objects, "-lm", "-o", program)
     rows: dict[str, tuple[int, int]] = {}
     for line in call(program).splitlines():
         if line.startswith("refused"):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
 from evenspin.errors import InputError
+
+HAL_FUNCTION = re.compile(r"\bhal_(\w+)\(")
 
 
 def call(*words: str | Path) -> str:
@@ -25,6 +28,26 @@ def code_sources(root: Path) -> list[Path]:
     """What runs on the chip but for the port, and what its headers define inline as functions of their own."""
     own = sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
     return [*own, root / "tests/target/cycles/inlined.c"]
+
+
+def port_sources(root: Path) -> list[Path]:
+    """The port to the chip."""
+    return sorted((root / "hal/f28379d").glob("*.c"))
+
+
+def port_options(root: Path) -> list[str]:
+    """The port against the fake of driverlib, its hal_ functions by other names: the driver has some of its own."""
+    names = [
+        name
+        for header in sorted((root / "hal/include/hal").glob("*.h"))
+        for name in HAL_FUNCTION.findall(header.read_text())
+    ]
+    return [*(f"-Dhal_{name}=chip_{name}" for name in names), f"-I{root / 'tests/hal/fake_driverlib'}"]
+
+
+def fake_sources(root: Path) -> list[Path]:
+    """The registers behind the port."""
+    return sorted((root / "tests/hal/fake_driverlib").glob("*.c"))
 
 
 def link_sources(root: Path) -> list[Path]:
