@@ -210,7 +210,7 @@ void test_saturation_makes_the_cross_coupling_of_its_flux_linkages(void)
 void test_saturation_linkage_is_odd_and_its_slope_the_differential_inductance(void)
 {
     const sim_effect_t *const e = sim_effects[machine_effect("inductance_saturation")];
-    const double              own[2] = {3.0, 0.0};
+    const double              own[3] = {3.0, 0.0, 0.0};
     for (double i = -60.0; i <= 60.0; i += 0.7) { /* beyond 30 A the slope stays at 1 % */
         double       slope, ignored;
         const double h = 1e-5;
