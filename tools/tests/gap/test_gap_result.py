@@ -405,12 +405,21 @@ def test_a_second_effect_that_adds_next_to_nothing_is_given_little_confidence(re
 
 
 def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseResult) -> None:
-    limit = max(core.EXCESS_SIGMAS * SOUND.sigma, core.EXCESS_SHARE * SOUND.mean)
-    at, beyond = (6800.0 + share * limit for share in (0.99, 3.0))
+    at, beyond = (6800.0 + share * SOUND.limit for share in (0.99, 3.0))
 
     assert sure(result, {"inertia": 5000.0}, at)["inertia"] < 0.55
     assert sure(result, {"inertia": 5000.0})["inertia"] > 0.95
     assert sure(result, {}, beyond, unknown=True)["unknown"] > 0.95
+
+
+def test_more_than_noise_is_said_before_it_makes_a_verdict_unknown() -> None:
+    """Foreign effects leave twice the cost of sound units and more, known ones 1.37 times at most."""
+    floor = core.Floor(7000.0, 300.0)
+
+    assert not floor.is_significant(7000.0 + 6 * 299.0)
+    assert floor.is_significant(1.37 * 7000.0)
+    assert floor.excess(1.37 * 7000.0) < floor.limit < floor.excess(2.0 * 7000.0)
+    assert core.Floor(7000.0, 1000.0).limit == 6000.0
 
 
 def test_another_explanation_that_does_without_the_name_takes_its_weight(result: CaseResult) -> None:

@@ -38,6 +38,7 @@ DECISIVE_SHARE = 0.5  # of the excess: where a loop rings, no simulation follows
 WORSE_SHARE = 0.002  # of the validation gap: not worse
 EXCESS_SIGMAS = 6.0  # beyond what sound units have: something is left
 EXCESS_SHARE = 0.12  # and that share of the expected cost: two honest simulators differ by less
+UNKNOWN_SHARE = 0.4  # so much more than noise makes the verdict unknown: what is nearly right is a little different
 LINE_RATIO = 40.0  # power of a line over the model's noise
 LINES_MIN = 3  # in so many stretches or signals
 WILD_GAIN = 0.1  # of what the best explanation so far takes off: least promise of an effect that is not linear
@@ -59,8 +60,13 @@ class Floor:
         return cost - self.mean
 
     def is_significant(self, cost: float) -> bool:
-        limit = max(EXCESS_SIGMAS * self.sigma, EXCESS_SHARE * self.mean)
-        return self.excess(cost) > limit
+        """Worth a further search."""
+        return self.excess(cost) > max(EXCESS_SIGMAS * self.sigma, EXCESS_SHARE * self.mean)
+
+    @property
+    def limit(self) -> float:
+        """Excess beyond which no explanation holds."""
+        return max(EXCESS_SIGMAS * self.sigma, UNKNOWN_SHARE * self.mean)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +125,7 @@ class Investigation:
         best, weights = self._drop(best, floor)
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
-        unknown = floor.is_significant(best.cost) or _lines_speak(lines)
+        unknown = floor.excess(best.cost) > floor.limit or _lines_speak(lines)
         before = search.judge.fit(self.forward.measured - nothing.features, search.nuisance).cost
         return Finding(
             best,

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from evenspin.compare import RecordGap, Unit
 from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import (
-    EXCESS_SHARE,
-    EXCESS_SIGMAS,
     GAIN_MIN,
     TOLERATED,
     Finding,
@@ -121,7 +119,10 @@ def result_of(
     said = [*warnings, *(str(spot) for spot in blind), *found.warnings(), *_intolerant(delta)]
     if not before.traces:
         said.append("no validation record: the gap is not known, and nothing is validated")
-    elif not finding.unknown and effects and not after.gap < before.gap:
+    if not finding.unknown and finding.floor.is_significant(model.cost):
+        share = finding.floor.excess(model.cost) / finding.floor.mean
+        said.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
+    if before.traces and not finding.unknown and effects and not after.gap < before.gap:
         said.append("what was named does not make the gap on the validation records smaller: do not trust it")
     return CaseResult(
         case,
@@ -167,7 +168,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     larger effect leaves because the machine has it a little differently, and when the rest is nearly more than noise.
     """
     excess = finding.floor.excess(finding.model.cost)
-    nearly = excess / max(EXCESS_SIGMAS * finding.floor.sigma, EXCESS_SHARE * finding.floor.mean, 1.0)
+    nearly = excess / max(finding.floor.limit, 1.0)
     if finding.unknown:
         return {"unknown": CEILING * (1.0 - 0.5 * math.exp(-2.0 * max(0.0, nearly - 1.0)))}
     total = sum(max(gain, 0.0) for gain in finding.weights.values()) or 1.0

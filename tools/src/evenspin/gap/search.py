@@ -21,7 +21,7 @@ Z = dict[str, Array]  # an effect's place in its coordinates
 LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
 STEPS_MAX = 8
 FRESH, FRESH_SEED = 8, 400  # simulations of a second look
-RING_PHASES = 8  # for effects whose cost has more than one valley over the phase...
+RING = np.arange(8) * math.tau / 8  # for effects whose cost has more than one valley over the phase...
 RING_SCALES = (1.0, 2.5, 6.0, 12.0)  # ...at multiples of the amplitude of a linear fit: wells make that too small
 STEPS_WILD = 4  # after the search of valleys
 LIKENESS = 0.3  # of what the signature of a start explains that is not linear: what a better place may explain
@@ -197,8 +197,8 @@ class Search:
         if far and any(not self.library[name].linear for name in lead.z):
             return self._refined_wildly(lead, min(steps, STEPS_WILD))
         model = self._model(lead.z)
-        if far:
-            model = self._turned(model)
+        if far and any(self.library[name].rests for name in lead.z):
+            return self._refined_in_wells(model, steps)
         return self._descended(model, steps, beat) if lead.z else model
 
     def _refined_wildly(self, lead: Lead, steps: int) -> Model:
@@ -220,6 +220,18 @@ class Search:
         finally:
             self.judge = strict
         return replace(self.rejudged(model), own=own, likely=likely)
+
+    def _refined_in_wells(self, model: Model, steps: int) -> Model:
+        """For a torque in which the rotor rests: where it does, the log does not repeat, and that noise is its own."""
+        strict = self.judge
+        model = self._descended(self._turned(model), steps, math.inf)
+        noise = self._own_noise(model.z)
+        self.judge = Judge(noise)
+        try:
+            model = self._descended(self.rejudged(model), steps, math.inf)
+        finally:
+            self.judge = strict
+        return replace(self.rejudged(model), own=model.cost, likely=model.cost + _price(noise, strict.noise))
 
     def _wildest(self, z: Z) -> Z:
         return {name: self.library[name].as_wild_as_can_be(x) for name, x in z.items()}
@@ -257,9 +269,7 @@ class Search:
         """The best of a ring of phases for a torque in which the rotor can rest: there no line leads to the phase."""
         best = model
         for name in (name for name in model.z if self.library[name].rests):
-            old = best.z[name]
-            turns = np.arange(RING_PHASES) * math.tau / RING_PHASES
-            ring = [k * _rotated(old, angle) for k in RING_SCALES for angle in turns][1:]
+            ring = [scale * _rotated(best.z[name], angle) for scale in RING_SCALES for angle in RING]
             places = [self.library[name].clip(z) for z in ring]
             runs = model_features(self.forward, [self.effects({**best.z, name: z}) for z in places], 1)
             y = self.forward.measured

@@ -72,7 +72,7 @@ def because(result: CaseResult) -> list[str]:
     if not finding.unknown:
         return []
     said = []
-    if finding.floor.is_significant(finding.model.cost):
+    if finding.floor.excess(finding.model.cost) > finding.floor.limit:
         said.append(
             f"the best explanation leaves a cost of {finding.model.cost:.0f}; sound units have "
             f"{finding.floor.mean:.0f} +- {finding.floor.sigma:.0f}"

@@ -33,7 +33,7 @@ def test_cogging_in_whose_wells_the_rotor_rests_is_found_at_its_phase(tmp_path: 
     assert effects["cogging"]["order"] == 144.0
     assert effects["cogging"]["amplitude_nm"] == pytest.approx(hidden["amplitude_nm"], rel=0.10)  # the format's goal
     turn = math.remainder(effects["cogging"]["phase_rad"] - hidden["phase_rad"], math.tau)
-    assert abs(turn) < 144 * math.tau / 1024 / 4  # a quarter of an encoder count
+    assert abs(turn) < 144 * math.tau / 1024  # one count of the encoder, within which the first angle is not known
 
 
 def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(tmp_path: Path) -> None:
