@@ -147,9 +147,10 @@ class Investigation:
         cost = math.inf
         for _ in range(SETTLE_MAX):
             self.search.reconsider(model)
-            model = self.search.refine(self.search.rejudged(model), 4)
-            floor = self.floor(model)
-            if not floor.is_significant(model.cost) or model.cost > 0.97 * cost:
+            found = self.search.refine(self.search.rejudged(model), 4)
+            still = all(np.array_equal(z, model.z[name]) for name, z in found.z.items())
+            model, floor = found, self.floor(found)
+            if still or not floor.is_significant(model.cost) or model.cost > 0.97 * cost:
                 break
             cost = model.cost
         return model, floor

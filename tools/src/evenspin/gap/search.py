@@ -60,6 +60,7 @@ class Lead:
 
     z: Z
     gain: float
+    new: frozenset[str] = frozenset()  # effects beside those of a model that was refined already
 
 
 class Search:
@@ -159,7 +160,7 @@ class Search:
             if combination[0] in tried:
                 promise = max(tried[combination[0]], LIKENESS * promise)
             if allowed and promise > (best[names].gain if names in best else 0.0):
-                best[names] = Lead(z, promise)
+                best[names] = Lead(z, promise, names)
         return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
 
     def _costs_of_starts(self, model: Model, signatures: list[tuple[str, Array, Array]]) -> dict[int, float]:
@@ -197,7 +198,8 @@ class Search:
         if far and any(not self.library[name].linear for name in lead.z):
             return self._refined_wildly(lead, min(steps, STEPS_WILD))
         model = self._model(lead.z)
-        if far and any(self.library[name].rests for name in lead.z):
+        rests = {name for name in lead.z if self.library[name].rests}
+        if far and rests & (lead.new or set(lead.z)):
             return self._refined_in_wells(model, steps)
         return self._descended(model, steps, beat) if lead.z else model
 
