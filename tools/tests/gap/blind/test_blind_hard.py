@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from evenspin.gap.blind.cases import Plan, make_case
+from evenspin.gap.blind.vocabulary import EFFECTS
 from evenspin.gap.investigate import Finding, Investigation
 from evenspin.log.case import read_case
 
@@ -49,3 +53,20 @@ def test_a_tolerance_far_beyond_its_bounds_is_named_beside_a_large_effect(tmp_pa
     assert set(finding.named) == {"inductance_saturation", "viscous_friction"}
     factor = {e["name"]: e["parameters"] for e in truth.effects}["viscous_friction"]["factor"]
     assert effects["viscous_friction"]["factor"] == pytest.approx(factor, rel=0.10)
+
+
+def test_cogging_of_the_slots_alone_is_found_at_its_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """9 slots and 4 pole pairs: order 72 as a rule, order 9 where one magnet is unlike the others."""
+
+    def of_the_slots(rng: np.random.Generator, meta: Mapping[str, Any], size: int) -> dict[str, float]:
+        amplitude_nm = 0.02 * meta["motor"]["rated_torque_nm"]
+        return {"amplitude_nm": amplitude_nm, "phase_rad": 1.0, "order": float(meta["motor"]["slots"])}
+
+    monkeypatch.setitem(EFFECTS, "cogging", of_the_slots)
+    truth, finding, effects = _investigated(tmp_path, (8102, 10), "single", 1, "cogging")
+    hidden = truth.effects[0]["parameters"]
+    assert hidden["order"] == 9.0
+    assert finding.named == ("cogging",)
+    assert effects["cogging"]["order"] == 9.0
+    assert effects["cogging"]["amplitude_nm"] == pytest.approx(hidden["amplitude_nm"], rel=0.02)  # the median's goal
+    assert effects["cogging"]["phase_rad"] == pytest.approx(1.0, abs=0.05)
