@@ -45,6 +45,7 @@ class Hypothesis:
     magnitude: Callable[[NDArray[np.float64]], float]  # over what tolerance and format call "no effect": 1 is its edge
     starts: tuple[tuple[float, ...], ...]  # one at the off point where the effect is linear; else a grid
     linear: bool = True
+    simpler: tuple[str, tuple[int, ...]] | None = None  # an effect that this one holds, and which coordinates make it
     rests: bool = False  # a sine and a cosine of a torque in which the rotor can come to rest
     amplitude: int | None = None  # coordinate that scales the signature of an effect that is not linear
 
@@ -212,6 +213,7 @@ def _vocabulary(m: Motor, counts: float, cogging_order: int | None) -> list[Hypo
                 for gap, (odds, f, share) in itertools.product((0.004, 0.01, 0.025, 0.06), BACKLASH_STARTS)
             ),
             linear=False,
+            simpler=("two_mass", (2, 1, 3, 4)),
         ),
         _single("current_filter", "tau_s", 3e-5, 0.0, 3e-3, 5e-6),
     ]

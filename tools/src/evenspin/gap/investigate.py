@@ -224,9 +224,21 @@ class Investigation:
             if wild and out and (explained or lead.gain < WILD_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
-            out.append(self.search.refine(lead, beat=best + floor.mean))
-            best = min(best, out[-1].own_cost)
+            found = self.search.refine(lead, beat=best + floor.mean)
+            simpler = [self.search.refine(twin, at_home=True) for twin in self._simpler(found)]
+            out += [found, *simpler]
+            best = min(best, *(m.own_cost for m in (found, *simpler)))
         self.tried += out
+        return out
+
+    def _simpler(self, model: Model) -> list[Lead]:
+        """The same with an effect that one of its own holds: a shaft twists with or without play."""
+        out = []
+        for name, z in model.z.items():
+            twin = self.library[name].simpler
+            if twin is not None and twin[0] in self.library:
+                rest = {other: x for other, x in model.z.items() if other != name}
+                out.append(Lead({**rest, twin[0]: z[list(twin[1])]}, 0.0))
         return out
 
     def _earns(self, without: Model, with_it: Model, floor: Floor) -> bool:
