@@ -256,7 +256,7 @@ class Investigation:
         if floor.is_significant(model.cost):
             return lead.gain > 0.5 * GAIN_MIN
         large = all(
-            self.library[name].magnitude(z) > (0.3 if self.library[name].is_tolerance else 0.6)  # which takes its share
+            self.library[name].magnitude(z) > (0.1 if self.library[name].is_tolerance else 0.6)  # which takes its share
             for name, z in lead.z.items()
         )
         return large and lead.gain > 0.7 * self._least_gain(set(lead.z) - set(model.z))
