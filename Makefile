@@ -63,7 +63,7 @@ BLIND_CASES ?= 120
 BLIND_SEED  ?= 1
 BLIND       := out/blind-$(BLIND_SEED)
 
-blind: setup ## hidden effects from another simulator: make, solve, score, write docs/blind.md (hours)
+blind: setup ## hidden effects from another simulator: make, solve, score, write docs/blind.md (120 cases: 40 min)
 	@rm -rf $(BLIND)
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
