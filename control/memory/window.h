@@ -13,6 +13,24 @@
 
 #include "control/numeric/num.h"
 
+/* For every length; lengths are constants where these are called. */
+static inline void ctl_places_fill(num_t *places, uint16_t count, num_t x)
+{
+    for (uint16_t i = 0U; i < count; i++) {
+        places[i] = x;
+    }
+}
+
+/* @p first: the places behind the margin, 2 @p size of them. */
+static inline const num_t *ctl_places_push(num_t *first, uint16_t *head, uint16_t size, num_t x)
+{
+    *head = (uint16_t)((*head - 1U) & (size - 1U));
+    num_t *const at = &first[*head];
+    at[0] = x;
+    at[size] = x;
+    return at;
+}
+
 #define CTL_WINDOW_SIZE 16U
 #define CTL_WINDOW_MARGIN 6U
 
@@ -24,9 +42,7 @@ typedef struct {
 /** All samples are @p x. */
 static inline void ctl_window_fill(ctl_window_t *self, num_t x)
 {
-    for (uint16_t i = 0U; i < (CTL_WINDOW_MARGIN + (2U * CTL_WINDOW_SIZE)); i++) {
-        self->x[i] = x;
-    }
+    ctl_places_fill(self->x, CTL_WINDOW_MARGIN + (2U * CTL_WINDOW_SIZE), x);
     self->head = 0U;
 }
 
@@ -36,11 +52,7 @@ static inline const num_t *ctl_window_newest(const ctl_window_t *self) { return 
 /** Put @p x in front; the oldest leaves. @return ctl_window_newest. */
 static inline const num_t *ctl_window_push(ctl_window_t *self, num_t x)
 {
-    self->head = (uint16_t)((self->head - 1U) & (CTL_WINDOW_SIZE - 1U));
-    num_t *const at = &self->x[CTL_WINDOW_MARGIN + self->head];
-    at[0] = x;
-    at[CTL_WINDOW_SIZE] = x;
-    return at;
+    return ctl_places_push(&self->x[CTL_WINDOW_MARGIN], &self->head, CTL_WINDOW_SIZE, x);
 }
 
 #define CTL_LONG_WINDOW_SIZE 32U
@@ -53,9 +65,7 @@ typedef struct {
 
 static inline void ctl_long_window_fill(ctl_long_window_t *self, num_t x)
 {
-    for (uint16_t i = 0U; i < (CTL_LONG_WINDOW_MARGIN + (2U * CTL_LONG_WINDOW_SIZE)); i++) {
-        self->x[i] = x;
-    }
+    ctl_places_fill(self->x, CTL_LONG_WINDOW_MARGIN + (2U * CTL_LONG_WINDOW_SIZE), x);
     self->head = 0U;
 }
 
@@ -63,11 +73,7 @@ static inline const num_t *ctl_long_window_newest(const ctl_long_window_t *self)
 
 static inline const num_t *ctl_long_window_push(ctl_long_window_t *self, num_t x)
 {
-    self->head = (uint16_t)((self->head - 1U) & (CTL_LONG_WINDOW_SIZE - 1U));
-    num_t *const at = &self->x[CTL_LONG_WINDOW_MARGIN + self->head];
-    at[0] = x;
-    at[CTL_LONG_WINDOW_SIZE] = x;
-    return at;
+    return ctl_places_push(&self->x[CTL_LONG_WINDOW_MARGIN], &self->head, CTL_LONG_WINDOW_SIZE, x);
 }
 
 #endif

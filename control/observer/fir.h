@@ -46,6 +46,18 @@ void       ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params);
 void       ctl_fir_reset(ctl_fir_t *self, num_t x);
 num_t      ctl_fir_step(ctl_fir_t *self, num_t x);
 
+/** The first six products of a folded sum. Written out: a loop would cost more than what it repeats. */
+static inline num_t ctl_fir_six_pairs(const num_t *h, const num_t *young, const num_t *old)
+{
+    num_t y = num_mul(h[0], num_add(young[0], old[0]));
+    y = num_mac(y, h[1], num_add(young[1], old[-1]));
+    y = num_mac(y, h[2], num_add(young[2], old[-2]));
+    y = num_mac(y, h[3], num_add(young[3], old[-3]));
+    y = num_mac(y, h[4], num_add(young[4], old[-4]));
+    y = num_mac(y, h[5], num_add(young[5], old[-5]));
+    return y;
+}
+
 /** (1) for an @p x that is known to be finite. */
 static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
 {
@@ -53,13 +65,7 @@ static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
     const num_t *const old = &young[self->order];
     const num_t *const h = self->fold;
 
-    /* written out: a loop would cost more than what it repeats */
-    num_t y = num_mul(h[0], num_add(young[0], old[0]));
-    y = num_mac(y, h[1], num_add(young[1], old[-1]));
-    y = num_mac(y, h[2], num_add(young[2], old[-2]));
-    y = num_mac(y, h[3], num_add(young[3], old[-3]));
-    y = num_mac(y, h[4], num_add(young[4], old[-4]));
-    y = num_mac(y, h[5], num_add(young[5], old[-5]));
+    num_t y = ctl_fir_six_pairs(h, young, old);
     if (self->order > 11U) {
         y = num_mac(y, h[6], num_add(young[6], old[-6]));
         y = num_mac(y, h[7], num_add(young[7], old[-7]));

@@ -39,13 +39,7 @@ static inline num_t ctl_fir_cascade_step_short(ctl_fir_cascade_t *self, num_t x)
     const num_t *const old = &young[self->order];
     const num_t *const h = self->fold;
 
-    /* written out: a loop would cost more than what it repeats */
-    num_t y = num_mul(h[0], num_add(young[0], old[0]));
-    y = num_mac(y, h[1], num_add(young[1], old[-1]));
-    y = num_mac(y, h[2], num_add(young[2], old[-2]));
-    y = num_mac(y, h[3], num_add(young[3], old[-3]));
-    y = num_mac(y, h[4], num_add(young[4], old[-4]));
-    y = num_mac(y, h[5], num_add(young[5], old[-5]));
+    num_t y = ctl_fir_six_pairs(h, young, old);
     y = num_mac(y, h[6], num_add(young[6], old[-6]));
     y = num_mac(y, h[7], num_add(young[7], old[-7]));
     y = num_mac(y, h[8], num_add(young[8], old[-8]));

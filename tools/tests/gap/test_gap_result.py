@@ -413,7 +413,7 @@ def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseR
 
 
 def test_more_than_noise_is_said_before_it_makes_a_verdict_unknown() -> None:
-    """Foreign effects leave twice the cost of sound units and more, known ones 1.37 times at most."""
+    """Known effects of another simulator left 1.37 times the cost of sound units, foreign ones without a line twice."""
     floor = core.Floor(7000.0, 300.0)
 
     assert not floor.is_significant(7000.0 + 6 * 299.0)

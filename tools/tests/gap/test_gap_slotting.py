@@ -51,7 +51,8 @@ def test_only_the_speed_is_listened_to():
         (3, 36, (36,)),  # slots divide into the poles: one order
         (2, 12, (12,)),
         (6, 9, (36, 9)),
-        (9, 18, (18,)),  # order 18 is the second electrical
+        (9, 18, (18,)),  # one order again, and it is the second electrical
+        (9, 9, (18,)),  # the slots' own order 9 is the first electrical
         (7, 42, (42,)),
         (5, 0, ()),
     ],

@@ -200,8 +200,13 @@ class Investigation:
         imperfect = best.cost - found.cost < IMPERFECT_SHARE * explained and not self._is_far_off(found, best)
         if not unexplained and imperfect:
             return None  # no more than what a large effect leaves that is modelled a little differently
-        decisive = best.cost - found.cost > DECISIVE_SHARE * floor.excess(best.cost)
-        return found if (unexplained and decisive) or self._validates(best, found) else None
+        return found if self._is_trusted(best, found, floor) else None
+
+    def _is_trusted(self, without: Model, with_it: Model, floor: Floor) -> bool:
+        """What takes most of an excess away needs no leave; what takes little must not be fitted noise."""
+        gain = without.cost - with_it.cost
+        decisive = floor.is_significant(without.cost) and gain > DECISIVE_SHARE * floor.excess(without.cost)
+        return decisive or self._validates(without, with_it)
 
     def _validates(self, without: Model, with_it: Model) -> bool:
         """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
