@@ -67,7 +67,7 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	@rm -rf $(BLIND)
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
-	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md
+	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md --force
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

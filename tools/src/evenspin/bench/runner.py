@@ -24,7 +24,9 @@ from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
 from evenspin.bench.hand import Hand
 from evenspin.bench.messages import Mode, State, Trigger
 from evenspin.bench.raw import RawWriter
-from evenspin.bench.stream import Block, Stream
+from evenspin.bench.recorder import source_of
+from evenspin.bench.stream import Block
+from evenspin.bench.watch import Watch
 from evenspin.errors import EvenspinError, InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.meta import meta_of
@@ -70,15 +72,17 @@ def perform(
 ) -> Performed:
     """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept.
 
-    `raw`: a folder for NAME.mcap of each streamed experiment, written while it runs.
+    `raw`: a folder for NAME.mcap of each experiment, written while it runs.
     """
     records: dict[str, Record] = {}
     left_out: dict[str, str] = {}
     rates: dict[str, float] = {}
     ways: dict[str, str] = {}
     ended_by: BaseException | None = None
+    ended_in = ""
+    tripped: dict[str, Any] | None = None
     done_s = 0.0
-    with _log_controller(drive) as parameters:
+    with _log_controller(drive, say) as parameters:
         for experiment in what.experiments:
             progress(experiment.name, done_s)
             try:
@@ -92,7 +96,7 @@ def perform(
                     progress(name, before_s + seconds)
 
                 if way.captures:
-                    records[experiment.name] = _by_captures(drive, hand, experiment, way.rate_hz, told)
+                    records[experiment.name] = _by_captures(drive, hand, experiment, way.rate_hz, told, raw)
                 else:
                     records[experiment.name] = _by_stream(drive, hand, experiment, way.rate_hz, told, raw)
                 rates[experiment.name] = way.rate_hz
@@ -101,9 +105,11 @@ def perform(
                 left_out[experiment.name] = str(error)
                 say(f"{experiment.name}: left out: {error}")
             except (EvenspinError, KeyboardInterrupt) as error:
+                tripped = trip_of(drive)
+                ended_by = error if tripped is None else DriveFaultError(f"{experiment.name}: {tripped['said']}")
+                ended_in = experiment.name
                 if not records:
-                    raise
-                ended_by = error
+                    raise ended_by from error
                 break
             done_s += experiment.duration_s
     if not records:
@@ -113,7 +119,10 @@ def perform(
     switched = {e.name: e.current_from_s for e in what.experiments if e.current_from_s is not None}
     meta |= {"current_mode_from_s": switched, "log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
     if ended_by is not None:
-        meta["ended_by"] = str(ended_by) or "interrupted"
+        text = str(ended_by) or "interrupted"
+        meta["ended_by"] = text if text.startswith(ended_in) else f"{ended_in}: {text}"
+    if tripped is not None:
+        meta["tripped"] = {"experiment": ended_in, **{key: tripped[key] for key in ("t_s", "fault", "text")}}
     return Performed(records, meta, left_out, ended_by)
 
 
@@ -170,8 +179,12 @@ def _by_stream(
         drive.setpoint(Mode.CURRENT)  # the first step comes when rows do
     blocks: list[Block] = []
     with ExitStack() as open_files, drive.stream(STREAMED, rate_hz=rate_hz) as stream:
-        writer = open_files.enter_context(_raw_writer(drive, stream, raw, experiment.name)) if raw is not None else None
+        writer = None
+        if raw is not None:
+            file = raw_writer(drive, raw, experiment.name, STREAMED, stream.decimation)
+            writer = open_files.enter_context(file)
         started = _start(drive)
+        watch = Watch(drive)
         first = _next_tick(drive, started)
         if experiment.needs_load_machine:
             hand.load(experiment.value("load_torque_nm", 0.0))
@@ -180,6 +193,8 @@ def _by_stream(
             blocks.append(block)
             if writer is not None:
                 writer.write(block)
+                for happened in watch.news(int(block.counters[-1])):
+                    writer.event(happened.counter, happened.as_json())
 
         def collect() -> None:
             while (block := stream.read(0.0)) is not None:
@@ -204,14 +219,36 @@ def _by_stream(
     return _log(experiment, counters[inside], first, drive.info.pwm_hz, columns, hand)
 
 
-def _raw_writer(drive: Drive, stream: Stream, folder: Path, name: str) -> RawWriter:
-    units = [drive.signals[signal].unit for signal in STREAMED]
-    source = f"{drive.info.name} {drive.info.firmware} schema {drive.info.schema:08x}"
-    return RawWriter(folder / f"{name}.mcap", STREAMED, units, stream.decimation, stream.pwm_hz, source)
+def raw_writer(drive: Drive, folder: Path, name: str, signals: Sequence[str], decimation: int) -> RawWriter:
+    units = [drive.signals[signal].unit for signal in signals]
+    pwm_hz = float(drive.info.pwm_hz)
+    return RawWriter(folder / f"{name}.mcap", signals, units, decimation, pwm_hz, source_of(drive))
+
+
+def trip_of(drive: Drive) -> dict[str, Any] | None:
+    """If the drive has tripped: the time from its start (nan when it did not say), the fault, and a sentence."""
+    if drive.link.lost:
+        return None
+    try:
+        now = drive.state()
+        if now.state != State.FAULT:
+            return None
+        found = drive.fault(samples=False)
+    except EvenspinError:
+        return None
+    runs = [event.counter for event in drive.events if event.state == State.RUN]
+    t_s = (found.period - runs[-1]) / drive.info.pwm_hz if runs else None
+    at = f" at {t_s:.3f} s" if t_s is not None else ""
+    return {"t_s": t_s, "fault": found.name, "text": found.text, "said": f"the drive tripped{at}: {found.text}"}
 
 
 def _by_captures(
-    drive: Drive, hand: Hand, experiment: Experiment, rate_hz: float, progress: Callable[[float], None]
+    drive: Drive,
+    hand: Hand,
+    experiment: Experiment,
+    rate_hz: float,
+    progress: Callable[[float], None],
+    raw: Path | None,
 ) -> Record:
     """A locked rotor in current mode: each step is captured whole, then fetched while the currents rest.
 
@@ -219,6 +256,30 @@ def _by_captures(
     """
     _prepare(drive, hand, experiment)
     decimation = max(1, round(drive.info.pwm_hz / rate_hz))
+    with ExitStack() as open_files:
+        writer = None
+        if raw is not None:
+            writer = open_files.enter_context(raw_writer(drive, raw, experiment.name, CAPTURED, decimation))
+        parts = _windows(drive, experiment, rate_hz, decimation, progress, writer)
+    rest = drive.read(("theta_m_rad", "vdc_v"))
+    _rest(drive, hand)
+    table = dict(zip(CAPTURED, np.concatenate(parts).T, strict=True))
+    rows = len(table["id_a"])
+    fixed = {name: np.full(rows, rest[name]) for name in rest}
+    still = {name: np.zeros(rows) for name in ("speed_ref_rad_s", "speed_rad_s")}
+    counters = decimation * np.arange(rows, dtype=np.int64)
+    return _log(experiment, counters, 0, drive.info.pwm_hz, {**table, **fixed, **still}, hand)
+
+
+def _windows(
+    drive: Drive,
+    experiment: Experiment,
+    rate_hz: float,
+    decimation: int,
+    progress: Callable[[float], None],
+    writer: RawWriter | None,
+) -> list[NDArray[np.float64]]:
+    """One table for each step, as the drive captured it."""
     parts: list[NDArray[np.float64]] = []
     for at_s, next_s in capture_windows(experiment, drive.capture_rows(len(CAPTURED)) / rate_hz):
         rows = round((next_s - at_s) * rate_hz)
@@ -233,16 +294,12 @@ def _by_captures(
             drive.arm_capture(CAPTURED, rows=rows, trigger=Trigger.EITHER, signal_name=watched[0], level=watched[1],
                               decimation=decimation)  # fmt: skip
             _send(drive, experiment, at_s)
-        parts.append(drive.read_capture().values.astype(np.float64))
+        taken = drive.read_capture()
+        if writer is not None:
+            writer.write(Block(taken.first, decimation, taken.pwm_hz, taken.values))
+        parts.append(taken.values.astype(np.float64))
         progress(next_s)
-    rest = drive.read(("theta_m_rad", "vdc_v"))
-    _rest(drive, hand)
-    table = dict(zip(CAPTURED, np.concatenate(parts).T, strict=True))
-    rows = len(table["id_a"])
-    fixed = {name: np.full(rows, rest[name]) for name in rest}
-    still = {name: np.zeros(rows) for name in ("speed_ref_rad_s", "speed_rad_s")}
-    counters = decimation * np.arange(rows, dtype=np.int64)
-    return _log(experiment, counters, 0, drive.info.pwm_hz, {**table, **fixed, **still}, hand)
+    return parts
 
 
 def capture_windows(experiment: Experiment, longest_s: float) -> list[tuple[float, float]]:
@@ -434,7 +491,7 @@ def _meta(
 
 
 @contextmanager
-def _log_controller(drive: Drive) -> Iterator[dict[str, float]]:
+def _log_controller(drive: Drive, say: Say) -> Iterator[dict[str, float]]:
     """The controller of the log format while it lasts; yields the parameters in force."""
     from evenspin.bench.client import parse_value
 
@@ -445,5 +502,8 @@ def _log_controller(drive: Drive) -> Iterator[dict[str, float]]:
         yield {**{name: field.default for name, field in tables().params.items()}, **drive.get()}
     finally:
         if not drive.link.lost:
-            drive.stop()
-            drive.set(before)
+            try:
+                drive.stop()
+                drive.set(before)
+            except EvenspinError as error:  # what was recorded is worth more
+                say(f"The drive may still have the controller of the log: {error}")

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from evenspin.cli import bench_calibrate, bench_log
+from evenspin.cli import bench_calibrate, bench_capture, bench_log
 from evenspin.cli.bench_port import PortOption, connected
-from evenspin.cli.options import JsonFile
+from evenspin.cli.options import Force, JsonFile
+from evenspin.cli.origin import origin
 from evenspin.cli.output import check_json_file, console, write_json
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ def register(parent: typer.Typer) -> None:
     app.add_typer(config, name="config")
     for command in (pull, push, diff):
         config.command(command.__name__)(command)
+    bench_capture.register(app)
     bench_log.register(app)
     bench_calibrate.register(app)
 
@@ -191,22 +193,32 @@ def set_(
 
 def fault(
     port: PortOption = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="The last samples before it, CSV.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The last samples before it, CSV: a new file.")
+    ] = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """The last fault: its cause, the first thing to check, and the samples before it.
 
     Example: `evenspin bench fault --out fault.csv`
     """
-    from evenspin.cli.bench_log import write_capture
+    from evenspin.bench.kept import RAW, beside, keeping, refuse_rescued
+    from evenspin.cli.bench_capture import CaptureFiles
 
     check_json_file(json_file)
+    files = CaptureFiles(out, force) if out is not None else None
+    if out is not None:
+        refuse_rescued(beside(out, RAW), force)
     with connected(port) as drive:
         report = drive.fault(samples=out is not None)
+        if out is not None and files is not None and report.last_samples is not None:
+            raw = beside(out, RAW)
+            with keeping(raw):
+                files.write(raw, report.last_samples, drive, [])
     screen = console(json_file)
     screen.print(report.text)
     if out is not None and report.last_samples is not None:
-        write_capture(out, report.last_samples)
         screen.print(f"{out}", style="bold")
     elif out is not None and report.number:
         screen.print("The samples are not complete, or were overwritten by a new start.")
@@ -245,17 +257,21 @@ def save(port: PortOption = None) -> None:
 
 
 def pull(
-    file: Annotated[Path, typer.Argument(metavar="FILE.toml", help="Is replaced.")], port: PortOption = None
+    file: Annotated[Path, typer.Argument(metavar="FILE.toml", help="A new file.")],
+    port: PortOption = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that says something else.")] = False,
 ) -> None:
     """Write all parameters of the drive to a file.
 
     Example: `evenspin bench config pull drive.toml`
     """
     from evenspin.bench.config import config_toml
+    from evenspin.output import OutputFile
 
     with connected(port) as drive:
         text = config_toml(drive)
-    file.write_text(text, encoding="utf-8")
+    if not (file.is_file() and file.read_bytes() == text.encode()):  # what it says already it may go on saying
+        OutputFile(file, origin(), option="config pull", recording=True, force=force).write(text)
     console().print(f"{file}", style="bold")
 
 

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from evenspin.cli.bench_port import PortOption, connected
-from evenspin.cli.options import JsonFile
+from evenspin.cli.options import Force, JsonFile
+from evenspin.cli.origin import origin
 from evenspin.cli.output import check_json_file, console, write_json
 
 
@@ -23,7 +24,8 @@ def calibrate(
     ] = None,
     port: PortOption = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.toml", help="Default: calibration-NAME.toml; is replaced.")
+        Path | None,
+        typer.Option("--out", metavar="FILE.toml", help="A new file; default: calibration-NAME.toml, -2, -3 ..."),
     ] = None,
     keep: Annotated[bool, typer.Option("--save", help="Keep the result over a power cycle.")] = False,
     undo: Annotated[
@@ -31,6 +33,7 @@ def calibrate(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what it is for and what moves.")] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the motor moves.")] = False,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Measure something of the motor, judge it, and store it in the drive. Exit status 1 when the verdict is not good.
@@ -39,7 +42,8 @@ def calibrate(
     """
     from evenspin.bench import calibrate as work
     from evenspin.bench.hand import hand_for
-    from evenspin.errors import InputError
+    from evenspin.errors import EvenspinError, InputError
+    from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
 
     check_json_file(json_file)
@@ -58,14 +62,20 @@ def calibrate(
     screen.print(f"{procedure.name}: {procedure.goal}\n{procedure.moves}")
     if dry_run:
         return
-    path = out if out is not None else Path(f"calibration-{name}.toml")
+    path = out if out is not None else _free(name)
+    file = OutputFile(path, origin(), recording=True, force=force)  # the way back to the values from before
     with connected(port) as drive:
         hand = hand_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
         if not hand.has_load_machine and not yes and not typer.confirm("Go on?", err=True):
             raise typer.Exit(1)
         with progress_bar(name, 1.0) as bar:
             done = work.calibrate(drive, hand, name, bar.update)
-        path.write_text(work.calibration_toml(done, drive), encoding="utf-8")
+        try:
+            file.write(work.calibration_toml(done, drive))
+        except EvenspinError as error:  # without the way back, no way forth
+            if done.found.good:
+                drive.set(done.before)
+            raise EvenspinError(f"{error}; the drive has the values from before the calibration") from None
         if keep and done.found.good:
             work.keep(drive, done)
     for verdict in done.found.verdicts:
@@ -91,3 +101,9 @@ def calibrate(
         write_json(content, json_file)
     if not done.found.good:
         raise typer.Exit(1)
+
+
+def _free(name: str) -> Path:
+    """Each calibration has a file of its own: the first one says what was there before all of them."""
+    names = (Path(f"calibration-{name}{number}.toml") for number in ("", *(f"-{n}" for n in range(2, 10_000))))
+    return next(path for path in names if not path.exists())

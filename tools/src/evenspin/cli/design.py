@@ -9,7 +9,7 @@ import typer
 
 from evenspin.cli.design_aro import design_aro
 from evenspin.cli.options import JsonFile
-from evenspin.cli.output import check_json_file, console, write_json
+from evenspin.cli.output import check_json_file, console, output_file, write_json
 
 app = typer.Typer(no_args_is_help=True, help="Design of controllers: margins and bounds before anything turns.")
 
@@ -65,9 +65,12 @@ def design_rc(
     """
     from evenspin.design.command import Choices, prepare, tables_of
     from evenspin.design.rc import as_json
+    from evenspin.report.plotfile import check_plot_file
     from evenspin.tableview import print_table
 
     check_json_file(json_file)
+    if plot is not None:
+        check_plot_file(plot)
     choices = Choices(
         gain=k_rc,
         lead=lead,
@@ -86,14 +89,16 @@ def design_rc(
         speed_rpm=speed_rpm,
         gain_at_hz=tuple(gain_at or ()),
     )
+    drawn = output_file(plot, "--plot", model) if plot is not None else None
     work = prepare(model, choices)
     screen = console(json_file)
     for view in tables_of(work):
         print_table(view, screen)
-    if plot is not None:
+    if drawn is not None:
         from evenspin.design.plots import write_bode
 
-        write_bode(plot, work.found)
+        with drawn as place:
+            write_bode(place, work.found)
         screen.print(str(plot), style="bold")
     if json_file is not None:
         write_json(as_json(work.found) | {"gains_db": work.gains_db, "period_samples": work.period_samples}, json_file)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from evenspin.cli.options import JsonFile
-from evenspin.cli.output import check_json_file, console, write_json
+from evenspin.cli.output import check_json_file, console, output_file, write_json
 
 Number = float | None
 
@@ -48,15 +48,17 @@ def design_aro(
     check_json_file(json_file)
     if plot is not None:
         check_plot_file(plot)
+    drawn = output_file(plot, "--plot", model) if plot is not None else None
     choices = Choices(cells, gain, pole, turns, forgetting, pi_hz, inertia_kgm2, viscous_nms, order)
     found = prepare(model, choices)
     screen = console(json_file)
     for view in tables_of(found, order):
         print_table(view, screen)
-    if plot is not None:
+    if drawn is not None:
         from evenspin.design.aro_plots import write_design
 
-        write_design(plot, found)
+        with drawn as place:
+            write_design(place, found)
         screen.print(str(plot), style="bold")
     if json_file is not None:
         write_json(as_json(found), json_file)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from evenspin.cli.options import JsonFlag, OutFolder
-from evenspin.cli.output import STDOUT, command_line, console, write_json
+from evenspin.cli.options import Force, JsonFlag, OutFolder
+from evenspin.cli.origin import origin
+from evenspin.cli.output import STDOUT, console, json_text, write_json
 from evenspin.gap.blind.command import app as blind
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ def case(
     ] = None,
     workers: Workers = None,
     check: Check = False,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
@@ -63,11 +65,10 @@ def case(
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
     if path.is_file():
-        _balance(path, model, out, as_json, check)
+        _balance(path, model, out, as_json, check, force)
         return
     _refuse_model(model)
-    words = command_line("gap", str(path), "--out", "DIR")
-    result = _investigated(path, out, words, workers, steps=False)
+    result = _investigated(path, out, force, workers, steps=False)
     _tell(result, out, as_json)
     _check(check, result.finding.unknown, result.name)
 
@@ -78,6 +79,7 @@ def loop(
     out: OutFolder,
     workers: Workers = None,
     check: Check = False,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Find, name, add, and again until nothing significant is left: one folder step_N per effect.
@@ -86,8 +88,7 @@ def loop(
 
     Example: `evenspin gap loop tests/data/foreign_drive/example_coulomb_and_inertia --out out/loop`
     """
-    words = command_line("gap", "loop", str(path), "--out", "DIR")
-    result = _investigated(path, out, words, workers, steps=True)
+    result = _investigated(path, out, force, workers, steps=True)
     screen = console(STDOUT if as_json else None)
     gap = result.before.gap
     for number, step in enumerate(result.steps[1:], 1):
@@ -106,6 +107,7 @@ def batch(
     ] = None,
     workers: Workers = None,
     check: Check = False,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Many cases, on all cores or on a dask cluster. A case that fails is told and does not end the others.
@@ -116,16 +118,21 @@ def batch(
     """
     from evenspin.errors import CheckFailedError
     from evenspin.gap import batch as work
+    from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    jobs = work.jobs_of(folders, out)
+    made = origin(*folders)
+    made.keep_apart("--out", out, folder=True)
+    jobs = work.jobs_of(folders, out, force)
+    work.check_places(jobs)
     out.mkdir(parents=True, exist_ok=True)
+    summary = OutputFile(out / work.SUMMARY, made, force=force)
     screen = console(STDOUT if as_json else None)
     screen.print(f"{len(jobs)} cases with {work.how(scheduler)}")
     with progress_bar("cases", len(jobs), patience_s=0.2) as bar:
         lines = work.run_batch(jobs, scheduler, workers, bar.update)
-    write_json(lines, str(out / work.SUMMARY))
+    summary.write(json_text(lines))
     print_table(work.summary_table(lines), screen)
     screen.print(f"{out}/{work.SUMMARY}", style="bold")
     if as_json:
@@ -142,6 +149,7 @@ def plan(
     model: Annotated[str, typer.Option(metavar="M", help="A model file or a built-in model.")],
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Perform the plan: a case folder.")] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the random records and of the noise.")] = 1,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """The experiments that make every effect identifiable, sized for this machine; with --out on the virtual drive.
@@ -151,13 +159,14 @@ def plan(
     Example: `evenspin gap plan --model guo2024 --out out/plan`
     """
     from evenspin.gap import plan as planning
-    from evenspin.log import OutputFolder, write_case
+    from evenspin.log import write_case
+    from evenspin.log.case import write_json as write_file
     from evenspin.model.machine import find_model, load_machine
+    from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import TableView, print_table
 
-    words = command_line("gap", "plan", "--model", model, "--seed", str(seed), "--out", "DIR")
-    output = OutputFolder(out, words) if out is not None else None
+    output = OutputFolder(out, origin(model), force=force) if out is not None else None
     machine = load_machine(find_model(model, Path(), _no_model(model)))
     experiments = planning.plan(machine, seed)
     changed = planning.changed_model(machine)
@@ -186,20 +195,21 @@ def plan(
                 before += e.setup.duration_s
         with output as folder:
             write_case(folder, planning.meta(experiments, f"{machine.name}-plan"), records)
-            write_json(content, str(folder / "plan.json"))
+            write_file(folder / "plan.json", content)
         screen.print(f"{out}", style="bold")
     if as_json:
         write_json(content, STDOUT)
 
 
-def _investigated(path: Path, out: Path, words: list[str], workers: int | None, steps: bool) -> CaseResult:
+def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps: bool) -> CaseResult:
     from evenspin.gap.check import checked_case
     from evenspin.gap.folder import write_result, write_steps
     from evenspin.gap.result import investigate
-    from evenspin.log import OutputFolder
+    from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
 
-    output = OutputFolder(out, words)
+    made = origin(path)
+    output = OutputFolder(out, made, force=force)
     loaded, said = checked_case(path)
     with progress_bar("reading", 1.0, patience_s=1.0) as bar:
 
@@ -210,7 +220,7 @@ def _investigated(path: Path, out: Path, words: list[str], workers: int | None, 
         result = investigate(loaded, workers, tell, said)
         tell("drawing", 0.97)
         with output as folder:
-            write_result(folder, result, " ".join(words))
+            write_result(folder, result, made.command)
             if steps:
                 write_steps(folder, result)
     return result
@@ -231,16 +241,16 @@ def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
         write_json(verdict_json(result), STDOUT)
 
 
-def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: bool) -> None:
+def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: bool, force: bool) -> None:
     from evenspin.gap.balance import run_balance
-    from evenspin.log import OutputFolder
+    from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    words = command_line("gap", str(path), *(("--model", model) if model else ()), "--out", "DIR")
-    output = OutputFolder(out, words)
+    made = origin(path, model)
+    output = OutputFolder(out, made, force=force)
     with output as folder, progress_bar("balancing torque", 1.0) as bar:
-        result = run_balance(path, model, folder, bar, " ".join(words))
+        result = run_balance(path, model, folder, bar, made.command)
     screen = console(STDOUT if as_json else None)
     for view in result.tables:
         print_table(view, screen)

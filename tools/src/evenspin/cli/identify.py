@@ -9,8 +9,9 @@ from typing import Annotated
 import typer
 
 from evenspin.cli.identify_mechanics import identify_mechanics
-from evenspin.cli.options import JsonFile, Numeric, NumericOption
-from evenspin.cli.output import check_json_file, command_line, console, write_json
+from evenspin.cli.options import Force, JsonFile, Numeric, NumericOption
+from evenspin.cli.origin import origin
+from evenspin.cli.output import check_json_file, console, write_json
 
 ALL = "all"
 SIMULATED = "sim"
@@ -74,6 +75,7 @@ def friction(
     seed: Seed = 1,
     numeric: NumericOption = Numeric.FLOAT,
     out: Out = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Viscous, Coulomb, static friction, Stribeck speed and shape from constant speeds in both directions.
@@ -84,7 +86,7 @@ def friction(
     """
     settings = {"stribeck": not no_stribeck, "torque": torque, "torque_per_a_nm": torque_per_a_nm}
     settings |= {"top_rad_s": top_speed, "noise_nm": noise, "seed": seed, "numeric": numeric.value}
-    _identify(("friction",), logs, run, settings, out, json_file)
+    _identify(("friction",), logs, run, settings, out, force, json_file)
 
 
 @app.command("inertia")
@@ -98,6 +100,7 @@ def inertia(
     seed: Seed = 1,
     numeric: NumericOption = Numeric.FLOAT,
     out: Out = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Inertia from a run that speeds up and brakes.
@@ -106,7 +109,7 @@ def inertia(
     """
     settings = {"torque": torque, "torque_per_a_nm": torque_per_a_nm}
     settings |= {"top_rad_s": top_speed, "noise_nm": noise, "seed": seed, "numeric": numeric.value}
-    _identify(("inertia",), logs, run, settings, out, json_file)
+    _identify(("inertia",), logs, run, settings, out, force, json_file)
 
 
 @app.command("cogging")
@@ -120,6 +123,7 @@ def cogging(
     seed: Seed = 1,
     numeric: NumericOption = Numeric.FLOAT,
     out: Out = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Orders, amplitudes and phases of the torque tied to the angle, from slow turns; the first turn is skipped.
@@ -128,7 +132,7 @@ def cogging(
     """
     settings = {"snap": snap, "torque": torque, "torque_per_a_nm": torque_per_a_nm}
     settings |= {"noise_nm": noise, "seed": seed, "numeric": numeric.value}
-    _identify(("cogging",), logs, run, settings, out, json_file)
+    _identify(("cogging",), logs, run, settings, out, force, json_file)
 
 
 @app.command(ALL)
@@ -143,6 +147,7 @@ def everything(
     seed: Seed = 1,
     numeric: NumericOption = Numeric.FLOAT,
     out: Out = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Friction, inertia and cogging, from experiments on the simulated drive (the same as without `all`).
@@ -156,7 +161,7 @@ def everything(
         raise InputError("identify", "--run", "(missing)", must, "give --run sim, or name the experiment")
     settings = {"snap": snap, "stribeck": not no_stribeck, "torque": torque}
     settings |= {"top_rad_s": top_speed, "noise_nm": noise, "seed": seed, "numeric": numeric.value}
-    _identify(("friction", "inertia", "cogging"), logs, run, settings, out, json_file)
+    _identify(("friction", "inertia", "cogging"), logs, run, settings, out, force, json_file)
 
 
 def _identify(
@@ -165,12 +170,13 @@ def _identify(
     run: str | None,
     settings: dict[str, object],
     out: Path | None,
+    force: bool,
     json_file: str | None,
 ) -> None:
     from evenspin.errors import InputError
     from evenspin.identify.command import Choices, from_logs, from_simulation, write
     from evenspin.identify.result import drive_text, tables_of
-    from evenspin.log import OutputFolder
+    from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
@@ -181,9 +187,8 @@ def _identify(
     if run == SIMULATED and len(names) > 1:
         raise InputError("identify", "MODEL", " ".join(names), "one model", "with --run sim no log is read")
     choices = Choices(kinds, **settings)  # type: ignore[arg-type]
-    words = ["identify", *(kinds if len(kinds) == 1 else (ALL,)), *(("--run", run) if run else ()), *names]
-    command = command_line(*words, *(("--snap",) if choices.snap else ()), "--out", "DIR")
-    output = OutputFolder(out, command) if out is not None else None
+    made = origin(*names)
+    output = OutputFolder(out, made, force=force) if out is not None else None
     if run == SIMULATED:
         with progress_bar("experiments", 1.0) as bar:
             work = from_simulation(names[0] if names else MODEL, choices, bar.update)
@@ -195,7 +200,7 @@ def _identify(
     screen.print(drive_text(work.found))
     if output is not None:
         with output as folder:
-            write(folder, work, " ".join(command))
+            write(folder, work, made.command)
         screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         write_json(work.found.as_json(), json_file)

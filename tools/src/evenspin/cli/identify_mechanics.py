@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from evenspin.cli.options import JsonFile, Numeric, NumericOption
-from evenspin.cli.output import check_json_file, command_line, console, write_json
+from evenspin.cli.options import Force, JsonFile, Numeric, NumericOption
+from evenspin.cli.origin import origin
+from evenspin.cli.output import check_json_file, console, output_file, write_json
 
 SIMULATED = "sim"
 BITS = 7
@@ -51,6 +52,7 @@ def identify_mechanics(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Folder for model.toml, report.html, and the log of --run."),
     ] = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Inertia J and viscous friction B from a pseudo-random torque, in a log or on the simulated drive.
@@ -62,7 +64,7 @@ def identify_mechanics(
     from evenspin.errors import InputError
     from evenspin.identify.mechanics_command import draw, from_logs, from_simulation, machine_of, tables_of, write
     from evenspin.identify.prbs import plan
-    from evenspin.log import OutputFolder
+    from evenspin.output import OutputFolder
     from evenspin.report.plotfile import check_plot_file, save_figure
     from evenspin.report.style import drawing
     from evenspin.tableview import print_table
@@ -81,9 +83,9 @@ def identify_mechanics(
     elif len(names) != 1:
         must = "one model, a file .toml or a built-in one"
         raise InputError("identify mechanics", "MODEL", " ".join(names) or "(missing)", must, "try tang2020-rig2")
-    words = ["identify", "mechanics", "--method", method.value, *(("--run", run) if run else ()), *names]
-    command = command_line(*words, "--out", "DIR")
-    output = OutputFolder(out, command) if out is not None else None
+    made = origin(*names)
+    drawn = output_file(plot, "--plot", *names) if plot is not None else None
+    output = OutputFolder(out, made, force=force) if out is not None else None
     if dry_run:
         wanted = plan(*machine_of(names[0]), **settings).as_json()
         screen.print("\n".join(f"{name} = {value:.5g}" for name, value in wanted.items()))
@@ -96,13 +98,13 @@ def identify_mechanics(
         work = from_simulation(names[0], settings, window_s, seed, numeric.value)
     for view in tables_of(work):
         print_table(view, screen)
-    if plot is not None:
-        with drawing():
-            save_figure(plot, draw(work)[0])
+    if drawn is not None:
+        with drawing(), drawn as place:
+            save_figure(place, draw(work)[0])
         screen.print(str(plot), style="bold")
     if output is not None:
         with output as folder:
-            write(folder, work, " ".join(command))
+            write(folder, work, made.command)
         screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         write_json(work.as_json(), json_file)

@@ -27,7 +27,8 @@ from evenspin.cli import (
     scope,
 )
 from evenspin.cli.identify import name_the_work
-from evenspin.cli.output import split_json_option
+from evenspin.cli.origin import remember
+from evenspin.cli.output import JSON_WITH_FILE, split_json_option
 from evenspin.errors import EvenspinError, one_line
 
 app = typer.Typer(
@@ -50,7 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the command. A user error is one line on stderr, never a traceback."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        app(split_json_option(name_the_work(words)), prog_name="evenspin")
+        words = split_json_option(name_the_work(words))
+        remember(words, words[:1] != [] and words[0] in JSON_WITH_FILE)
+        app(words, prog_name="evenspin")
     except EvenspinError as error:
         fail(str(error), error.exit_code)
     except BrokenPipeError:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from evenspin.cli.options import JsonFile
-from evenspin.cli.output import check_json_file, console, write_json
+from evenspin.cli.output import check_json_file, console, output_file, write_json
 
 HELP = "The learned memory of the angle observer (ARO), as a file: look at it, empty it."
 
@@ -43,6 +43,7 @@ def show(
     check_json_file(json_file)
     if plot is not None:
         check_plot_file(plot)
+    drawn = output_file(plot, "--plot", file) if plot is not None else None
     table = read_table(file)
     summary = table.summary()
     screen = console(json_file)
@@ -59,10 +60,11 @@ def show(
         screen.print(f"{file}: {table.cells} cells, nothing learned")
     else:
         print_table(TableView(str(file), text, ("mechanical order", "A", "mN m"), rows, left=0), screen)
-    if plot is not None:
+    if drawn is not None:
         from evenspin.memory.picture import write_plot
 
-        write_plot(plot, table)
+        with drawn as place:
+            write_plot(place, table)
         screen.print(str(plot), style="bold")
     if json_file is not None:
         write_json(summary, json_file)

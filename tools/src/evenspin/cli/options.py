@@ -36,5 +36,19 @@ JsonFile = Annotated[
 ]
 OutFolder = Annotated[
     Path,
-    typer.Option("--out", metavar="DIR", help="Folder for the output: new, empty, or an earlier output (replaced)."),
+    typer.Option(
+        "--out", metavar="DIR", help="Folder for the output: new, empty, or what this very command made (replaced)."
+    ),
+]
+Force = Annotated[
+    bool,
+    typer.Option("--force", help="Replace also a recording, what another command made, and what was changed since."),
+]
+SignalsOption = Annotated[
+    list[str] | None,
+    typer.Option("--signal", metavar="NAME", help="Several times; default: speed, currents, voltages."),
+]
+SpeedOption = Annotated[
+    float | None,
+    typer.Option("--speed", metavar="RAD_S", help="Turn at this speed meanwhile; the motor stops at the end."),
 ]

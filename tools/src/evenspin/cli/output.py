@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from evenspin.errors import InputError
+from evenspin.cli.origin import origin
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from evenspin.output import OutputFile
 
 STDOUT = "-"
 WIDE = 150  # columns when nobody can tell: tables must not be cut
@@ -48,28 +48,31 @@ def console(json_file: str | None = None) -> Console:
 
 def write_json(value: Any, json_file: str) -> None:
     """Print it, or write the file completely or not at all."""
-    text = json.dumps(value, indent=1, allow_nan=False) + "\n"
+    text = json_text(value)
     if json_file == STDOUT:
         sys.stdout.write(text)
         sys.stdout.flush()
         return
-    path = Path(json_file)
-    check_json_file(json_file)
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-        file.write(text)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)
+    _json_output(json_file).write(text)
+
+
+def json_text(value: Any) -> str:
+    return json.dumps(value, indent=1, allow_nan=False) + "\n"
 
 
 def check_json_file(json_file: str | None) -> None:
     """Refuse a place that cannot be written, before any work is done."""
-    if json_file in (None, STDOUT):
+    if json_file is None or json_file == STDOUT:
         return
-    path = Path(json_file)
-    if path.is_dir() or not path.parent.is_dir():
-        raise InputError("--json", "file", json_file, "a file in an existing folder", "choose another place")
+    _json_output(json_file)
 
 
-def command_line(*words: str) -> list[str]:
-    """A command as it is noted beside its output."""
-    return ["evenspin", *words]
+def _json_output(json_file: str) -> OutputFile:
+    return output_file(Path(json_file), "--json")
+
+
+def output_file(path: Path, option: str, *read: str | Path | None) -> OutputFile:
+    """A table or a picture that the command can make again; it has no --force. `read`: what the command reads."""
+    from evenspin.output import OutputFile
+
+    return OutputFile(path, origin(*read), option=option, can_force=False)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from evenspin.cli.options import JsonFile
-from evenspin.cli.output import check_json_file, command_line, console, write_json
+from evenspin.cli.options import Force, JsonFile
+from evenspin.cli.origin import origin
+from evenspin.cli.output import check_json_file, console, write_json
 
 if TYPE_CHECKING:
     from evenspin.reproduce.check import Check
@@ -79,6 +80,7 @@ def reproduce(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Folder for report.html, pictures and their numbers (not guo2024)."),
     ] = None,
+    force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
     """Run the scenarios of a paper and compare: ours, its simulation, its experiment, the target band.
@@ -91,12 +93,12 @@ def reproduce(
     builds = ("float", "fixed") if numeric is Numerics.BOTH else (numeric.value,)
     if paper is Paper.TANG2020:
         _refuse(paper, {"--set": ", ".join(set_ or ())})
-        _tang2020(method, builds, sweep, out, json_file)
+        _tang2020(method, builds, sweep, out, force, json_file)
     elif paper is Paper.YEH2024:
         _refuse(paper, {"--set": ", ".join(set_ or ()), "--sweep": sweep})
-        _yeh2024(method, builds, out, json_file)
+        _yeh2024(method, builds, out, force, json_file)
     else:
-        _refuse(paper, {"--sweep": sweep, "--out": out})
+        _refuse(paper, {"--sweep": sweep, "--out": out, "--force": force})
         _guo2024(method, set_, builds, json_file)
 
 
@@ -128,10 +130,15 @@ def _guo2024(
 
 
 def _tang2020(
-    method: Sequence[Method] | None, builds: Sequence[str], sweep: bool, out: Path | None, json_file: str | None
+    method: Sequence[Method] | None,
+    builds: Sequence[str],
+    sweep: bool,
+    out: Path | None,
+    force: bool,
+    json_file: str | None,
 ) -> None:
-    from evenspin.log import OutputFolder
     from evenspin.log.case import write_json as write_file
+    from evenspin.output import OutputFolder
     from evenspin.report.page import write_page
     from evenspin.reproduce.tang2020 import METHODS
     from evenspin.reproduce.tang2020 import reproduce as run_all
@@ -141,9 +148,8 @@ def _tang2020(
     from evenspin.tableview import print_table
 
     methods = _chosen(method, METHODS)
-    words = [word for each in method or () for word in ("--method", each.value)] + ["--sweep"] * sweep
-    command = command_line("reproduce", "tang2020", *words, "--out", "DIR")
-    output = OutputFolder(out, command) if out is not None else None
+    made = origin()
+    output = OutputFolder(out, made, force=force) if out is not None else None
     results = []
     for build in builds:
         with progress_bar(f"tang2020, {build}", 1.0) as bar:
@@ -156,7 +162,7 @@ def _tang2020(
     if output is not None:
         with output as folder:
             write_file(folder / "results.json", results[0].as_json())
-            write_page(folder, page_of(results[0], " ".join(command)))
+            write_page(folder, page_of(results[0], made.command))
         screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         content = results[0].as_json()
@@ -166,9 +172,11 @@ def _tang2020(
     _judge([check for result in results for check in result.checks])
 
 
-def _yeh2024(method: Sequence[Method] | None, builds: Sequence[str], out: Path | None, json_file: str | None) -> None:
-    from evenspin.log import OutputFolder
+def _yeh2024(
+    method: Sequence[Method] | None, builds: Sequence[str], out: Path | None, force: bool, json_file: str | None
+) -> None:
     from evenspin.log.case import write_json as write_file
+    from evenspin.output import OutputFolder
     from evenspin.report.page import write_page
     from evenspin.reproduce.yeh2024 import METHODS
     from evenspin.reproduce.yeh2024 import reproduce as run_all
@@ -178,9 +186,8 @@ def _yeh2024(method: Sequence[Method] | None, builds: Sequence[str], out: Path |
     from evenspin.tableview import print_table
 
     methods = _chosen(method, METHODS)
-    words = [word for each in method or () for word in ("--method", each.value)]
-    command = command_line("reproduce", "yeh2024", *words, "--out", "DIR")
-    output = OutputFolder(out, command) if out is not None else None
+    made = origin()
+    output = OutputFolder(out, made, force=force) if out is not None else None
     results = []
     for build in builds:
         with progress_bar(f"yeh2024, {build}", 1.0) as bar:
@@ -192,7 +199,7 @@ def _yeh2024(method: Sequence[Method] | None, builds: Sequence[str], out: Path |
     if output is not None:
         with output as folder:
             write_file(folder / "results.json", results[0].as_json())
-            write_page(folder, page_of(results[0], " ".join(command)))
+            write_page(folder, page_of(results[0], made.command))
         screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         content = results[0].as_json()

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from evenspin.cli.options import JsonFlag, Method, Numeric, NumericOption, OutFolder
-from evenspin.cli.output import STDOUT, command_line, console, write_json
+from evenspin.cli.options import Force, JsonFlag, Method, Numeric, NumericOption, OutFolder
+from evenspin.cli.origin import origin
+from evenspin.cli.output import STDOUT, console, write_json
 
 if TYPE_CHECKING:
     from evenspin.model import Scenario
@@ -33,6 +34,7 @@ def run(
     freeze_learning: Annotated[
         bool, typer.Option("--freeze-learning", help="dob, ro, aro: learn nothing; what is known goes on acting.")
     ] = False,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Run a scenario through the firmware: log, truth, summary, pictures.
@@ -42,9 +44,9 @@ def run(
     Example: `evenspin run guo2024/first --method fal-forc --out out/first`
     """
     from evenspin.errors import NativeError
-    from evenspin.log import OutputFolder
     from evenspin.memory import write_table
     from evenspin.native import tables
+    from evenspin.output import OutputFile, OutputFolder
     from evenspin.run import run_signals, segment_table, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
     from evenspin.sim import complete, prepare
@@ -56,12 +58,12 @@ def run(
     drive |= {"observer_hold": 1.0} if freeze_learning else {}
     setup = loaded.with_changes(drive, seed)
     known = table_for(setup, memory) if memory is not None else None
+    made = origin(loaded.document.path, loaded.machine.document.path, memory)
+    saved = None
     if save_memory is not None:
         check_saving(setup, save_memory)
-    words = ["run", scenario, *(("--method", method.value) if method else ()), "--numeric", numeric.value]
-    words += [*(("--memory", str(memory)) if memory else ()), *(["--freeze-learning"] if freeze_learning else [])]
-    command = command_line(*words, "--seed", str(setup.seed), "--out", "DIR")
-    output = OutputFolder(out, command)
+        saved = OutputFile(save_memory, made, option="--save-memory", force=force)
+    output = OutputFolder(out, made, force=force)
     try:
         with progress_bar(setup.name, setup.duration_s) as bar:
             simulation = prepare(setup, run_signals(), numeric.value, known)
@@ -71,9 +73,10 @@ def run(
     learned = learned_table(setup, simulation)
     summary = summary_of(setup, record, numeric.value, learned)
     with output as folder:
-        write_run(folder, setup, record, summary, " ".join(command), learned)
-    if save_memory is not None and learned is not None:
-        write_table(save_memory, learned)
+        write_run(folder, setup, record, summary, made.command, learned)
+    if saved is not None and learned is not None:
+        with saved as place:
+            write_table(place, learned)
     screen = console(STDOUT if as_json else None)
     print_table(segment_table(summary), screen)
     if summary["fault"]:

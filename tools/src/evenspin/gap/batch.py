@@ -16,6 +16,7 @@ from typing import Any
 from evenspin.errors import EvenspinError, InputError, one_line
 from evenspin.gap.verdict import VERDICT
 from evenspin.log.case import META
+from evenspin.output import Origin, OutputFolder
 from evenspin.tableview import TableView
 
 SUMMARY = "summary.json"
@@ -28,13 +29,18 @@ KEYS = ("verdict", "confidence", "gap_before", "gap_after", "gap_floor", "gap_cl
 class Job:
     case: Path
     out: Path
+    force: bool = False
+
+    @property
+    def origin(self) -> Origin:
+        return Origin(f"evenspin gap batch, case {self.name}", (self.case,))
 
     @property
     def name(self) -> str:
         return self.out.name
 
 
-def jobs_of(folders: Sequence[Path], out: Path) -> list[Job]:
+def jobs_of(folders: Sequence[Path], out: Path, force: bool = False) -> list[Job]:
     """Each folder is a case or holds cases."""
     found: dict[str, Path] = {}
     for folder in folders:
@@ -50,7 +56,13 @@ def jobs_of(folders: Sequence[Path], out: Path) -> list[Job]:
             if name in found and found[name] != case:
                 raise InputError("gap batch", "DIR", str(case), f"of another name than {found[name]}", "rename one")
             found[name] = case
-    return [Job(case.absolute(), out.absolute() / name) for name, case in found.items()]
+    return [Job(case.absolute(), out.absolute() / name, force) for name, case in found.items()]
+
+
+def check_places(jobs: Sequence[Job]) -> None:
+    """Refuse what must not be replaced before the first case is begun."""
+    for job in jobs:
+        OutputFolder(job.out, job.origin, force=job.force).release()
 
 
 def solve(job: Job) -> dict[str, Any]:
@@ -58,17 +70,15 @@ def solve(job: Job) -> dict[str, Any]:
     from evenspin.gap.check import checked_case
     from evenspin.gap.folder import write_result
     from evenspin.gap.result import investigate
-    from evenspin.log import OutputFolder
 
     if _stopped:
         return {"case": job.name, "error": "interrupted"}
-    command = ["evenspin", "gap", str(job.case), "--out", "DIR"]
     try:
-        output = OutputFolder(job.out, command)
+        output = OutputFolder(job.out, job.origin, force=job.force)
         case, said = checked_case(job.case)
         result = investigate(case, 1, warnings=said)
         with output as folder:
-            write_result(folder, result, " ".join(command))
+            write_result(folder, result, f"evenspin gap {job.case}")
         content = json.loads((job.out / VERDICT).read_text(encoding="utf-8"))
     except EvenspinError as error:
         return {"case": job.name, "error": str(error)}

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from evenspin.cli.options import JsonFlag
+from evenspin.cli.options import Force, JsonFlag, OutFolder
+from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
 
 MADE = "<!-- Made by `make blind`. Do not edit. -->\n\n# Verdicts on blind cases\n\n"
@@ -18,7 +19,7 @@ app = typer.Typer(no_args_is_help=True, help="Blind cases: make them, and score 
 
 @app.command("make")
 def make(
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the cases: new or empty.")],
+    out: OutFolder,
     count: Annotated[int | None, typer.Option(min=1, max=9999, help="Number of cases.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another number, another set; the same number, the same set.")] = 1,
     effects: Annotated[str, typer.Option(metavar="A,B", help="Hide only these; all when left out.")] = "",
@@ -32,6 +33,7 @@ def make(
         Path | None, typer.Option("--truth", metavar="FILE", help="Where the truth goes; beside DIR when left out.")
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; one per core when left out.")] = None,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Write cases in the measured-log format with hidden effects, simulated by a program of its own.
@@ -41,21 +43,24 @@ def make(
     from evenspin.errors import InputError
     from evenspin.gap.blind.cases import make_set, plan_cases
     from evenspin.gap.blind.truth import write_truth
+    from evenspin.output import OutputFile, OutputFolder
     from evenspin.sim.progress import progress_bar
 
     names = _names(effects)
     counts = _counts(kind, count)
     _check_choice(effects, names, counts)
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError("--out", "folder", str(out), "new or empty", "choose another folder")
     truth_file = truth or out.absolute().parent / f"{out.name}_truth.json"
     if truth_file.absolute().is_relative_to(out.absolute()):
         raise InputError("--truth", "file", str(truth_file), "apart from the cases", "choose a place outside of --out")
-    out.mkdir(parents=True, exist_ok=True)
+    made = origin()
+    output = OutputFolder(out, made, force=force)
+    apart = OutputFile(truth_file, made, option="--truth", force=force)
     plans = plan_cases(counts, seed, names)
-    with progress_bar("making blind cases", len(plans)) as bar:
-        truths = make_set(plans, out, jobs or os.cpu_count() or 1, bar.update)
-    write_truth(truth_file, truths)
+    with output as folder:
+        with progress_bar("making blind cases", len(plans)) as bar:
+            truths = make_set(plans, folder, jobs or os.cpu_count() or 1, bar.update)
+        with apart as place:
+            write_truth(place, truths)
     if as_json:
         write_json({"cases": str(out), "truth": str(truth_file), "count": len(truths)}, STDOUT)
     else:
@@ -71,6 +76,7 @@ def score(
     ] = None,
     markdown: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the tables as Markdown.")] = None,
     check: Annotated[bool, typer.Option("--check", help="Exit status 1 when a goal is missed.")] = False,
+    force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
     """Hold verdicts against the truth: who was right, how wrong parameters are, how far the gap closed.
@@ -81,7 +87,9 @@ def score(
     from evenspin.gap.blind import calibration as calibrating
     from evenspin.gap.blind import score as scoring
     from evenspin.gap.blind.truth import read_truth
+    from evenspin.output import OutputFile
 
+    page = OutputFile(markdown, origin(truth, results), option="--markdown", force=force) if markdown else None
     truths = read_truth(truth)
     if cases is not None:
         truths = {case: what for case, what in truths.items() if (cases / case).is_dir()}
@@ -89,9 +97,8 @@ def score(
             raise InputError("--cases", "folder", str(cases), "one with cases of the truth file", "see --truth")
     result = scoring.score_set(truths, results)
     calibration = calibrating.calibrate(truths, results)
-    if markdown is not None:
-        text = MADE + scoring.markdown(result) + calibrating.markdown(calibration)
-        markdown.write_text(text, encoding="utf-8")
+    if page is not None:
+        page.write(MADE + scoring.markdown(result) + calibrating.markdown(calibration))
     if as_json:
         write_json(_json(result), STDOUT)
     else:

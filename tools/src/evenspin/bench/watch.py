@@ -1,0 +1,74 @@
+"""What happens to the drive while it is recorded: every change of its state, a trip above all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from evenspin.bench import messages
+from evenspin.bench.client import Drive
+from evenspin.bench.messages import COUNTER_MODULUS, Event, State
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """`counter`: the PWM period, counted as the rows are."""
+
+    counter: int
+    state: State
+    fault: str  # its name; "" when this is no trip
+    text: str  # with cause and first check
+
+    @property
+    def is_trip(self) -> bool:
+        return self.state == State.FAULT
+
+    def as_json(self) -> dict[str, Any]:
+        content: dict[str, Any] = {"state": self.state.name.lower()}
+        return content | {"fault": self.fault, "text": self.text} if self.is_trip else content
+
+
+class Watch:
+    """From here on. `news` gives what has happened since it was last asked, `close` looks once more at the end."""
+
+    def __init__(self, drive: Drive) -> None:
+        self._drive = drive
+        self._tripped_before = drive.state().state == State.FAULT
+        self._seen = len(drive.events)
+        self.all: list[Happened] = []
+
+    @property
+    def trip(self) -> Happened | None:
+        """The first one."""
+        return next((each for each in self.all if each.is_trip), None)
+
+    def news(self, near: int) -> list[Happened]:
+        """`near`: the period of a row of about now; the drive's own counter turns over."""
+        events = self._drive.events
+        fresh = [self._happened(event, near) for event in events[self._seen :]]
+        self._seen = len(events)
+        self.all += fresh
+        return fresh
+
+    def close(self, near: int) -> list[Happened]:
+        """The last news, and a trip that nobody has heard of, such as one while the link was down."""
+        fresh = self.news(near)
+        now = self._drive.state()
+        if now.state != State.FAULT or self._tripped_before or self.trip is not None:
+            return fresh
+        found = self._drive.fault(samples=False)
+        text = messages.fault_text(self._drive.schema, now.fault, now.detail)
+        self.all.append(Happened(whole(found.period, near), State.FAULT, found.name, text))
+        return [*fresh, self.all[-1]]
+
+    def _happened(self, event: Event, near: int) -> Happened:
+        if event.state != State.FAULT:
+            return Happened(whole(event.counter, near), event.state, "", "")
+        text = messages.fault_text(self._drive.schema, event.fault, event.detail)
+        return Happened(whole(event.counter, near), event.state, self._drive.schema.fault(event.fault).name, text)
+
+
+def whole(counter: int, near: int) -> int:
+    """The drive's counter of 32 bits as one that goes on: the nearest to `near`."""
+    ahead = (counter - near) % COUNTER_MODULUS
+    return near + (ahead if ahead < COUNTER_MODULUS // 2 else ahead - COUNTER_MODULUS)
