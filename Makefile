@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind clean
+.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind faults clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -68,6 +68,9 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
 	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md --force
+
+faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
+	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

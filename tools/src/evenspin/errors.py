@@ -69,7 +69,9 @@ def one_line(text: str) -> str:
 
 
 def shown(value: object) -> str:
-    """The value as the user may have written it, short enough for a line."""
+    """The value as the user may have written it, short enough for a line; a path whole, to be copied."""
+    if isinstance(value, Path):
+        return f"'{one_line(''.join(c if c.isprintable() else '?' for c in str(value)))}'"
     try:
         text = str(value).lower() if isinstance(value, bool) else value if isinstance(value, str) else repr(value)
     except ValueError:  # an integer of thousands of digits

@@ -63,16 +63,33 @@ def refuse_rescued(place: Path, force: bool) -> None:
     held = [raw for raw in recordings_in(place) if rows_in(raw)]
     if held and not force:
         raise InputError(
-            "--out", "recording", str(held[0]), "converted and moved away first",
+            "--out", "recording", held[0], "converted and moved away first",
             f"it holds {rows_in(held[0])} rows of a recording that broke off: {convert_command(held[0])} makes a CSV "
             "of it; or choose another name, or replace it with --force",
         )  # fmt: skip
     if place.is_symlink() or (place.exists() and not _is_ours(place)):
-        raise InputError("--out", "recording", str(place), "free for the raw recording", "choose another name")
+        raise InputError("--out", "recording", place, "free for the raw recording", "choose another name")
 
 
-def make_room(place: Path) -> None:
-    """Away with what `refuse_rescued` has let pass, at the last moment before something new is recorded."""
+@contextlib.contextmanager
+def room_for(place: Path) -> Iterator[None]:
+    """What `refuse_rescued` has let pass steps aside while something new is recorded there, and goes when that holds a
+    row; else it comes back."""
+    aside = place.with_name(f".{place.name}.replaced")
+    if place.exists():
+        _away(aside)
+        place.rename(aside)
+    try:
+        yield
+    finally:
+        if aside.exists() and any(rows_in(raw) for raw in recordings_in(place)):
+            _away(aside)
+        elif aside.exists():
+            _away(place)
+            aside.rename(place)
+
+
+def _away(place: Path) -> None:
     if place.is_dir():
         shutil.rmtree(place)
     else:

@@ -50,7 +50,6 @@ class RawWriter:
         zero: int | None = None,
     ) -> None:
         self.path = path
-        self.rows = 0
         self._pwm_hz = float(pwm_hz)
         self._failed = False
         self._file = path.open("xb")
@@ -75,7 +74,6 @@ class RawWriter:
     def write(self, block: Block) -> None:
         data = HEAD.pack(block.counter, block.lost_before, len(block)) + block.values.astype("<f4").tobytes()
         self._add(self._channel, block.counter, data)
-        self.rows += len(block)
 
     def event(self, counter: int, content: Mapping[str, Any]) -> None:
         """A change of the drive's state, with its period."""
@@ -112,7 +110,7 @@ class RawWriter:
                 with self._noticing():
                     self._finish()
         finally:
-            if kind is not None and self.rows == 0:
+            if kind is not None and rows_in(self.path) == 0:
                 self.path.unlink(missing_ok=True)
 
     def _finish(self) -> None:

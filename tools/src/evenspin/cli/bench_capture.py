@@ -104,13 +104,13 @@ class CaptureFiles:
         """By way of a raw file, which goes when both are there."""
         import numpy as np
 
-        from evenspin.bench.kept import make_room
+        from evenspin.bench.kept import room_for
         from evenspin.bench.recorder import source_facts, source_of, write_raw_capture
         from evenspin.log import write_csv
         from evenspin.output.manifest import describe, hash_of
 
-        make_room(raw)
-        write_raw_capture(raw, taken, source_of(drive), happened)
+        with room_for(raw):
+            write_raw_capture(raw, taken, source_of(drive), happened)
         with self.table as place:
             write_csv(place, ("t_s", *taken.names), np.column_stack((taken.t_s, taken.values.astype(float))))
             known = {self.table.path.name: hash_of(place)}

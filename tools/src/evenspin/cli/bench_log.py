@@ -37,7 +37,7 @@ def record(
     Example: `evenspin bench record --speed 30 --seconds 10 --out out/recording`
     """
     from evenspin.bench.errors import DriveFaultError
-    from evenspin.bench.kept import RAW, beside, keeping, make_room, refuse_rescued
+    from evenspin.bench.kept import RAW, beside, keeping, refuse_rescued, room_for
     from evenspin.bench.raw import read_raw
     from evenspin.bench.recorder import record as record_stream
     from evenspin.bench.recorder import source_facts
@@ -52,9 +52,9 @@ def record(
     refuse_rescued(raw, force)
     screen = console(json_file)
     with keeping(raw):
-        with connected(port, reconnect_s=10.0) as drive, progress_bar("recording", seconds or 3600.0) as bar:
+        bar_s = seconds or 3600.0
+        with connected(port, reconnect_s=10.0) as drive, room_for(raw), progress_bar("recording", bar_s) as bar:
             drive.schema.signal_numbers(names)
-            make_room(raw)
             done = record_stream(
                 drive, names, raw, rate_hz=rate, seconds=seconds, speed_rad_s=speed, progress=bar.update,
                 tripped=lambda t_s, what: screen.print(f"THE DRIVE TRIPPED at {t_s:.3f} s: {what.text}"),
@@ -161,7 +161,7 @@ def run(
 
     from evenspin.bench.experiments import read_experiments
     from evenspin.bench.hand import hand_for
-    from evenspin.bench.kept import FOLDER, beside, keeping, make_room, recordings_in, refuse_rescued
+    from evenspin.bench.kept import FOLDER, beside, keeping, recordings_in, refuse_rescued, room_for
     from evenspin.bench.runner import how_to_log, perform
     from evenspin.errors import InputError, did_you_mean
     from evenspin.log import write_case
@@ -196,9 +196,8 @@ def run(
         question = "The motor is going to turn in both directions. Go on?"
         if not virtual and not yes and not typer.confirm(question, err=True):
             raise typer.Exit(1)
-        make_room(raw)
-        raw.mkdir(parents=True)
-        with progress_bar("experiments", total_s) as bar:
+        with room_for(raw), progress_bar("experiments", total_s) as bar:
+            raw.mkdir(parents=True)
             done = perform(drive, hand, wanted, lambda name, seconds: bar.update(seconds), screen.print, raw)
     with keeping(raw), output as folder:
         write_case(folder, done.meta, done.records)

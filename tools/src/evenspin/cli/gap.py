@@ -119,6 +119,7 @@ def batch(
     from evenspin.errors import CheckFailedError
     from evenspin.gap import batch as work
     from evenspin.output import OutputFile
+    from evenspin.output.origin import absolute
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
@@ -127,7 +128,7 @@ def batch(
     jobs = work.jobs_of(folders, out, force)
     work.check_places(jobs)
     out.mkdir(parents=True, exist_ok=True)
-    summary = OutputFile(out / work.SUMMARY, made, force=force)
+    summary = OutputFile(out / work.SUMMARY, made, force=force, notes=absolute(out).parent)
     screen = console(STDOUT if as_json else None)
     screen.print(f"{len(jobs)} cases with {work.how(scheduler)}")
     with progress_bar("cases", len(jobs), patience_s=0.2) as bar:

@@ -83,16 +83,16 @@ def faults(as_json: JsonFlag = False) -> None:
 
 
 def version(as_json: JsonFlag = False) -> None:
-    """Version of the package and of its library."""
-    import evenspin
+    """Version of the package, the commit it was made of, and its libraries."""
+    from evenspin.build import build
     from evenspin.native import NUMERICS, load
 
     libraries = {numeric: str(load(numeric).path) for numeric in NUMERICS}
     if as_json:
-        write_json({"version": evenspin.version(), "libraries": libraries}, STDOUT)
+        write_json({**build().as_json(), "libraries": libraries}, STDOUT)
         return
     screen = console()
-    screen.print(f"evenspin {evenspin.version()}")
+    screen.print(str(build()))
     for numeric, path in libraries.items():
         screen.print(f"{numeric}: {path}")
 

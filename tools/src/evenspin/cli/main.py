@@ -11,6 +11,7 @@ import typer
 from evenspin.cli import (
     bench,
     benchmark,
+    clean,
     compare,
     cycles,
     demo,
@@ -42,7 +43,7 @@ app = typer.Typer(
 
 for module in (
     run, reproduce, design, identify, compare, gap, memory, drive, bench, scope, lists, demo, benchmark, cycles,
-    doctor, pages,
+    doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
 

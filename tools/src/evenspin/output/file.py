@@ -21,6 +21,7 @@ class OutputFile(Writer):
 
     `recording`: what was measured: never replaced without `force`, not by the same command either.
     `can_force`: the command has an option --force, which its message may name.
+    `notes`: the folder above in which it is noted what made the file; None: its own.
     """
 
     what = "file"
@@ -34,9 +35,11 @@ class OutputFile(Writer):
         recording: bool = False,
         force: bool = False,
         can_force: bool = True,
+        notes: Path | None = None,
         say: Say = to_stderr,
     ) -> None:
         self.can_force = can_force
+        self._notes = notes
         super().__init__(path, origin, option=option, recording=recording, force=force, say=say)
         if self.path.is_symlink():
             self.path = self.path.resolve()  # the file behind it; the link stays
@@ -56,7 +59,7 @@ class OutputFile(Writer):
             raise self.refusal(must, f"{reason}: {other}")
 
     def _why_not(self) -> str:
-        made = read_file_entry(self.path.resolve())
+        made = read_file_entry(*self._noted())
         if self.recording:
             return "it is there already, and what was measured is not replaced"
         if made is None:
@@ -89,7 +92,12 @@ class OutputFile(Writer):
 
     def done(self) -> None:
         if not self.recording:
-            note_file(self.path, self.origin)
+            note_file(*self._noted(), self.origin)
+
+    def _noted(self) -> tuple[Path, Path]:
+        """The file itself, and the folder whose notes tell of it."""
+        path = self.path.resolve()
+        return path, path.parent if self._notes is None else self._notes.resolve()
 
 
 def _is_special(path: Path) -> bool:

@@ -68,7 +68,7 @@ class OutputFolder(Writer):
             raise self.refusal("a folder", "choose another name")
         above = next((folder for folder in self.path.parents if folder.exists()), self.path)
         if not above.is_dir():
-            raise InputError(self.option, "folder", str(above), "a folder", "choose another place")
+            raise InputError(self.option, "folder", above, "a folder", "choose another place")
         self.origin.keep_apart(self.option, self.path, folder=True)
         if self.path.is_dir() and any(self.path.iterdir()):
             self._check_earlier()

@@ -100,24 +100,25 @@ def hash_of(path: Path) -> str:
 # ---- of single files
 
 
-def read_file_entry(path: Path) -> Made | None:
-    """What is known of this file; None: nothing."""
-    content = _json(path.parent / FILES)
-    entry = content.get("files", {}).get(path.name) if isinstance(content, dict) else None
+def read_file_entry(path: Path, notes: Path) -> Made | None:
+    """What the notes in a folder know of this file; None: nothing."""
+    content = _json(notes / FILES)
+    known = content.get("files") if isinstance(content, dict) else None
+    entry = known.get(path.relative_to(notes).as_posix()) if isinstance(known, dict) else None
     return parse(entry) if isinstance(entry, dict) else None
 
 
-def note_file(path: Path, origin: Origin) -> None:
-    """Remember that this file was made by this command. Where that cannot be, a repeat of the command will be asked to
-    choose another name: no reason to fail."""
-    with contextlib.suppress(OSError), _held(path.parent):
-        content = _json(path.parent / FILES)
+def note_file(path: Path, notes: Path, origin: Origin) -> None:
+    """Remember in the notes of a folder that this file below it was made by this command. Where that cannot be, a
+    repeat of the command will be asked to choose another name: no reason to fail."""
+    with contextlib.suppress(OSError), _held(notes):
+        content = _json(notes / FILES)
         known = content.get("files") if isinstance(content, dict) else None
         known = known if isinstance(known, dict) else {}
-        here = {name: entry for name, entry in known.items() if (path.parent / name).exists()}
-        here[path.name] = describe(origin, {path.name: hash_of(path)}, recording=False)
-        says = "What evenspin wrote into this folder; without it, no file is taken for one of evenspin's."
-        _replace(path.parent / FILES, {"note": says, "files": dict(sorted(here.items()))})
+        here = {name: entry for name, entry in known.items() if (notes / name).exists()}
+        here[path.relative_to(notes).as_posix()] = describe(origin, {path.name: hash_of(path)}, recording=False)
+        says = "What evenspin wrote here as single files; without this it takes no file for its own."
+        _replace(notes / FILES, {"note": says, "files": dict(sorted(here.items()))})
 
 
 @contextlib.contextmanager

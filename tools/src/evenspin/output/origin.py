@@ -27,11 +27,11 @@ class Origin:
             read = given.resolve()
             what = "folder" if folder else "file"
             if place == read:
-                raise InputError(option, what, str(out), "another one than the input", "this command reads it")
+                raise InputError(option, what, out, "another one than the input", "this command reads it")
             if folder and place.is_relative_to(read):
-                raise InputError(option, what, str(out), f"outside of the input {given}", HARMLESS)
+                raise InputError(option, what, out, f"outside of the input {given}", HARMLESS)
             if folder and read.is_relative_to(place):
-                raise InputError(option, what, str(out), f"a folder without the input {given}", HARMLESS)
+                raise InputError(option, what, out, f"a folder without the input {given}", HARMLESS)
 
 
 def absolute(path: Path) -> Path:

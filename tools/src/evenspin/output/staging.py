@@ -15,7 +15,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from evenspin.output.claim import MARK, Claim, is_free, lock_path
+from evenspin.output.claim import MARK, BusyError, Claim, is_free
 
 NEW, OLD = "new", "old"
 AT_FDCWD, RENAME_EXCHANGE = -100, 2
@@ -105,7 +105,7 @@ class Leftover:
         claim = Claim(self.target)
         try:
             claim.take(make_parents=False)
-        except Exception:  # busy again, or nothing can be written here
+        except (BusyError, OSError):  # again, or nothing can be written here
             return False
         try:
             remove(self.path)
@@ -128,10 +128,13 @@ def leftovers(folder: Path, target: Path | None = None, *, own: bool = False) ->
     return found
 
 
-def stale_locks(folder: Path) -> list[Path]:
+def remove_locks(folder: Path) -> None:
     """Lock files that nobody holds. They do no harm, and the next writer takes them over."""
+    ending = f"{MARK}lock"
     with contextlib.suppress(OSError):
-        names = [path.name for path in folder.iterdir()]
-        targets = [folder / name[1 : -len(f"{MARK}lock")] for name in names if name.endswith(f"{MARK}lock")]
-        return [lock_path(target) for target in targets if is_free(target)]
-    return []
+        for path in list(folder.iterdir()):
+            if path.name.startswith(".") and path.name.endswith(ending):
+                with contextlib.suppress(BusyError, OSError):
+                    claim = Claim(folder / path.name[1 : -len(ending)])
+                    claim.take(make_parents=False)
+                    claim.release()  # removes it

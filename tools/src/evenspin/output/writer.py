@@ -121,7 +121,7 @@ class Writer:
     # ---- refusals
 
     def refusal(self, must: str, hint: str) -> InputError:
-        return InputError(self.option, self.what, str(self.path), must, hint)
+        return InputError(self.option, self.what, self.path, must, hint)
 
     def unwritable(self, error: OSError) -> InputError:
         return self.refusal("writable", error.strerror or str(error))
