@@ -364,7 +364,10 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
 # ---- commands
 
 
-def test_a_run_repeats_but_does_not_replace_another_run(evenspin: Call, scenario: Path, tmp_path: Path) -> None:
+def test_a_run_repeats_but_does_not_replace_another_run(
+    evenspin: Call, scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("evenspin.run.write_run", lambda folder, *_: (folder / "log.csv").write_text("t_s\n"))
     out = tmp_path / "out"
     assert evenspin("run", scenario, "--out", out).status == 0
     assert evenspin("run", scenario, "--json", "--out", out).status == 0  # where the JSON goes is not part of it

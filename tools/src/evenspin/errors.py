@@ -64,6 +64,15 @@ class Missing:
 MISSING = Missing()
 
 
+def reason(error: BaseException) -> str:
+    """Why something could not be read or written, in the words of the system."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    if isinstance(error, UnicodeDecodeError):
+        return f"no text from octet {error.start} on"
+    return str(error)
+
+
 def one_line(text: str) -> str:
     return " ".join(text.split())
 

@@ -37,8 +37,10 @@ def beside(out: Path, ending: str) -> Path:
 
 def convert_command(raw: Path) -> str:
     """The command that makes a CSV of it."""
-    name = raw.name.removesuffix(".mcap").removesuffix(".raw")
-    return f"`evenspin bench convert {shlex.quote(str(raw))} --out {shlex.quote(str(raw.parent / f'{name}.csv'))}`"
+    name, place = raw.name.removesuffix(".mcap").removesuffix(".raw"), raw.parent
+    if place.name.endswith(FOLDER):  # beside the folder, which only holds recordings
+        name, place = f"{place.name.removesuffix(FOLDER)}-{name}", place.parent
+    return f"`evenspin bench convert {shlex.quote(str(raw))} --out {shlex.quote(str(place / f'{name}.csv'))}`"
 
 
 def where_it_is(raws: Sequence[Path]) -> str:

@@ -90,6 +90,13 @@ def source_of(drive: Drive) -> str:
     return f"{drive.info.name} {drive.info.firmware} schema {drive.info.schema:08x}"
 
 
+def raw_writer(drive: Drive, folder: Path, name: str, signals: Sequence[str], decimation: int) -> RawWriter:
+    """NAME.mcap in this folder, for rows of this drive."""
+    units = [drive.signals[signal].unit for signal in signals]
+    pwm_hz = float(drive.info.pwm_hz)
+    return RawWriter(folder / f"{name}.mcap", signals, units, decimation, pwm_hz, source_of(drive))
+
+
 def write_raw_capture(path: Path, taken: Capture, source: str, happened: Sequence[Happened]) -> None:
     """A capture as a raw recording whose time counts from the trigger."""
     with RawWriter(path, taken.names, taken.units, taken.decimation, taken.pwm_hz, source, taken.trigger) as file:

@@ -24,9 +24,9 @@ from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
 from evenspin.bench.hand import Hand
 from evenspin.bench.messages import Mode, State, Trigger
 from evenspin.bench.raw import RawWriter
-from evenspin.bench.recorder import source_of
+from evenspin.bench.recorder import raw_writer
 from evenspin.bench.stream import Block
-from evenspin.bench.watch import Watch
+from evenspin.bench.watch import Watch, trip_of
 from evenspin.errors import EvenspinError, InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.meta import meta_of
@@ -217,29 +217,6 @@ def _by_stream(
     inside = (counters >= first) & (counters < end)
     columns = dict(zip(STREAMED, values[inside].T, strict=True))
     return _log(experiment, counters[inside], first, drive.info.pwm_hz, columns, hand)
-
-
-def raw_writer(drive: Drive, folder: Path, name: str, signals: Sequence[str], decimation: int) -> RawWriter:
-    units = [drive.signals[signal].unit for signal in signals]
-    pwm_hz = float(drive.info.pwm_hz)
-    return RawWriter(folder / f"{name}.mcap", signals, units, decimation, pwm_hz, source_of(drive))
-
-
-def trip_of(drive: Drive) -> dict[str, Any] | None:
-    """If the drive has tripped: the time from its start (nan when it did not say), the fault, and a sentence."""
-    if drive.link.lost:
-        return None
-    try:
-        now = drive.state()
-        if now.state != State.FAULT:
-            return None
-        found = drive.fault(samples=False)
-    except EvenspinError:
-        return None
-    runs = [event.counter for event in drive.events if event.state == State.RUN]
-    t_s = (found.period - runs[-1]) / drive.info.pwm_hz if runs else None
-    at = f" at {t_s:.3f} s" if t_s is not None else ""
-    return {"t_s": t_s, "fault": found.name, "text": found.text, "said": f"the drive tripped{at}: {found.text}"}
 
 
 def _by_captures(

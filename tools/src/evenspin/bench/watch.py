@@ -8,6 +8,7 @@ from typing import Any
 from evenspin.bench import messages
 from evenspin.bench.client import Drive
 from evenspin.bench.messages import COUNTER_MODULUS, Event, State
+from evenspin.errors import EvenspinError
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,3 +73,20 @@ def whole(counter: int, near: int) -> int:
     """The drive's counter of 32 bits as one that goes on: the nearest to `near`."""
     ahead = (counter - near) % COUNTER_MODULUS
     return near + (ahead if ahead < COUNTER_MODULUS // 2 else ahead - COUNTER_MODULUS)
+
+
+def trip_of(drive: Drive) -> dict[str, Any] | None:
+    """If the drive has tripped: the time from its start (None when it did not say), the fault, and a sentence."""
+    if drive.link.lost:
+        return None
+    try:
+        now = drive.state()
+        if now.state != State.FAULT:
+            return None
+        found = drive.fault(samples=False)
+    except EvenspinError:
+        return None
+    runs = [event.counter for event in drive.events if event.state == State.RUN]
+    t_s = (found.period - runs[-1]) / drive.info.pwm_hz if runs else None
+    at = f" at {t_s:.3f} s" if t_s is not None else ""
+    return {"t_s": t_s, "fault": found.name, "text": found.text, "said": f"the drive tripped{at}: {found.text}"}

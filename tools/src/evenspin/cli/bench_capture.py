@@ -49,7 +49,7 @@ def capture(
 
     Example: `evenspin bench capture --signal iq_a --signal vq_v --trigger "iq_a>2" --pre 200 --speed 30 --out step.csv`
     """
-    from evenspin.bench.errors import DriveFaultError
+    from evenspin.bench.errors import DriveFaultError, RefusedError
     from evenspin.bench.kept import RAW, beside, keeping, refuse_rescued
     from evenspin.bench.watch import Watch
     from evenspin.sim.progress import progress_bar
@@ -72,8 +72,14 @@ def capture(
             drive.arm_capture(names, rows=wanted, pre=pre, decimation=decimation, **options)
         if speed is not None:
             drive.run_speed(speed)
-        with progress_bar("capture", 1.0) as bar:
-            taken = drive.read_capture(seconds + wanted * decimation / drive.info.pwm_hz, progress=bar.update)
+        try:
+            with progress_bar("capture", 1.0) as bar:
+                taken = drive.read_capture(seconds + wanted * decimation / drive.info.pwm_hz, progress=bar.update)
+        except RefusedError as error:
+            watch.close(0)
+            if watch.trip is None:
+                raise
+            raise DriveFaultError(f"{error}; the drive tripped meanwhile: {watch.trip.text}") from None
         watch.close(taken.trigger)
         files.write(raw, taken, drive, watch.all)
     if json_file is not None:

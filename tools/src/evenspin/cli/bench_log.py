@@ -161,7 +161,7 @@ def run(
 
     from evenspin.bench.experiments import read_experiments
     from evenspin.bench.hand import hand_for
-    from evenspin.bench.kept import FOLDER, beside, keeping, recordings_in, refuse_rescued, room_for
+    from evenspin.bench.kept import FOLDER, beside, keeping, recordings_in, refuse_rescued, room_for, where_it_is
     from evenspin.bench.runner import how_to_log, perform
     from evenspin.errors import InputError, did_you_mean
     from evenspin.log import write_case
@@ -216,6 +216,9 @@ def run(
         tripped = "THE DRIVE TRIPPED. " if "tripped" in done.meta else ""
         count = f"{len(done.records)} of {len(wanted.experiments)}"
         screen.print(f"{tripped}The list ended early, after {count}; they are kept.")
+        unfinished = [path for path in recordings_in(out / "raw") if path.stem not in done.records]
+        if where := where_it_is(unfinished):
+            screen.print(f"Of the one that it ended in {where}.")
         raise done.ended_by
 
 

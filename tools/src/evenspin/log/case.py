@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evenspin.errors import MISSING, InputError
+from evenspin.errors import MISSING, InputError, reason
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv, write_csv
 from evenspin.sim.record import Record
@@ -49,7 +49,7 @@ def read_meta(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise InputError(path, "file", MISSING, "an existing file", HINT) from None
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(path, "file", str(error), "JSON", HINT) from None
+        raise InputError(path, "file", reason(error), "JSON", HINT) from None
     names = meta.get("experiments") if isinstance(meta, dict) else None
     if not isinstance(names, list) or not all(isinstance(name, str) and name == Path(name).name for name in names):
         raise InputError(path, "experiments", names, "a list of names", HINT)

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.errors import MISSING, InputError
+from evenspin.errors import MISSING, InputError, reason
 from evenspin.log import read_csv, write_csv
 
 Array = NDArray[np.float64]
@@ -169,7 +169,7 @@ def _read_json(path: Path) -> AngleTable:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(path, "file", str(error), "JSON", HINT) from None
+        raise InputError(path, "file", reason(error), "JSON", HINT) from None
     if not isinstance(content, Mapping) or content.get("format") != FORMAT:
         given = content.get("format", MISSING) if isinstance(content, Mapping) else MISSING
         raise InputError(path, "format", given, f'"{FORMAT}"', HINT)

@@ -31,6 +31,7 @@ class Claim:
     def __init__(self, target: Path) -> None:
         self.path = lock_path(target)
         self._handle: int | None = None
+        self._process = os.getpid()  # a process that is forked from this one does not hold it
         self._made: list[Path] = []
 
     def take(self, *, make_parents: bool = True) -> None:
@@ -62,6 +63,8 @@ class Claim:
         return True
 
     def release(self) -> None:
+        if self._process != os.getpid():
+            return
         if self._handle is not None:
             with contextlib.suppress(OSError):
                 self.path.unlink()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 
-from evenspin.errors import EvenspinError, InputError
+from evenspin.errors import EvenspinError, InputError, reason
 from evenspin.output import staging
 from evenspin.output.claim import BusyError, Claim
 from evenspin.output.origin import Origin, absolute
@@ -124,4 +124,4 @@ class Writer:
         return InputError(self.option, self.what, self.path, must, hint)
 
     def unwritable(self, error: OSError) -> InputError:
-        return self.refusal("writable", error.strerror or str(error))
+        return self.refusal("writable", reason(error))

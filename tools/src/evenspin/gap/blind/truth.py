@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from evenspin.errors import MISSING, InputError
+from evenspin.errors import MISSING, InputError, reason
 from evenspin.gap.blind.vocabulary import UNKNOWN
 from evenspin.log.case import write_json
 
@@ -61,7 +61,7 @@ def read_truth(path: Path) -> dict[str, Truth]:
     except FileNotFoundError:
         raise InputError(path, "file", MISSING, "an existing file", HINT) from None
     except (OSError, ValueError) as error:
-        raise InputError(path, "file", str(error), "JSON", HINT) from None
+        raise InputError(path, "file", reason(error), "JSON", HINT) from None
     known = Truth.__dataclass_fields__
     try:
         return {
