@@ -1,7 +1,7 @@
 """What was recorded stays: a disk that fails at every write, a kill at every step, a lost link, a drive that trips.
 
 A virtual drive sends the same octets in every run. So what is left of a raw recording must be the beginning of the
-whole one, octet for octet. `make faults` tries every step, the usual tests every sixth.
+whole one, octet for octet. `make faults` tries every step.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from faulty_disk import Disk, faulty, killed_at, steps_of
 from said import Said
 
 PORT = "sim:guo2024"
-RECORD = ("bench", "record", "--port", PORT, "--speed", 30, "--seconds", 0.2, "--out")
+RECORD = ("bench", "record", "--port", PORT, "--speed", 30, "--seconds", 0.5, "--out")
 CAPTURE = ("bench", "capture", "--port", PORT, "--speed", 30, "--rows", 300, "--out")
 LIST = """\
 name = "short"
@@ -73,8 +73,10 @@ def fresh(tmp_path: Path) -> Path:
 
 
 def chosen(steps: list[tuple[str, str]]) -> list[int]:
-    every = range(1, len(steps) + 1)
-    return list(every if os.environ.get("EVENSPIN_EVERY_STEP") else every[::6])
+    """All steps of the raw recording, and every sixth of the others."""
+    numbered = list(enumerate(steps, 1))
+    others = numbered if os.environ.get("EVENSPIN_EVERY_STEP") else numbered[::6]
+    return sorted({number for number, _ in others} | {number for number, (_, name) in numbered if ".raw" in name})
 
 
 @pytest.fixture

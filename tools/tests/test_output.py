@@ -216,7 +216,8 @@ def write_slowly(out: Path, ready: str, go: str) -> None:
         with OutputFolder(out, Origin("evenspin x")) as folder:
             (folder / "a.txt").write_text(str(os.getpid()))
             Path(ready).touch()
-            while not Path(go).exists():
+            until = time.monotonic() + 60.0
+            while not Path(go).exists() and time.monotonic() < until:
                 time.sleep(0.01)
     except InputError as error:
         Path(f"{ready}.refused").write_text(str(error))
@@ -224,7 +225,7 @@ def write_slowly(out: Path, ready: str, go: str) -> None:
 
 
 def started(out: Path, ready: Path, go: Path) -> multiprocessing.Process:
-    process = multiprocessing.get_context("fork").Process(target=write_slowly, args=(out, str(ready), str(go)))
+    process = multiprocessing.get_context("fork").Process(target=write_slowly, args=(out, str(ready), str(go)), daemon=True)
     process.start()
     until = time.monotonic() + 20.0
     while not ready.exists() and process.is_alive() and time.monotonic() < until:
