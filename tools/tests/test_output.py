@@ -225,7 +225,8 @@ def write_slowly(out: Path, ready: str, go: str) -> None:
 
 
 def started(out: Path, ready: Path, go: Path) -> multiprocessing.Process:
-    process = multiprocessing.get_context("fork").Process(target=write_slowly, args=(out, str(ready), str(go)), daemon=True)
+    words = (out, str(ready), str(go))
+    process = multiprocessing.get_context("fork").Process(target=write_slowly, args=words, daemon=True)
     process.start()
     until = time.monotonic() + 20.0
     while not ready.exists() and process.is_alive() and time.monotonic() < until:
