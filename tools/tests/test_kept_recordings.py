@@ -11,7 +11,7 @@ import json
 import os
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -365,10 +365,3 @@ def test_the_experiment_that_tripped_is_named(evenspin: Call, tmp_path: Path) ->
     assert 0.1 < meta["tripped"]["t_s"] < 0.6
     partial = read_raw(out / "raw" / "faster.mcap")
     assert len(partial.record) > 50
-
-
-@pytest.fixture(autouse=True)
-def nobody_is_left_waiting() -> Iterator[None]:
-    yield
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
