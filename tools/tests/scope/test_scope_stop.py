@@ -16,6 +16,7 @@ from evenspin.scope.server import Scope
 from pages import WAIT_S, Page, Served, with_scope
 
 QUEUED = 3000
+OURS = 1_000_000  # numbers of the page whose stop is watched
 STOP_S = 0.1  # from the message at the server to the request at the drive
 GONE_S = 1.0
 
@@ -27,7 +28,7 @@ def watched_stops(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[list[float]
     receive, stop = Scope._receive, client.Drive.stop_at_once
 
     def noted_receive(self: Scope, page: Any, text: str) -> None:
-        if '"stop"' in text:
+        if f'"id": {OURS + 1}' in text:
             came.append(time.monotonic())
         receive(self, page, text)
 
@@ -50,12 +51,15 @@ def test_a_stop_overtakes_what_another_page_has_queued(bench, monkeypatch: pytes
         fields = {"signal": "speed_rad_s", "seconds": 5.0} if what == "spectrum" else {}
         for number in range(QUEUED):
             await other.socket.send_json({"id": number, "do": what, **fields})
-        with watched_stops(monkeypatch) as (_, went):
+        page._number = OURS
+        with watched_stops(monkeypatch) as (came, went):
             began_s = time.monotonic()
             assert "error" not in await page.ask("stop")
             took_s = time.monotonic() - began_s
-        assert took_s < 0.5, took_s  # 4.8 s when stops stood in a queue
-        assert any(began_s <= at_s < began_s + 2 * STOP_S for at_s in went)
+        passed_s = next(at_s for at_s in went if at_s >= came[0]) - came[0]
+        print(f"{what}: at the drive {1e3 * passed_s:.1f} ms after it came in, answered after {1e3 * took_s:.0f} ms")
+        assert passed_s < STOP_S
+        assert took_s < 1.0  # of which this process needs most to send and to read what the other page has queued
         await page.state("ready")
 
     with_scope(bench.port, work)
