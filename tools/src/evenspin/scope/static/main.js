@@ -249,11 +249,11 @@ scope.open();
 
 let slowAt = 0;
 function frame(now) {
+  requestAnimationFrame(frame); // first: a picture that cannot be drawn must not be the last one
   views[shown].draw(now);
   if (now - slowAt > SLOW_MS) {
     slowAt = now;
     showSlowThings();
   }
-  requestAnimationFrame(frame);
 }
 requestAnimationFrame(frame);
