@@ -73,7 +73,7 @@ class Desk:
                     result = self._work[request.do](request)
             return result or {}
         except (EvenspinError, OSError) as error:
-            return {"error": str(error).removeprefix("bench: ")}
+            return {"error": str(error).removeprefix("bench: ").removeprefix("set: ")}
         except Exception as error:  # a mistake of ours: the page must hear of it, and the next stop must work
             return {"error": f"{request.do} failed: {error!r}"}
         finally:
