@@ -121,6 +121,37 @@ def test_an_unplugged_drive_is_found_again_and_does_not_start_by_itself(bench) -
     with_scope(bench.port, work)
 
 
+def test_after_a_stop_no_command_is_shown_or_exported_as_if_it_acted(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        await page.turn()
+        await asyncio.sleep(0.2)
+        assert "error" not in await page.ask("stop")
+        await page.state("ready")
+        await asyncio.sleep(0.3)
+        rows = (await (await served.http.get("/export/live.csv?seconds=0.1")).text()).splitlines()
+        names = rows[0].split(",")
+        for name in ("speed_ref_rad_s", "iq_ref_a", "vq_v"):
+            assert {float(row.split(",")[names.index(name)]) for row in rows[1:]} == {0.0}, name
+        assert abs(float(rows[-1].split(",")[names.index("speed_rad_s")])) > 1.0  # the motor still coasts
+
+    with_scope(bench.port, work)
+
+
+def test_a_refusal_names_what_was_asked_for_and_what_stands_against_it(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        refused = (await page.ask("set", values={"over_current_a": 5.0}))["error"]
+        assert refused.startswith("over_current_a = 5 A: does not fit iq_limit_a = 10 A")
+        await page.turn()
+        refused = (await page.ask("set", values={"pole_pairs": 5.0}))["error"]
+        assert refused == "pole_pairs = 5: cannot change while the motor is driven (state run); stop first"
+
+    with_scope(bench.port, work)
+
+
 def test_a_fault_comes_with_its_advice_and_its_last_samples(bench) -> None:
     async def work(served: Served) -> None:
         page = await served.page()
