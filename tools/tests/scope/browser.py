@@ -51,10 +51,13 @@ class Browser:
         field.send_keys(text, Keys.ENTER)
 
     def choose(self, css: str, text: str) -> None:
-        """From a list of choices, as with a mouse."""
+        """From a list of choices, with the mouse."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
         self.find(css).click()
         options = self.driver.find_elements("css selector", "select.choice option")
-        next(option for option in options if option.text == text).click()
+        wanted = next(option for option in options if option.text == text)
+        ActionChains(self.driver).move_to_element(wanted).click().perform()
 
     def resize(self, width: int, height: int = 800) -> None:
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}

@@ -267,3 +267,18 @@ def test_when_the_page_in_control_is_closed_the_motor_stops_and_a_watcher_can_ta
     page.driver.refresh()
     page.until_state("ready")
     turn(page)
+
+
+def test_a_list_is_chosen_from_with_mouse_or_keys_and_digits_choose_nothing(page: Browser) -> None:
+    value = "return document.querySelector('#window').value"
+    page.choose("#window", "10 s")
+    assert page.driver.execute_script(value) == "10"
+    page.driver.execute_script("document.querySelector('#window').focus()")
+    page.key("2")  # a view, not "2 s"
+    assert page.driver.execute_script(value) == "10"
+    assert page.find("#view-capture").is_displayed()
+    page.key("1")
+    page.driver.execute_script("document.querySelector('#window').focus()")
+    for key in (Keys.ARROW_DOWN, Keys.ARROW_UP, Keys.ENTER):  # opens, chooses the one above, takes it
+        page.key(key)
+    assert page.driver.execute_script(value) == "5"

@@ -32,7 +32,8 @@ function show(element) {
       element.dispatchEvent(new Event("change"));
     }
   };
-  list.addEventListener("click", (event) => event.target instanceof HTMLOptionElement && close(true));
+  // On the list itself it may be its scroll bar.
+  list.addEventListener("click", ({ target }) => (target instanceof HTMLOptionElement || list.value !== element.value) && close(true));
   list.addEventListener("keydown", (event) => {
     if (event.key === "Enter") close(true);
     else if (event.key === "Tab") close(false);
