@@ -232,7 +232,7 @@ def test_defaults_ask_first_and_can_be_undone(page: Browser) -> None:
     row = ".parameter:has([data-parameter=rc_gain])"
     page.until(lambda: "changed" in page.find(row).get_attribute("class"), "changed")
     page.press("[data-command=defaults]")
-    assert "rc_gain: 0.25 becomes" in page.text("#ask")
+    assert "rc_gain: 0.25, default" in page.text("#ask")
     assert page.driver.execute_script("return document.activeElement.id") == "ask-cancel"
     page.press("#ask-cancel")
     assert page.find("[data-parameter=rc_gain]").get_attribute("value") == "0.25"
@@ -282,3 +282,17 @@ def test_a_list_is_chosen_from_with_mouse_or_keys_and_digits_choose_nothing(page
     for key in (Keys.ARROW_DOWN, Keys.ARROW_UP, Keys.ENTER):  # opens, chooses the one above, takes it
         page.key(key)
     assert page.driver.execute_script(value) == "5"
+
+
+def test_a_refused_value_stays_with_its_reason_until_the_drive_holds_another(page: Browser) -> None:
+    field, refusal = "[data-parameter=over_current_a]", ".parameter:has([data-parameter=over_current_a]) .refusal"
+    page.type(field, "5")
+    page.until(lambda: "over_current_a = 5 A: does not fit iq_limit_a = 10 A" in page.text(refusal), "the reason")
+    page.type("[data-parameter=rc_gain]", "0.5")  # the drive tells all its values
+    page.until(lambda: "edited" not in page.find("[data-parameter=rc_gain]").get_attribute("class"), "taken")
+    assert page.find(field).get_attribute("value") == "5"
+    assert page.text(refusal) != ""
+    page.type(field, "25")
+    page.until(lambda: page.text(refusal) == "", "taken over")
+    page.type(field, "20")
+    page.until(lambda: "changed" not in page.find(".parameter:has(" + field + ")").get_attribute("class"), "as before")

@@ -78,13 +78,18 @@ export class Parameters {
 
   fill() {
     this.#showUndo();
-    for (const [name, { field, input, element }] of this.#rows) {
+    for (const [name, row] of this.#rows) {
+      const { field, input, element, refusal } = row;
       const value = this.scope.values[name];
       if (value === undefined) continue;
-      if (!(document.activeElement === input && input.classList.contains("edited"))) {
+      // What somebody is typing stays, and what was refused, with its reason: until the drive holds another value.
+      const kept = input.classList.contains("edited") && (document.activeElement === input || input.classList.contains("refused"));
+      if (!kept || value !== row.held) {
         input.value = exact(value);
-        input.classList.remove("edited");
+        input.classList.remove("edited", "refused");
+        refusal.textContent = "";
       }
+      row.held = value;
       element.classList.toggle("changed", Math.fround(field.default) !== Math.fround(value));
     }
     this.filter();
@@ -126,11 +131,11 @@ export class Parameters {
     const { drive, values } = this.scope;
     if (!["defaults", "restore", "save"].includes(what)) return null;
     const differing = drive.parameters.filter(({ name, default: usual }) => Math.fround(usual) !== Math.fround(values[name]));
-    const listed = differing.slice(0, LISTED).map(({ name, default: usual }) => `${name}: ${exact(values[name])} becomes ${exact(usual)}`);
+    const listed = differing.slice(0, LISTED).map(({ name, default: usual }) => `${name}: ${exact(values[name])}, default ${exact(usual)}`);
     const more = differing.length > LISTED ? [`and ${differing.length - LISTED} more`] : [];
     return {
       defaults: [`Take the defaults of all ${drive.parameters.length} parameters?`,
-        [differing.length ? `${differing.length} will change. Undo brings them back.` : "None differs from its default.", ...listed, ...more], "Take defaults"],
+        [`${differing.length} differ from the defaults of the list. Undo brings back what changes.`, ...listed, ...more], "Take defaults"],
       restore: ["Take the saved parameters?", ["All parameters change to what was saved last. Undo brings back what is in force now."], "Take the saved ones"],
       save: ["Save the parameters?", ["What was saved before is replaced, for good."], "Save"],
     }[what];
