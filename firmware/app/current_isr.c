@@ -14,6 +14,20 @@ static void set_zero_voltage(void)
     (void)hal_inverter_set_duty(&half);
 }
 
+void drive_command_nothing(drive_t *d)
+{
+    const ctl_dq_t zero = {(num_t)0, (num_t)0};
+    d->current.ref = zero;
+    d->current.volt = zero;
+    d->speed.ref_rad_s = 0.0f;
+    d->speed.iq_ref = (num_t)0;
+    d->speed.correction = (num_t)0;
+    d->speed.error = (num_t)0;
+    d->observer.estimate = (num_t)0;
+    d->position.setpoint.speed = (num_t)0;
+    d->position.rdc.state.robust = (num_t)0;
+}
+
 void drive_rest(drive_t *d)
 {
     ctl_pi_reset(&d->current.d, (num_t)0);
@@ -22,7 +36,6 @@ void drive_rest(drive_t *d)
     ctl_mt_reset(&d->speed.mt);
     ctl_deadbeat_reset(&d->current.deadbeat);
     ctl_meter_reset(&d->observer.meter);
-    d->observer.estimate = (num_t)0;
     if (d->setup.observer_used) {
         ctl_observer_reset(&d->observer.observer, true); /* what was learned survives a stop */
     }
@@ -30,12 +43,7 @@ void drive_rest(drive_t *d)
         ctl_rc_reset(&d->speed.rc);
     }
     drive_rest_position(d);
-    const ctl_dq_t zero = {(num_t)0, (num_t)0};
-    d->current.ref = zero;
-    d->current.volt = zero;
-    d->speed.iq_ref = (num_t)0;
-    d->speed.correction = (num_t)0;
-    d->speed.error = (num_t)0;
+    drive_command_nothing(d);
 }
 
 static angle_t encoder_angle(const drive_t *d) { return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m; }

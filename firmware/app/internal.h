@@ -38,6 +38,8 @@ num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
 
 /** state_machine.c: the first parameter that would change and must not now, or PARAM_COUNT. */
 uint16_t drive_held_param(const drive_t *d, const drive_params_t *params);
+/** current_isr.c: what is commanded is 0, and shows as such. Only while the bridge is off: then no interrupt writes these. */
+void drive_command_nothing(drive_t *d);
 /** current_isr.c: controllers at rest, for a start. */
 void drive_rest(drive_t *d);
 

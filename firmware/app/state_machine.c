@@ -183,6 +183,9 @@ void drive_background(drive_t *d)
     }
     d->stop_wanted = false;
     d->clear_wanted = false;
+    if (!drive_is_armed(d)) {
+        drive_command_nothing(d); /* what was commanded last does not act any more */
+    }
     attend_observer(d);
 }
 

@@ -514,6 +514,40 @@ void test_state_machine_other_pole_pairs_or_direction_void_an_alignment(void)
     }
 }
 
+void test_state_machine_shows_no_command_once_the_bridge_is_off(void)
+{
+    static const uint16_t COMMANDS[] = {SIGNAL_speed_ref_rad_s, SIGNAL_id_ref_a, SIGNAL_iq_ref_a, SIGNAL_vd_v, SIGNAL_vq_v,
+                                        SIGNAL_compensation_a,  SIGNAL_velocity_ref_rad_s, SIGNAL_robust_a};
+    drive_params_t        p = bench_params();
+    p.auto_run = 0U;
+    p.speed_inline = 1U;
+    drive_init(&drive, &p);
+    pass_to(DRIVE_READY);
+    for (int k = 0; k < 2; k++) { /* a stop, then a fault */
+        drive_start(&drive);
+        pass_to(DRIVE_RUN);
+        bench_command(DRIVE_MODE_SPEED, 30.0, -0.5, 0.0);
+        bench_periods(50U);
+        TEST_ASSERT_EQUAL_FLOAT(30.0f, telemetry_read(&drive, SIGNAL_speed_ref_rad_s));
+        TEST_ASSERT_TRUE(telemetry_read(&drive, SIGNAL_iq_ref_a) > 0.01f);
+        TEST_ASSERT_TRUE(telemetry_read(&drive, SIGNAL_vq_v) > 0.01f);
+        if (k == 0) {
+            drive_stop(&drive);
+            pass_to(DRIVE_READY);
+        } else {
+            bench.sample.vdc_v = 100.0f;
+            bench_period();
+            bench.sample.vdc_v = (float)BENCH_VDC;
+            TEST_ASSERT_TRUE(telemetry_read(&drive, SIGNAL_vq_v) > 0.01f); /* the row of the fault shows what led to it */
+            pass_to(DRIVE_FAULT);
+        }
+        bench_periods(20U); /* nobody brings them back */
+        for (size_t i = 0U; i < (sizeof(COMMANDS) / sizeof(COMMANDS[0])); i++) {
+            TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.0f, telemetry_read(&drive, COMMANDS[i]), telemetry_info(COMMANDS[i])->name);
+        }
+    }
+}
+
 void test_state_machine_start_begins_with_controllers_at_rest(void)
 {
     drive_params_t p = bench_params();

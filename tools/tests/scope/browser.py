@@ -50,6 +50,20 @@ class Browser:
         field.send_keys(Keys.CONTROL, "a")
         field.send_keys(text, Keys.ENTER)
 
+    def choose(self, css: str, text: str) -> None:
+        """From a list of choices, with the mouse."""
+        from selenium.webdriver.common.action_chains import ActionChains
+
+        self.find(css).click()
+        options = self.driver.find_elements("css selector", "select.choice option")
+        wanted = next(option for option in options if option.text == text)
+        ActionChains(self.driver).move_to_element(wanted).click().perform()
+
+    def resize(self, width: int, height: int = 800) -> None:
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        self.until(lambda: self.driver.execute_script("return innerWidth") == width, f"{width} px wide")
+
     def key(self, key: str) -> None:
         from selenium.webdriver.common.action_chains import ActionChains
 

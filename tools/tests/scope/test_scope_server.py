@@ -4,106 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
-import json
-import struct
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
-import aiohttp
 import numpy as np
 import pytest
-from aiohttp import WSMsgType
-from aiohttp.test_utils import TestClient, TestServer
 from evenspin.bench import client
 from evenspin.bench.schema import own_schema
 from evenspin.log.csvfile import read_csv
-from evenspin.scope import Feed, make_app, server
-from evenspin.scope.feed import DEFAULT_SIGNALS, opener
+from evenspin.scope import server
+from evenspin.scope.feed import DEFAULT_SIGNALS
+from pages import Served, with_scope
 from virtual_bench import running_bench
-
-WAIT_S = 5.0  # the longest that anything here may take; a wait ends when the thing has happened
-
-
-class Page:
-    """What a page does, without a browser."""
-
-    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
-        self.socket = socket
-        self.last: dict[str, dict[str, Any]] = {}  # by type
-        self.frames: list[tuple[int, int, np.ndarray]] = []  # kind, layout, times
-        self._answers: dict[int, dict[str, Any]] = {}
-        self._number = 0
-        self._reader = asyncio.create_task(self._read())
-
-    async def _read(self) -> None:
-        async for got in self.socket:
-            if got.type == WSMsgType.BINARY:
-                kind, layout, rows, _ = struct.unpack_from("<IIII", got.data)
-                self.frames.append((kind, layout, np.frombuffer(got.data, "<f8", rows, 16)))
-            elif got.type == WSMsgType.TEXT:
-                message = json.loads(got.data)
-                if message["type"] == "answer":
-                    self._answers[message["id"]] = message
-                else:
-                    self.last[message["type"]] = message
-
-    async def ask(self, what: str, **fields: Any) -> dict[str, Any]:
-        self._number += 1
-        number = self._number
-        await self.socket.send_json({"id": number, "do": what, **fields})
-        await self.until(lambda: number in self._answers)
-        return self._answers.pop(number)
-
-    async def until(self, true: Callable[[], Any]) -> None:
-        until_s = time.monotonic() + WAIT_S
-        while not true():
-            assert time.monotonic() < until_s, f"still not so: {self.last.get('state')} {self.last.get('link')}"
-            await asyncio.sleep(0.01)
-
-    async def state(self, name: str) -> None:
-        await self.until(lambda: self.last.get("state", {}).get("state") == name)
-
-    async def turn(self, speed_rad_s: float = 30.0) -> None:
-        assert "error" not in await self.ask("arm")
-        assert "error" not in await self.ask("start", speed_rad_s=speed_rad_s)
-        await self.state("run")
-
-    async def close(self) -> None:
-        await self.socket.close()
-        await self._reader
-
-
-class Served:
-    """A scope that serves."""
-
-    def __init__(self, feed: Feed, http: TestClient) -> None:
-        self.feed = feed
-        self.http = http
-        self.host = f"127.0.0.1:{http.port}"
-
-    async def page(self) -> Page:
-        socket = await self.http.ws_connect("/socket", headers={"Origin": f"http://{self.host}"})
-        page = Page(socket)
-        await page.until(lambda: "role" in page.last)
-        return page
-
-
-@asynccontextmanager
-async def scope_on(port: str | None) -> AsyncIterator[Served]:
-    feed = Feed(opener(port))
-    async with TestClient(TestServer(make_app(feed))) as http:
-        yield Served(feed, http)
-
-
-def with_scope(port: str | None, work: Callable[[Served], Coroutine[Any, Any, None]]) -> None:
-    async def run() -> None:
-        async with scope_on(port) as served:
-            await work(served)
-
-    asyncio.run(run())
 
 
 def test_only_pages_that_it_served_may_talk_to_it(bench) -> None:
@@ -188,25 +101,6 @@ def test_a_second_page_watches_and_stops_and_may_take_over(bench) -> None:
     with_scope(bench.port, work)
 
 
-def test_the_motor_stops_when_the_last_page_is_closed_but_not_when_it_is_loaded_again(
-    bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(server, "ALONE_S", 0.3)
-
-    async def work(served: Served) -> None:
-        page = await served.page()
-        await page.state("ready")
-        await page.turn()
-        await page.close()
-        page = await served.page()
-        await asyncio.sleep(0.6)
-        await page.state("run")
-        await page.close()
-        await page.until(lambda: served.feed.state is not None and served.feed.state.state.name == "READY")
-
-    with_scope(bench.port, work)
-
-
 def test_an_unplugged_drive_is_found_again_and_does_not_start_by_itself(bench) -> None:
     async def work(served: Served) -> None:
         page = await served.page()
@@ -223,6 +117,37 @@ def test_an_unplugged_drive_is_found_again_and_does_not_start_by_itself(bench) -
         assert abs(bench.server.drive.read("true_speed_rad_s")) < 30.0
         count = len(page.frames)
         await page.until(lambda: len(page.frames) > count + 5)  # the same signals come again
+
+    with_scope(bench.port, work)
+
+
+def test_after_a_stop_no_command_is_shown_or_exported_as_if_it_acted(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        await page.turn()
+        await asyncio.sleep(0.2)
+        assert "error" not in await page.ask("stop")
+        await page.state("ready")
+        await asyncio.sleep(0.3)
+        rows = (await (await served.http.get("/export/live.csv?seconds=0.1")).text()).splitlines()
+        names = rows[0].split(",")
+        for name in ("speed_ref_rad_s", "iq_ref_a", "vq_v"):
+            assert {float(row.split(",")[names.index(name)]) for row in rows[1:]} == {0.0}, name
+        assert abs(float(rows[-1].split(",")[names.index("speed_rad_s")])) > 1.0  # the motor still coasts
+
+    with_scope(bench.port, work)
+
+
+def test_a_refusal_names_what_was_asked_for_and_what_stands_against_it(bench) -> None:
+    async def work(served: Served) -> None:
+        page = await served.page()
+        await page.state("ready")
+        refused = (await page.ask("set", values={"over_current_a": 5.0}))["error"]
+        assert refused.startswith("over_current_a = 5 A: does not fit iq_limit_a = 10 A")
+        await page.turn()
+        refused = (await page.ask("set", values={"pole_pairs": 5.0}))["error"]
+        assert refused == "pole_pairs = 5: cannot change while the motor is driven (state run); stop first"
 
     with_scope(bench.port, work)
 

@@ -48,7 +48,7 @@ from evenspin.bench.ports import choose_port, open_transport
 from evenspin.bench.schema import Schema, own_schema
 from evenspin.bench.stream import Stream
 from evenspin.bench.transport import Transport
-from evenspin.errors import EvenspinError, InputError
+from evenspin.errors import EvenspinError, InputError, NativeError
 from evenspin.native import Fault, Field
 
 GET_AT_ONCE = 60
@@ -326,9 +326,23 @@ class Drive:
                     held += Reader(payload[2:]).take(f"{len(part)}f")
                 return dict(zip(values, held, strict=True))
             except RefusedError as error:
+                if error.parameter:
+                    raise self._explained(error, values) from None
                 if "(busy)" not in str(error) or self.link.transport.clock() > until_s:
                     raise
                 self.sleep(0.005)
+
+    def _explained(self, error: RefusedError, values: Mapping[str, float]) -> RefusedError:
+        from evenspin.bench.refusals import why_not
+
+        try:
+            now, numeric = self.state(), self.info.numeric
+            text = why_not(self.parameters, self.get(), values, error.parameter, state=now, numeric=numeric)
+        except NativeError:  # firmware of another kind than this computer has
+            return error
+        told = RefusedError(f"set: {text}")
+        told.parameter = error.parameter
+        return told
 
     def save(self) -> None:
         """Keep the parameters over a power cycle."""

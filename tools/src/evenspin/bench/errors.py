@@ -16,7 +16,9 @@ class LinkLostError(NoDeviceError):
 
 
 class RefusedError(EvenspinError):
-    """The drive understood and said no."""
+    """The drive understood and said no. `parameter`: the one whose rule was broken, when the drive named one."""
+
+    parameter: str = ""
 
 
 class ReadOnlyError(RefusedError):

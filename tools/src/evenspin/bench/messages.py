@@ -283,11 +283,10 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
         return RefusedError(f"{what}: {name}: the drive takes {schema.parameters[name].allowed()}")
     if code == 4:
         return RefusedError(f"{what}: field {field}: must be within {low:g} .. {high:g}")
-    if code == 5 and about_parameter:
-        return RefusedError(
-            f"{what}: {names[int(field)]} does not fit the other parameters, or cannot change without a restart; "
-            "see docs/parameters.md"
-        )
+    if code == 5 and field < len(names):
+        error = RefusedError(f"{what}: {names[int(field)]} does not fit the other parameters; see docs/parameters.md")
+        error.parameter = names[int(field)]
+        return error
     if code == 13:
         return RefusedError(f"{what}: {field} is more than there is room for: at most {high:g}")
     if code == 7:

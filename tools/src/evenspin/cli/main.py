@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from typing import Annotated
 
 import typer
 
@@ -32,11 +33,21 @@ from evenspin.cli.origin import remember
 from evenspin.cli.output import JSON_WITH_FILE, split_json_option
 from evenspin.errors import EvenspinError, one_line
 
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        from evenspin.build import build
+
+        print(build())
+        raise typer.Exit
+
+
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
     help="Makes a permanent-magnet synchronous motor turn evenly.\n\n"
     "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
 )
@@ -46,6 +57,15 @@ for module in (
     doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Version and commit.", is_eager=True, callback=_say_version)
+    ] = False,
+) -> None:
+    pass
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

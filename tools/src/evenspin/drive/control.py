@@ -8,7 +8,8 @@
     {"do": "unplug", "seconds": 0.5}          the link breaks, and may be opened again after so long
     {"do": "advance", "ms": 5, "octets": 17}  --speed max: wait for so many octets, then run; {"octets": sent so far}
 
-An answer with the key "error" says what was wrong. A real drive has no such connection.
+An answer with the key "error" says what was wrong. The connection is closed when its first line is no JSON object, when
+a line has more than 65536 octets, and when answers are not read. A real drive has no such connection.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from evenspin.drive.hands import number_of
 from evenspin.drive.virtual import VirtualDrive
 from evenspin.errors import EvenspinError
 
@@ -36,10 +38,13 @@ class Control:
 
     def answer(self, request: object) -> dict[str, Any]:
         """Whatever the request is, the answer is an object."""
-        if not isinstance(request, dict) or request.get("do") not in self._work:
+        if not isinstance(request, dict):
+            return {"error": "a line must be a JSON object"}
+        kind = request.get("do")
+        if not isinstance(kind, str) or kind not in self._work:
             return {"error": f"do must be one of {', '.join(self._work)}"}
         try:
-            return self._work[request["do"]](request)
+            return self._work[kind](request)
         except KeyError as error:
             return {"error": f"{error.args[0]} is missing"}
         except (EvenspinError, TypeError, ValueError) as error:
@@ -58,19 +63,21 @@ class Control:
         }
 
     def _load(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        self.drive.set_load_torque(float(request["torque_nm"]))
+        self.drive.set_load_torque(number_of(request, "torque_nm"))
         return {"period": self.drive.periods}
 
     def _lock(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        self.drive.lock_rotor(bool(request["on"]))
+        if not isinstance(request["on"], bool):
+            raise ValueError("on: must be true or false")
+        self.drive.lock_rotor(request["on"])
         return {"period": self.drive.periods}
 
     def _loads(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        since = int(request.get("since", 0))
+        since = number_of({"since": 0, **request}, "since")
         steps = self.drive.load_steps
         first = max((i for i, step in enumerate(steps) if step.period <= since), default=0)
         return {"loads": [[step.period, step.torque_nm] for step in steps[first:]]}
 
     def _input(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        self.drive.set_input(str(request["name"]), float(request["value"]))
+        self.drive.set_input(str(request["name"])[:100], number_of(request, "value"))
         return {"period": self.drive.periods}

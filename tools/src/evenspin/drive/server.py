@@ -10,18 +10,18 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import json
 import os
 import pty
+import re
 import selectors
 import socket
 import time
 import tty
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 from evenspin.drive.control import Control
+from evenspin.drive.hands import Hand, Hands, number_of
 from evenspin.drive.virtual import VirtualDrive
 from evenspin.errors import InputError
 
@@ -29,7 +29,10 @@ CHUNK_S = 0.002
 BEHIND_S = 0.1  # later than this, the clock is set anew
 BACKLOG_OCTETS = 1 << 20  # what waits for a client that does not read; beyond it the link overruns, as a real one would
 READ_OCTETS = 1 << 16
-LINE_OCTETS = 1 << 16
+UNPLUG_S = 3600.0  # the longest
+ADVANCE_MS = 10_000  # at once, the longest
+
+HTTP = re.compile(rb"[A-Z]{3,8} ")  # how a browser begins, and no frame
 
 Say = Callable[[str], None]
 
@@ -90,15 +93,6 @@ class TcpLink:
         self.file.close()
 
 
-@dataclass
-class _Hand:
-    """A control connection and what has arrived of its next request."""
-
-    connection: socket.socket
-    text: bytearray = field(default_factory=bytearray)
-    waiting: dict[str, Any] | None = None  # an advance that waits for octets
-
-
 class Server:
     """Serve one virtual drive until `stop` is called or a signal comes."""
 
@@ -112,7 +106,6 @@ class Server:
         self._control = Control(drive, "max" if lockstep else "real")
         self._select = selectors.DefaultSelector()
         self._out = bytearray()
-        self._hands: list[_Hand] = []
         self._link: PtyLink | TcpLink | None = None
         self._plug_at = 0.0
         self._running = True
@@ -125,21 +118,19 @@ class Server:
         else:
             self._take_link(PtyLink())
             self.port = self._link.name if self._link else ""
-        self._control_listener = _listen(host, 0)
-        self._select.register(self._control_listener, selectors.EVENT_READ, self._accept_hand)
-        bound = self._control_listener.getsockname()
+        listener = _listen(host, 0)
+        self._hands = Hands(listener, self._select, self._do)
+        bound = listener.getsockname()
         self.control = f"{bound[0]}:{bound[1]}"
 
     def stop(self) -> None:
         self._running = False
 
     def close(self) -> None:
-        for hand in list(self._hands):
-            self._drop_hand(hand)
+        self._hands.close()
         self._drop_link()
-        for listener in (self._listener, self._control_listener):
-            if listener is not None:
-                listener.close()
+        if self._listener is not None:
+            self._listener.close()
         self._select.close()
 
     def run(self) -> None:
@@ -173,16 +164,20 @@ class Server:
     # ---- what comes and goes
 
     def _serve(self, wait_s: float) -> None:
-        for key, _ in self._select.select(wait_s):
+        for key, _ in self._select.select(0.0 if self._hands.busy else wait_s):
             key.data()
-        for hand in list(self._hands):
+        self._hands.serve()
+        for hand in list(self._hands.all):
             if hand.waiting is not None:
                 self._advance(hand)
         self._flush()
 
     def _accept_link(self) -> None:
         assert self._listener is not None
-        connection, _ = self._listener.accept()
+        try:
+            connection, _ = self._listener.accept()
+        except OSError:
+            return  # it has gone again
         if time.monotonic() < self._plug_at or self._link is not None:
             connection.close()  # unplugged, or somebody else's
             return
@@ -206,7 +201,7 @@ class Server:
     def _read_link(self) -> None:
         assert self._link is not None
         octets = self._link.read()
-        if octets is None:
+        if octets is None or (self.drive.octets_in == 0 and self._listener and HTTP.match(octets)):
             self._drop_link()
         elif octets:
             self.drive.send(octets)
@@ -223,76 +218,48 @@ class Server:
 
     # ---- the bench hand
 
-    def _accept_hand(self) -> None:
-        connection, _ = self._control_listener.accept()
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        hand = _Hand(connection)
-        self._hands.append(hand)
-        self._select.register(connection, selectors.EVENT_READ, lambda: self._read_hand(hand))
-
-    def _drop_hand(self, hand: _Hand) -> None:
-        self._select.unregister(hand.connection)
-        hand.connection.close()
-        self._hands.remove(hand)
-
-    def _read_hand(self, hand: _Hand) -> None:
-        try:
-            octets = hand.connection.recv(READ_OCTETS)
-        except OSError:
-            octets = b""
-        if not octets or len(hand.text) + len(octets) > LINE_OCTETS:
-            self._drop_hand(hand)
-            return
-        hand.text += octets
-        while hand.waiting is None and b"\n" in hand.text:
-            line, _, rest = bytes(hand.text).partition(b"\n")
-            hand.text = bytearray(rest)
-            try:
-                request = json.loads(line)
-            except ValueError:
-                request = None
-            self._do(hand, request)
-
-    def _do(self, hand: _Hand, request: Any) -> None:
+    def _do(self, hand: Hand, request: Any) -> None:
         kind = request.get("do") if isinstance(request, dict) else None
         if kind == "advance" and self.lockstep:
             hand.waiting = request
             self._advance(hand)
         elif kind == "unplug":
-            self._plug_at = time.monotonic() + float(request.get("seconds", 0.0))
-            if not isinstance(self._link, PtyLink):
-                self._drop_link()
-            self._reply(hand, {"unplugged": not isinstance(self._link, PtyLink)})
+            self._hands.reply(hand, self._unplug(request))
         else:
             answer = self._control.answer(request)
             if kind == "status":
                 answer |= {"behind_s": self.behind_s, "overruns": self.overruns, "port": self.port}
-            self._reply(hand, answer)
+            self._hands.reply(hand, answer)
 
-    def _advance(self, hand: _Hand) -> None:
+    def _unplug(self, request: dict[str, Any]) -> dict[str, Any]:
+        try:
+            seconds = number_of({"seconds": 0.0, **request}, "seconds", 0.0, UNPLUG_S)
+        except ValueError as error:
+            return {"error": str(error)}
+        self._plug_at = time.monotonic() + seconds
+        if not isinstance(self._link, PtyLink):
+            self._drop_link()
+        return {"unplugged": not isinstance(self._link, PtyLink)}
+
+    def _advance(self, hand: Hand) -> None:
         """Run when every octet that the client has sent before it asked is here."""
         request = hand.waiting or {}
         try:
-            milliseconds, octets = int(request["ms"]), int(request["octets"])
-        except (KeyError, TypeError, ValueError):
+            milliseconds = int(number_of(request, "ms", 0.0, 1e9))
+            octets = number_of(request, "octets", 0.0, 1e15)
+        except (KeyError, ValueError):
             hand.waiting = None
-            self._reply(hand, {"error": "advance needs ms and octets, whole numbers"})
+            self._hands.reply(hand, {"error": "advance needs ms and octets, whole numbers from 0"})
             return
         if self.drive.octets_in < octets:
             return
         hand.waiting = None
-        for _ in range(max(0, min(milliseconds, 10_000))):
+        for _ in range(min(milliseconds, ADVANCE_MS)):
             self.drive.advance(1)
             if self.drive.has_octets and request.get("until_octets"):
                 break
         self._flush()
-        self._reply(hand, {"octets": self.drive.octets_out, "t_s": self.drive.time_s})
-
-    def _reply(self, hand: _Hand, answer: dict[str, Any]) -> None:
-        try:
-            hand.connection.sendall(json.dumps(answer).encode() + b"\n")
-        except OSError:
-            self._drop_hand(hand)
+        self._hands.reply(hand, {"octets": self.drive.octets_out, "t_s": self.drive.time_s})
 
 
 def _listen(host: str, port: int) -> socket.socket:

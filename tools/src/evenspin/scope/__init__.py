@@ -1,7 +1,8 @@
 """The scope: a page in the browser on the drive that `evenspin.bench` talks to.
 
 From the drive to the page: `feed` (connects, streams, reconnects), `history` (the last minutes of rows), `desk`
-(what a page may ask for), `messages` (what is said), `server` (HTTP and websockets), `static/` (the page).
+(what a page may ask for), `messages` (what is said), `page` (one open page, and whether it is still there), `control`
+(which page is in control), `stopping` (the way of a stop), `server` (HTTP and websockets), `static/` (the page).
 """
 
 from evenspin.scope.desk import Desk

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.bench import Capture, Mode, State
+from evenspin.bench import Capture, Drive, Mode, State
 from evenspin.bench.errors import RefusedError
 from evenspin.bench.messages import Flag, fault_text
 from evenspin.errors import EvenspinError, InputError
@@ -38,6 +38,7 @@ class Desk:
         self.captured: Capture | None = None
         self.captured_number = 0
         self._title = ""
+        self._before: tuple[Drive, str, dict[str, float]] | None = None  # what a reset of many parameters replaced
         self._changing = threading.Lock()  # one change of the drive at a time; a stop does not wait for it
         self._capturing = Capturing(tell, self._take_capture)
         self._work: Mapping[str, Callable[[Any], Message | None]] = {
@@ -50,6 +51,7 @@ class Desk:
             "save": lambda _: self.feed.need_drive().save(),
             "restore": self._restore,
             "defaults": self._restore,
+            "undo": self._undo,
             "read_values": self._read_values,
             "watch": self._watch,
             "capture": self._capture,
@@ -71,7 +73,7 @@ class Desk:
                     result = self._work[request.do](request)
             return result or {}
         except (EvenspinError, OSError) as error:
-            return {"error": str(error).removeprefix("bench: ")}
+            return {"error": str(error).removeprefix("bench: ").removeprefix("set: ")}
         except Exception as error:  # a mistake of ours: the page must hear of it, and the next stop must work
             return {"error": f"{request.do} failed: {error!r}"}
         finally:
@@ -120,8 +122,23 @@ class Desk:
         return {"values": held}
 
     def _restore(self, request: messages.Simple) -> None:
-        self.feed.need_drive().command(request.do)
-        self._read_values(request)
+        """Take the saved parameters, or the defaults; what was in force before is kept for `undo`."""
+        drive = self.feed.need_drive()
+        before = drive.get()
+        drive.command(request.do)
+        after = self.feed.refresh_values()
+        changed = {name: value for name, value in before.items() if after.get(name) != value}
+        self._before = (drive, request.do, changed) if changed else None
+        self.tell(self.values_message())
+
+    def _undo(self, _: Any) -> None:
+        drive, before = self.feed.need_drive(), self._before
+        if before is None or before[0] is not drive:
+            raise RefusedError("undo: there is nothing to undo since the drive was connected")
+        drive.set(before[2])
+        self._before = None
+        self.feed.refresh_values()
+        self.tell(self.values_message())
 
     def _read_values(self, _: Any) -> None:
         self.feed.refresh_values()
@@ -201,7 +218,9 @@ class Desk:
         }  # fmt: skip
 
     def values_message(self) -> Message:
-        return {"type": "values", "values": dict(self.feed.values)}
+        kept = self._before
+        undo = {"what": kept[1], "count": len(kept[2])} if kept is not None and kept[0] is self.feed.drive else None
+        return {"type": "values", "values": dict(self.feed.values), "undo": undo}
 
     def layout_message(self) -> Message | None:
         live, drive = self.feed.live, self.feed.drive
@@ -243,8 +262,8 @@ class Desk:
 
     def capture_frame(self) -> bytes | None:
         taken = self.captured
-        return None if taken is None else messages.frame(
-            messages.CAPTURE, self.captured_number, taken.t_s, taken.values
+        return (
+            None if taken is None else messages.frame(messages.CAPTURE, self.captured_number, taken.t_s, taken.values)
         )
 
 

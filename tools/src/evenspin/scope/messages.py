@@ -47,7 +47,7 @@ class Setpoint(Request):
 
 
 class Simple(Request):
-    do: Literal["stop", "clear_fault", "save", "restore", "defaults", "read_values", "last_fault"]
+    do: Literal["alive", "stop", "clear_fault", "save", "restore", "defaults", "undo", "read_values", "last_fault"]
 
 
 class SetParameters(Request):
@@ -101,7 +101,7 @@ _REQUESTS: TypeAdapter[Any] = TypeAdapter(AnyRequest)
 
 # What changes what the drive does: only the page in control may. Stop is not here: every page may always stop.
 NEEDS_CONTROL = frozenset(
-    {"arm", "setpoint", "start", "clear_fault", "save", "restore", "defaults", "set", "watch", "capture",
+    {"arm", "setpoint", "start", "clear_fault", "save", "restore", "defaults", "undo", "set", "watch", "capture",
      "capture_now", "capture_cancel"}
 )  # fmt: skip
 

@@ -11,7 +11,7 @@ import contextlib
 import ipaddress
 import json
 import socket
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from importlib.resources import files
 from typing import Any
@@ -21,15 +21,17 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from evenspin.errors import EvenspinError
 from evenspin.scope import messages
+from evenspin.scope.control import Control
 from evenspin.scope.desk import Desk
 from evenspin.scope.feed import Feed, Live
 from evenspin.scope.history import REDUCE_ABOVE_ROWS, reduce_rows
+from evenspin.scope.page import GONE_S, PING_S, TICK_S, WATCHER_GONE_S, Message, Page
+from evenspin.scope.stopping import Stopper
 
 PUMP_S = 1.0 / 60.0
-ALONE_S = 2.0  # a page that is loaded again is back by then
-HEARTBEAT_S = 3.0
 REQUESTS_AT_ONCE = 16
 REDUCED_PAIRS = 1024
+TOKEN_CHARS = 64
 
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; "
@@ -41,34 +43,6 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
-Message = dict[str, Any]
-
-
-class Page:
-    """One open page. What waits for it is at most the newest message of each kind: a slow page gets fewer."""
-
-    def __init__(self, socket_: web.WebSocketResponse, number: int) -> None:
-        self.socket = socket_
-        self.number = number
-        self.cursor = 0
-        self.layout = 0
-        self.capture = 0
-        self.requests = 0
-        self._waiting: dict[Any, Message] = {}
-        self.news = asyncio.Event()
-
-    def put(self, message: Message) -> None:
-        key = (message["type"], message.get("id")) if message["type"] == "answer" else message["type"]
-        self._waiting.pop(key, None)
-        self._waiting[key] = message
-        self.news.set()
-
-    def take(self) -> list[Message]:
-        taken = list(self._waiting.values())
-        self._waiting.clear()
-        self.news.clear()
-        return taken
-
 
 class Scope:
     """The pages of one drive."""
@@ -76,29 +50,33 @@ class Scope:
     def __init__(self, feed: Feed, host: str) -> None:
         self.feed = feed
         self.desk = Desk(feed, self._tell_from_any_thread)
-        self.pages: list[Page] = []
-        self.controller: Page | None = None
+        self.control = Control(self._tell_roles, self._stop_abandoned)
         self._hosts = allowed_names(host)
-        self._numbers = 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._answering: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()  # the loop itself holds tasks only weakly
         self._work = ThreadPoolExecutor(4, "scope work")
-        self._stopping = ThreadPoolExecutor(2, "scope stop")  # a stop never waits for a worker
+        self._stopper = Stopper(lambda: self.desk.do(messages.Simple(do="stop")))
         feed.notify = self._notify
+
+    @property
+    def pages(self) -> list[Page]:
+        return self.control.pages
 
     # ---- life
 
     async def run(self, _: web.Application) -> AsyncIterator[None]:
         self._loop = asyncio.get_running_loop()
         self.feed.start()
+        watch = asyncio.create_task(self._watch_pages())
         yield
+        watch.cancel()
         for page in list(self.pages):
             with contextlib.suppress(ConnectionError):
                 await page.socket.close(code=WSCloseCode.GOING_AWAY, message=b"the scope was closed")
         await self._loop.run_in_executor(None, self.desk.close)
         await self._loop.run_in_executor(None, self.feed.close)
         self._work.shutdown(wait=False, cancel_futures=True)
-        self._stopping.shutdown(wait=False)
+        self._stopper.close()
 
     # ---- news for pages
 
@@ -123,53 +101,87 @@ class Scope:
 
     def _tell_roles(self) -> None:
         for page in self.pages:
-            role = "control" if page is self.controller else "watch"
-            page.put({"type": "role", "role": role, "pages": len(self.pages), "free": self.controller is None})
+            page.put(self.control.role_of(page))
 
     # ---- a page
 
-    async def websocket(self, request: web.Request) -> web.StreamResponse:
+    def _of_this_scope(self, request: web.Request) -> None:
         origin = urlsplit(request.headers.get("Origin", ""))
         if origin.scheme != "http" or origin.netloc != request.host:
             raise web.HTTPForbidden(text="this page was not served by this scope\n")
+
+    async def websocket(self, request: web.Request) -> web.StreamResponse:
+        self._of_this_scope(request)
         socket_ = web.WebSocketResponse(
-            heartbeat=HEARTBEAT_S, max_msg_size=messages.MESSAGE_OCTETS, compress=False, writer_limit=1 << 16
+            autoping=False, max_msg_size=messages.MESSAGE_OCTETS, compress=False, writer_limit=1 << 16
         )
         await socket_.prepare(request)
-        self._numbers += 1
-        page = Page(socket_, self._numbers)
-        self.pages.append(page)
-        if self.controller is None:
-            self.controller = page
+        page = Page(socket_, request.query.get("page", "")[:TOKEN_CHARS], request.transport)
         for message in (
             self.desk.link_message(), self.desk.drive_message(), self.desk.values_message(),
             self.desk.layout_message(), self.desk.state_message(),
         ):  # fmt: skip
             if message is not None:
                 page.put(message)
-        self._tell_roles()
+        self.control.enter(page)
         pump = asyncio.create_task(self._pump(page))
         try:
             async for got in socket_:
+                page.heard()
                 if got.type == WSMsgType.TEXT:
                     self._receive(page, got.data)
+                    await asyncio.sleep(0)  # what one page has queued must not hold up what another says
+                elif got.type == WSMsgType.PING:
+                    await socket_.pong(got.data)
         finally:
             pump.cancel()
-            self._leave(page)
+            self.control.leave(page)
         return socket_
 
-    def _leave(self, page: Page) -> None:
-        self.pages.remove(page)
-        if self.controller is page:
-            self.controller = None
-        self._tell_roles()
-        if not self.pages:
-            asyncio.get_running_loop().call_later(ALONE_S, self._stop_if_alone)
+    async def stop_socket(self, request: web.Request) -> web.StreamResponse:
+        """A way for stops alone: nothing that a page has asked for before can stand in front of one."""
+        self._of_this_scope(request)
+        socket_ = web.WebSocketResponse(autoping=False, max_msg_size=messages.MESSAGE_OCTETS, compress=False)
+        await socket_.prepare(request)
+        token = request.query.get("page", "")[:TOKEN_CHARS]
+        pinging = asyncio.create_task(_ping_on(socket_))
+        try:
+            async for got in socket_:
+                for page in self.pages:
+                    if token and page.token == token:
+                        page.heard()  # rows may be slow on the other way: what counts is that a stop comes through
+                if got.type == WSMsgType.TEXT:
+                    self._spawn(self._stop_for(socket_, _id_of(got.data)))
+                    await asyncio.sleep(0)
+                elif got.type == WSMsgType.PING:
+                    await socket_.pong(got.data)
+        finally:
+            pinging.cancel()
+        return socket_
 
-    def _stop_if_alone(self) -> None:
+    async def _stop_for(self, socket_: web.WebSocketResponse, number: int) -> None:
+        answer = {"type": "answer", "id": number, **await self._stopper.stop()}
+        with contextlib.suppress(ConnectionError):
+            await socket_.send_str(json.dumps(answer))
+
+    async def _watch_pages(self) -> None:
+        while True:
+            await asyncio.sleep(TICK_S)
+            for page in list(self.pages):
+                page.tick()
+                if page.silent_s > (GONE_S if page is self.control.holder else WATCHER_GONE_S) or page.overrun:
+                    self.control.leave(page, may_return=False)
+                    page.abort()
+
+    def _stop_abandoned(self) -> None:
         """The hand on the stop button has gone: the motor must not run on."""
-        if not self.pages and self.feed.drive is not None:
-            self._stopping.submit(self.desk.do, messages.Simple(do="stop"))
+        if self.feed.drive is not None:
+            self._spawn(self._stopper.stop())
+
+    def _spawn(self, work: Coroutine[Any, Any, Any]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     def _receive(self, page: Page, text: str) -> None:
         try:
@@ -177,33 +189,35 @@ class Scope:
         except messages.BadRequestError as error:
             page.put({"type": "answer", "id": _id_of(text), "error": str(error)})
             return
-        if request.do == "take_control":
-            self.controller = page
-            self._tell_roles()
+        if request.do == "alive":
+            page.said_alive()
+        elif request.do == "take_control":
+            self.control.take(page)
             page.put({"type": "answer", "id": request.id})
-        elif request.do in messages.NEEDS_CONTROL and page is not self.controller:
+        elif request.do in messages.NEEDS_CONTROL and page is not self.control.holder:
             error = "this page only watches; take control first"
             page.put({"type": "answer", "id": request.id, "error": error})
         elif request.do != "stop" and page.requests >= REQUESTS_AT_ONCE:
             page.put({"type": "answer", "id": request.id, "error": "too many requests at once; wait"})
         else:
-            page.requests += 1
-            task = asyncio.create_task(self._answer(page, request))
-            self._answering.add(task)  # the loop itself holds tasks only weakly
-            task.add_done_callback(self._answering.discard)
+            page.requests += request.do != "stop"
+            self._spawn(self._answer(page, request))
 
     async def _answer(self, page: Page, request: Any) -> None:
-        pool = self._stopping if request.do == "stop" else self._work
-        try:
-            result = await asyncio.get_running_loop().run_in_executor(pool, self.desk.do, request)
-        finally:
-            page.requests -= 1
+        if request.do == "stop":
+            result = await self._stopper.stop()
+        else:
+            try:
+                result = await asyncio.get_running_loop().run_in_executor(self._work, self.desk.do, request)
+            finally:
+                page.requests -= 1
         page.put({"type": "answer", "id": request.id, **result})
 
     async def _pump(self, page: Page) -> None:
         """Messages first, then the rows that are new. Waits for the page, and only this page waits."""
         with contextlib.suppress(ConnectionError):
             while not page.socket.closed:
+                await page.ping()
                 for message in page.take():
                     await page.socket.send_str(json.dumps(message))
                     if message["type"] == "layout":
@@ -288,6 +302,7 @@ def make_app(feed: Feed, host: str = "127.0.0.1") -> web.Application:
     app.on_response_prepare.append(_harden)
     app.router.add_get("/", scope.index)
     app.router.add_get("/socket", scope.websocket)
+    app.router.add_get("/stop", scope.stop_socket)
     app.router.add_get("/export/{source:live|capture}.csv", scope.export)
     app.router.add_static("/static/", str(files("evenspin.scope") / "static"))
     return app
@@ -296,9 +311,16 @@ def make_app(feed: Feed, host: str = "127.0.0.1") -> web.Application:
 SCOPE = web.AppKey("scope", Scope)
 
 
+async def _ping_on(socket_: web.WebSocketResponse) -> None:
+    with contextlib.suppress(ConnectionError):
+        while not socket_.closed:
+            await socket_.ping()
+            await asyncio.sleep(PING_S)
+
+
 def _id_of(text: str) -> int:
     try:
         number = json.loads(text).get("id", 0)
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         return 0
     return number if isinstance(number, int) else 0

@@ -19,7 +19,7 @@ export class Banners {
   }
 
   #all() {
-    const { link, state, drive, role, pages, connected } = this.scope;
+    const { link, state, drive, role, pages, free, connected } = this.scope;
     const found = [];
     const add = (name, bad, title, text, ...buttons) => found.push({
       key: [name, title, text, this.scope.mayWrite],
@@ -40,7 +40,9 @@ export class Banners {
     }
     if (drive?.read_only) add("read-only", false, "Read only", `This drive can be watched and stopped, not changed: ${drive.read_only}.`);
     if (role === "watch") {
-      add("watch", false, "Watching", `Another page is in control (${pages} are open). Stop works here, too.`,
+      const open = pages === 1 ? "This is the only open page" : `${pages} pages are open`;
+      add("watch", false, free ? "Nobody is in control" : "Watching",
+        free ? `The page that was in control has gone, and the motor was stopped. ${open}.` : `Another page is in control; ${open}. Stop works here, too.`,
         h("button", { id: "take-control", onclick: () => this.scope.ask("take_control").catch(() => {}) }, "Take control"));
     }
     return found;

@@ -1,5 +1,8 @@
 // Elements without a framework: h("button", {class: "primary", onclick}, "Start").
 
+import { openInPage } from "./choice.js";
+import { parseNumber } from "./format.js";
+
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -16,6 +19,7 @@ export const $ = (id) => document.getElementById(id);
 export function select(words, chosen, onchange, attributes = {}) {
   const element = h("select", { onchange: () => onchange(element.value), ...attributes });
   fill(element, words, chosen);
+  openInPage(element);
   return element;
 }
 
@@ -30,16 +34,18 @@ export function fill(element, words, chosen = element.value) {
 export function numberField(value, attributes = {}, onenter = () => {}) {
   const field = h("input", { class: "number", inputmode: "decimal", autocomplete: "off", value: String(value), ...attributes });
   field.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") onenter();
+    if (event.key !== "Enter" || event.shiftKey) return;
+    field.blur(); // a digit that is typed next is no part of the number any more
+    onenter();
   });
   return field;
 }
 
 export function numberOf(field) {
-  const text = field.value.trim().replace(",", ".");
-  const value = text === "" ? NaN : Number(text);
-  field.classList.toggle("refused", !Number.isFinite(value));
-  return Number.isFinite(value) ? value : null;
+  const value = parseNumber(field.value);
+  field.classList.toggle("refused", value === null);
+  return value;
 }
 
-export const isTyping = (element) => element.matches?.("input, select, textarea") ?? false;
+// Where keys are text. A closed list of choices is none: its keys are shortcuts, as everywhere.
+export const isTyping = (element) => element.matches?.("input:not([type=checkbox]), textarea, select[size]") ?? false;

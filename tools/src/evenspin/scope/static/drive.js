@@ -1,7 +1,7 @@
 // The hand on the drive: what to do, arm, start. Stop is in main.js, where nothing can be in its way.
 
 import { $, h, numberField, numberOf } from "./dom.js";
-import { RPM_PER_RAD_S, exact } from "./format.js";
+import { RPM_PER_RAD_S, exact, parseNumber } from "./format.js";
 
 const HINT = {
   none: "No drive is connected.",
@@ -13,6 +13,8 @@ const HINT = {
   fault: "Switched off by a fault: read it above, then clear it.",
 };
 
+const WATCH_HINT = { ready: "At rest.", run: "Running.", init: "The drive has not started up.", fault: "Switched off by a fault." };
+
 export class DrivePanel {
   constructor(scope) {
     this.scope = scope;
@@ -20,8 +22,13 @@ export class DrivePanel {
     const enter = () => this.apply();
     this.speed = numberField(30, { id: "speed", "aria-label": "speed in rad/s" }, enter);
     this.rpm = numberField(exact((30 * RPM_PER_RAD_S).toFixed(2)), { id: "rpm", "aria-label": "speed in r/min" }, enter);
-    this.speed.oninput = () => (this.rpm.value = exact((Number(this.speed.value) * RPM_PER_RAD_S).toFixed(2)));
-    this.rpm.oninput = () => (this.speed.value = exact((Number(this.rpm.value) / RPM_PER_RAD_S).toFixed(4)));
+    // What is no number goes over as it is: both fields say so.
+    const follow = (from, to, factor, places) => () => {
+      const value = parseNumber(from.value);
+      to.value = value === null ? from.value : exact((value * factor).toFixed(places));
+    };
+    this.speed.oninput = follow(this.speed, this.rpm, RPM_PER_RAD_S, 2);
+    this.rpm.oninput = follow(this.rpm, this.speed, 1 / RPM_PER_RAD_S, 4);
     this.id = numberField(0, { id: "id-ref" }, enter);
     this.iq = numberField(0, { id: "iq-ref" }, enter);
     this.turns = numberField(0, { id: "turns" }, enter);
@@ -48,9 +55,20 @@ export class DrivePanel {
     this.show();
   }
 
+  // The setpoint of the mode in force, ready to be typed over.
+  select() {
+    const field = { speed: this.speed, current: this.iq, position: this.turns }[this.mode];
+    field.focus();
+    field.select();
+  }
+
   show() {
     const { state, mayWrite } = this.scope;
     const name = state?.state ?? "none";
+    if (name === "run" && state.mode in this.fields && state.mode !== this.mode) {
+      this.setMode(state.mode); // what another page has started
+      return;
+    }
     for (const button of this.modeButtons) {
       button.setAttribute("aria-pressed", button.dataset.mode === this.mode);
       button.disabled = name === "run" && button.dataset.mode !== this.mode;
@@ -61,8 +79,9 @@ export class DrivePanel {
     this.armButton.classList.toggle("on", armed);
     this.startButton.disabled = !mayWrite || (name !== "run" && !armed);
     this.startButton.textContent = name === "run" ? "Apply" : "Start";
-    if (name !== this.#shown) this.#say(HINT[name] ?? "");
-    this.#shown = name;
+    const key = `${name} ${mayWrite}`;
+    if (key !== this.#shown) this.#say((mayWrite ? HINT[name] : WATCH_HINT[name] ?? HINT[name]) ?? "");
+    this.#shown = key;
   }
 
   #shown = "";
@@ -72,7 +91,7 @@ export class DrivePanel {
     const values = { mode: this.mode };
     for (const [name, field] of fields) {
       values[name] = numberOf(field);
-      if (values[name] === null) throw new Error("the setpoint is not a number");
+      if (values[name] === null) throw new Error(`${name} = “${field.value}”: must be a number, such as 30 or 30.5`);
     }
     return values;
   }
@@ -83,16 +102,13 @@ export class DrivePanel {
 
   start() {
     if (this.scope.state?.state === "run") return this.apply();
-    return this.#do(() => this.scope.ask("start", this.#setpoint()));
+    return this.#do(async () => this.scope.ask("start", this.#setpoint()));
   }
 
   // Enter in a field: a running drive takes it over, a resting one does not start.
   apply() {
-    if (this.scope.state?.state !== "run") {
-      this.#say("Kept for the start.");
-      return undefined;
-    }
-    return this.#do(() => this.scope.ask("setpoint", this.#setpoint()), "Taken over.");
+    if (this.scope.state?.state !== "run") return this.#do(async () => this.#setpoint(), "Kept for the start.");
+    return this.#do(async () => this.scope.ask("setpoint", this.#setpoint()), "Taken over.");
   }
 
   async #do(what, good = null) {

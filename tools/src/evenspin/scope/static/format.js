@@ -14,6 +14,14 @@ export function number(value, figures = 4) {
 // A parameter as the drive holds it (single precision), without digits that mean nothing.
 export const exact = (value) => String(Number(Number(value).toPrecision(7)));
 
+// A number as people write it: 30, -0.5, 1e3, also 30,5; null for anything else.
+export function parseNumber(text) {
+  const plain = text.trim().replace("−", "-").replace(/^([^.,]*),([^.,]*)$/, "$1.$2");
+  if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain)) return null;
+  const value = Number(plain);
+  return Number.isFinite(value) ? value : null;
+}
+
 export const withUnit = (text, unit) => (unit ? `${text} ${unit}` : text);
 
 export function seconds(value) {

@@ -3,11 +3,13 @@
 import { $, h, isTyping } from "./dom.js";
 
 const LIST = [
-  ["Esc", "Stop: everywhere, also while typing"], ["Space", "Stop, outside of text fields"],
+  ["Space, Esc", "Stop: everywhere, also while typing"],
   ["A", "Arm, disarm"], ["Shift+Enter", "Start"], ["1 2 3 4", "Live, Capture, X-Y, Spectrum"], ["P", "Pause, continue the live plots"],
   ["+ −", "Shorter, longer window"], ["C", "Take a capture"], ["/", "Find a parameter"], ["G", "Signals"], ["S", "Setpoint"],
   ["E", "Export CSV"], ["I", "Export picture"], ["D", "Dark, light"], ["?", "This list"],
 ];
+
+const isStop = (event) => event.key === "Escape" || event.key === " " || event.code === "Space";
 
 export function bindKeys(stop, actions) {
   const dialog = $("keys");
@@ -17,23 +19,30 @@ export function bindKeys(stop, actions) {
   const show = () => dialog.show();
   $("help").onclick = show;
   addEventListener("keydown", (event) => {
-    const typing = isTyping(event.target);
-    if (event.key === "Escape" || (event.key === " " && !typing)) {
+    const { target, key } = event;
+    if (isStop(event)) {
       event.preventDefault();
       event.stopImmediatePropagation();
       if (!event.repeat) stop();
-      if (event.key === "Escape") dialog.close();
+      for (const open of document.querySelectorAll("dialog[open]")) open.close();
+      if (isTyping(target)) target.blur(); // what comes next is for the motor, not for the field
       return;
     }
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (event.shiftKey && event.key === "Enter") {
+    const typing = isTyping(target);
+    if (event.shiftKey && key === "Enter") {
       event.preventDefault();
+      if (typing) target.blur();
       actions.start();
-    } else if (!typing && event.key === "?") {
+    } else if (key === "Enter" && target.type === "checkbox") {
+      target.click(); // the space bar is taken
+    } else if (!typing && key === "?") {
       show();
-    } else if (!typing && actions[event.key.toLowerCase()]) {
+    } else if (!typing && actions[key.toLowerCase()]) {
       event.preventDefault();
-      actions[event.key.toLowerCase()]();
+      actions[key.toLowerCase()]();
     }
   }, { capture: true });
+  // Browsers press a button when the space bar comes up again.
+  addEventListener("keyup", (event) => { if (isStop(event)) event.preventDefault(); }, { capture: true });
 }

@@ -24,10 +24,12 @@ class Scope extends EventTarget {
   drive = null;
   state = null;
   values = {};
+  undo = null;
   layout = null;
   ring = new Ring([]);
   role = "watch";
   pages = 1;
+  free = false;
   capture = null;
   #socket = new Socket();
   #captureLayout = null;
@@ -39,8 +41,8 @@ class Scope extends EventTarget {
     socket.on("close", () => { this.connected = false; this.state = null; this.tell("status"); this.tell("state"); });
     keep("drive", (message) => (this.drive = message));
     keep("state", (message) => (this.state = message));
-    keep("values", ({ values }) => (this.values = values));
-    keep("role", ({ role, pages }) => Object.assign(this, { role, pages }));
+    keep("values", ({ values, undo }) => Object.assign(this, { values, undo }));
+    keep("role", ({ role, pages, free }) => Object.assign(this, { role, pages, free }));
     keep("capture", () => {});
     keep("layout", (message) => this.#newLayout(message));
     socket.on("link", (message) => {
@@ -93,6 +95,10 @@ class Scope extends EventTarget {
     return this.#socket.ask(what, fields);
   }
 
+  stop() {
+    return this.#socket.stop();
+  }
+
   watch(names, rate = this.layout?.rate_hz ?? 1000) {
     return this.ask("watch", { signals: names, rate_hz: rate });
   }
@@ -125,14 +131,13 @@ let shown = "live";
 
 // ---- stop: first, so that nothing that fails below can be in its way
 
-async function stop() {
-  try {
-    await scope.ask("stop");
-  } catch (error) {
+function stop() {
+  scope.stop().catch((error) => {
     scope.tell("said", `stop: ${error.message}; a drive that hears nothing stops by itself after 0.5 s`);
-  }
+  });
 }
-$("stop").onclick = stop;
+$("stop").addEventListener("pointerdown", stop); // a finger that slides off has stopped it, too
+$("stop").addEventListener("click", (event) => event.detail === 0 && stop()); // Enter on the button
 
 // ---- header and footer
 
@@ -235,7 +240,7 @@ bindKeys(stop, {
   start: () => drive.start(), a: () => drive.arm(), p: () => views.live.pause(), c: () => { showView("capture"); views.capture.arm(); },
   1: () => showView("live"), 2: () => showView("capture"), 3: () => showView("xy"), 4: () => showView("spectrum"),
   "+": () => views.live.zoom(-1), "-": () => views.live.zoom(1), "/": () => { showSide("parameters"); parameters.search.focus(); },
-  g: () => showSide("signals"), s: () => drive.speed.select(), e: exportCsv, i: exportPicture, d: otherTheme,
+  g: () => showSide("signals"), s: () => drive.select(), e: exportCsv, i: exportPicture, d: otherTheme,
 });
 showView("live");
 showSide("parameters");
@@ -244,11 +249,11 @@ scope.open();
 
 let slowAt = 0;
 function frame(now) {
+  requestAnimationFrame(frame); // first: a picture that cannot be drawn must not be the last one
   views[shown].draw(now);
   if (now - slowAt > SLOW_MS) {
     slowAt = now;
     showSlowThings();
   }
-  requestAnimationFrame(frame);
 }
 requestAnimationFrame(frame);

@@ -64,8 +64,8 @@ export class Panes {
       padding: [8, 12, 0, 0],
       scales: { x: { time: false, range: (_, low, high) => this.#range(low, high) }, y: { range: () => limits.range } },
       axes: [
-        axis(isLast ? this.#xLabel : undefined, { size: isLast ? 30 : 8, values: isLast ? undefined : (_, ticks) => ticks.map(() => "") }),
-        axis(unit || "–", { size: 50, space: 20, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(6))).replace("-", "−")) }),
+        axis(isLast ? this.#xLabel : undefined, isLast ? { size: 30 } : { size: 8, values: (_, ticks) => ticks.map(() => "") }),
+        axis(unit || "–", { size: 50, space: 20 }),
       ],
       series: [{}, ...places.map((place) => {
         const { name, index } = this.#signals[place];

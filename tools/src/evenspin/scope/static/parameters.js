@@ -1,7 +1,10 @@
 // Every parameter with unit, limits and what it is; Enter hands it to the drive, which takes it over or says why not.
 
+import { askFirst } from "./ask.js";
 import { $, h, numberField, numberOf, select } from "./dom.js";
 import { exact } from "./format.js";
+
+const LISTED = 8; // changes named in a question
 
 export class Parameters {
   #rows = new Map();
@@ -10,13 +13,15 @@ export class Parameters {
     this.scope = scope;
     this.search = h("input", { type: "search", id: "find-parameter", placeholder: "find a parameter", "aria-label": "find a parameter", oninput: () => this.filter() });
     this.changed = h("input", { type: "checkbox", onchange: () => this.filter() });
-    this.said = h("div", { class: "said" });
+    this.said = h("div", { class: "said", role: "status" });
     this.list = h("div", { class: "list" });
     const command = (what, text, title) => h("button", { title, "data-command": what, onclick: () => this.#command(what, text) }, text);
     this.buttons = [
       command("save", "Save", "Keep them over a power cycle"), command("restore", "Restore", "Take the saved ones"),
       command("defaults", "Defaults", "Take those of the firmware; not saved"), command("read_values", "Read", "Read all again"),
     ];
+    this.undo = command("undo", "Undo", "Take the values of before");
+    this.buttons.push(this.undo);
     $("side-parameters").append(
       h("div", { class: "bar" }, this.search, h("label", { title: "other than the default of the firmware" }, this.changed, "changed •")),
       this.list, h("div", { class: "bar strip" }, ...this.buttons, this.said));
@@ -32,6 +37,12 @@ export class Parameters {
     this.list.replaceChildren(...children);
     this.fill();
     this.#allow();
+  }
+
+  #showUndo() {
+    const { undo } = this.scope;
+    this.undo.hidden = !undo;
+    if (undo) this.undo.textContent = `Undo ${undo.what} (${undo.count})`;
   }
 
   #row(field) {
@@ -66,13 +77,19 @@ export class Parameters {
   }
 
   fill() {
-    for (const [name, { field, input, element }] of this.#rows) {
+    this.#showUndo();
+    for (const [name, row] of this.#rows) {
+      const { field, input, element, refusal } = row;
       const value = this.scope.values[name];
       if (value === undefined) continue;
-      if (!(document.activeElement === input && input.classList.contains("edited"))) {
+      // What somebody is typing stays, and what was refused, with its reason: until the drive holds another value.
+      const kept = input.classList.contains("edited") && (document.activeElement === input || input.classList.contains("refused"));
+      if (!kept || value !== row.held) {
         input.value = exact(value);
-        input.classList.remove("edited");
+        input.classList.remove("edited", "refused");
+        refusal.textContent = "";
       }
+      row.held = value;
       element.classList.toggle("changed", Math.fround(field.default) !== Math.fround(value));
     }
     this.filter();
@@ -109,7 +126,24 @@ export class Parameters {
     }
   }
 
+  // What would change, as far as it is known before.
+  #question(what) {
+    const { drive, values } = this.scope;
+    if (!["defaults", "restore", "save"].includes(what)) return null;
+    const differing = drive.parameters.filter(({ name, default: usual }) => Math.fround(usual) !== Math.fround(values[name]));
+    const listed = differing.slice(0, LISTED).map(({ name, default: usual }) => `${name}: ${exact(values[name])}, default ${exact(usual)}`);
+    const more = differing.length > LISTED ? [`and ${differing.length - LISTED} more`] : [];
+    return {
+      defaults: [`Take the defaults of all ${drive.parameters.length} parameters?`,
+        [`${differing.length} differ from the defaults of the list. Undo brings back what changes.`, ...listed, ...more], "Take defaults"],
+      restore: ["Take the saved parameters?", ["All parameters change to what was saved last. Undo brings back what is in force now."], "Take the saved ones"],
+      save: ["Save the parameters?", ["What was saved before is replaced, for good."], "Save"],
+    }[what];
+  }
+
   async #command(what, text) {
+    const question = this.#question(what);
+    if (question && !(await askFirst(...question))) return;
     try {
       await this.scope.ask(what);
       this.#say(`${text}: done`);

@@ -6,10 +6,13 @@ export const signalColour = (index) => css(`--s${index % 8}`);
 
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
+// As many digits as it takes to tell the ticks apart.
+const tickTexts = (_, ticks) => ticks.map((tick) => (tick === null ? "" : String(Number(tick.toPrecision(6))).replace("-", "−")));
+
 export function axis(label, options = {}) {
   return {
     label, labelFont: `600 ${FONT}`, font: FONT, stroke: css("--soft"), labelSize: 18, labelGap: 0,
-    grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--line"), width: 1, size: 5 },
+    grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--line"), width: 1, size: 5 }, values: tickTexts,
     ...options,
   };
 }

@@ -73,7 +73,7 @@ export class XyView {
     this.#fit = fitted(this.body, {
       padding: [12, 14, 0, 0], mode: 2, cursor: { drag: { x: false, y: false }, points: { show: false } },
       scales: { x: { time: false, range: () => this.ranges.x }, y: { range: () => this.ranges.y } },
-      axes: [axis(label(this.x.value), { size: 34 }), axis(label(this.y.value).replace(" /", `${ripple} /`), { size: 64 })],
+      axes: [axis(label(this.x.value), { size: 34, space: 80 }), axis(label(this.y.value).replace(" /", `${ripple} /`), { size: 64 })],
       series: [null, { stroke: signalColour(0), paths: dots, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }] }],
     }, [null, [[], []]]);
   }
