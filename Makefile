@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind faults clean
+.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak scope-fps lint target-report blind faults clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -21,6 +21,9 @@ test: ## everything that must hold before a change goes in; what .ci/run runs
 
 host: setup ## C tests, both numerics
 	@$(CHECK) host
+
+storage-campaign: build ## saves into stuck cells and loads from unsteady ones, the whole count
+	EVENSPIN_CAMPAIGN=1 ctest --preset host -R 'test_(param_store|memory)_' --verbose
 
 asan: setup ## C tests under the address and undefined-behaviour sanitizers
 	@$(CHECK) asan

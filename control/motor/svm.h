@@ -30,14 +30,19 @@ bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out);
  */
 bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty);
 
-/** Float: lengths up to 1e12; one below 1e-18 counts as none. Limit: 0, or from 1e-18 to 1e12. */
+#define CTL_VECTOR_NONE_SQUARED 1.0e-36f
+
+/**
+ * ctl_vector_limit without looking. Float: lengths up to 1e12, limits from 0 to 1e12. What is below 1e-18 counts as none: such a
+ * length stays, whatever the limit, and such a limit leaves at most 1e-18.
+ */
 static inline bool ctl_vector_limit_raw(ctl_dq_t v, num_t limit, ctl_dq_t *out)
 {
 #ifdef EVENSPIN_FIXED
     return ctl_vector_limit(&v, limit, out);
 #else
     const num_t square = (v.d * v.d) + (v.q * v.q);
-    if (square <= (limit * limit)) {
+    if (square <= num_max(limit * limit, CTL_VECTOR_NONE_SQUARED)) {
         *out = v;
         return true;
     }

@@ -66,19 +66,23 @@ num_t num_exp2(num_t x)
     return (x < -126.0f) ? 0.0f : num_min(num_exp2_raw(x), NUM_MAX);
 }
 
+num_t num_sqrt_open(num_t x)
+{
+    num_bits_t y;
+    y.value = x;
+    y.bits = UINT32_C(0x5F3759DF) - (y.bits >> 1); /* 1/sqrt(x) within 3.5 %: halved and negated logarithm */
+    for (uint16_t i = 0U; i < 4U; i++) {
+        y.value *= 1.5f - (0.5f * x * y.value * y.value);
+    }
+    return x * y.value;
+}
+
 num_t num_sqrt_portable(num_t x)
 {
     if (!(x > NUM_SMALLEST_NORMAL)) {
         return 0.0f;
     }
-    num_bits_t y;
-    y.value = (x > NUM_MAX) ? NUM_MAX : x;
-    const float v = y.value;
-    y.bits = UINT32_C(0x5F3759DF) - (y.bits >> 1); /* 1/sqrt(v) within 3.5 %: halved and negated logarithm */
-    for (uint16_t i = 0U; i < 4U; i++) {
-        y.value *= 1.5f - (0.5f * v * y.value * y.value);
-    }
-    return v * y.value;
+    return num_sqrt_open((x > NUM_MAX) ? NUM_MAX : x);
 }
 
 #endif

@@ -39,13 +39,20 @@ num_t num_pow(num_t base, num_t exponent);
  *  Relative error below 2e-7 (float), half a step (fixed). */
 num_t num_sqrt_portable(num_t x);
 
+#ifndef EVENSPIN_FIXED
+/** num_sqrt_portable for x from the smallest normal number to the largest there is. */
+num_t num_sqrt_open(num_t x);
+#endif
+
 /** The same for x from the smallest normal number to NUM_MAX squared; one instruction of the TMU where there is one. */
 static inline num_t num_sqrt_raw(num_t x)
 {
 #ifdef CTL_HAS_TMU
     return tmu_sqrt(x);
-#else
+#elif defined(EVENSPIN_FIXED)
     return num_sqrt_portable(x);
+#else
+    return num_sqrt_open(x);
 #endif
 }
 

@@ -67,6 +67,8 @@ enum { CTL_METER_SPEED = 1, CTL_METER_TORQUE, CTL_METER_A22, CTL_METER_FIR1, CTL
 ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params);
 /** Other parameters, that ctl_meter_init would accept, without a break in the samples; the orders must be those of before. */
 void       ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
+/** The same when both filters are those of before: short enough for an interrupt. */
+void       ctl_meter_adjust(ctl_meter_t *self, const ctl_meter_params_t *params);
 void       ctl_meter_reset(ctl_meter_t *self);
 /** Age of the torque, half samples: 2 + n1 + n2. */
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);

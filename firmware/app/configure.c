@@ -1,4 +1,4 @@
-/* From the parameter list to the blocks. Everything here runs in the main loop but drive_take_over. */
+/* From the parameter list to the blocks. Main loop. */
 #include "firmware/app/internal.h"
 #include "hal/hal_clock.h"
 
@@ -57,11 +57,10 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     if (bad != (uint16_t)PARAM_COUNT) {
         return bad;
     }
-    if (!(p->under_voltage_v < p->over_voltage_v)) {
-        return PARAM_under_voltage_v;
-    }
-    if (!(p->iq_limit_a <= p->over_current_a)) {
-        return PARAM_iq_limit_a;
+    bad = drive_board_refuses(p);
+    bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_relation_refuses(p);
+    if (bad != (uint16_t)PARAM_COUNT) {
+        return bad;
     }
     const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
 
@@ -90,7 +89,6 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
 
     s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / s->scale.voltage_v) : NUM_MAX;
     s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s / DRIVE_TWO_PI);
-    s->id_limit = num_from_float(p->id_limit_a / s->scale.current_a);
     s->align_current = num_from_float(p->align_current_a / s->scale.current_a);
     /* a twentieth of the alignment as lead time damps every rotor that swings at 20 rad or more in that time */
     s->align_damping = num_from_float(0.05f * (float)p->align_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s);
@@ -145,72 +143,10 @@ uint16_t drive_build(drive_t *d)
     (void)ctl_pll_init(&d->tracking.pll, &s->pll);
     (void)ctl_mt_init(&d->speed.mt, &s->mt);
     (void)ctl_deadbeat_init(&d->current.deadbeat, &s->deadbeat);
-    drive_build_repetitive(d);
-    drive_build_observer(d);
-    drive_build_position(d);
+    drive_build_repetitive(d, s);
+    drive_build_meter(d, s);
+    drive_build_observer(d, s);
+    drive_build_position(d, s);
+    drive_command_again(d);
     return PARAM_COUNT;
-}
-
-/* A new base would rescale every state: only drive_init does that. All bases are 1 in the float build. */
-static uint16_t changed_base(const drive_scale_t *wanted, const drive_scale_t *used)
-{
-    if (wanted->current_a != used->current_a) {
-        return PARAM_over_current_a;
-    }
-    if (wanted->voltage_v != used->voltage_v) {
-        return PARAM_over_voltage_v;
-    }
-    if (wanted->speed_rad_s != used->speed_rad_s) {
-        return PARAM_over_speed_rad_s;
-    }
-    return (wanted->error_unit != used->error_unit) ? (uint16_t)PARAM_speed_error_gain : (uint16_t)PARAM_COUNT;
-}
-
-bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
-{
-    *culprit = PARAM_COUNT;
-    if (d->next_ready != 0U) {
-        return false;
-    }
-    *culprit = drive_make_setup(params, &d->next);
-    if (*culprit != (uint16_t)PARAM_COUNT) {
-        return false;
-    }
-    *culprit = drive_held_param(d, params);
-    if (*culprit != (uint16_t)PARAM_COUNT) {
-        return false;
-    }
-    *culprit = changed_base(&d->next.scale, &d->scale);
-    if (*culprit != (uint16_t)PARAM_COUNT) {
-        return false;
-    }
-    d->next_params = *params;
-    d->next_ready = 1U;
-    return true;
-}
-
-void drive_take_over(drive_t *d)
-{
-    const drive_setup_t *const s = &d->next;
-    drive_take_over_repetitive(d, &d->setup, s);
-    drive_take_over_observer(d, &d->setup, s);
-    drive_take_over_position(d, &d->setup, s);
-    if (s->deadbeat_used && !d->setup.deadbeat_used) {
-        ctl_deadbeat_reset(&d->current.deadbeat);
-    }
-    if (s->encoder_reversed != d->setup.encoder_reversed) {
-        d->tracking.locked = false; /* the angle jumps: that is no lost encoder */
-    }
-    d->setup = *s;
-    d->params = d->next_params;
-    if (!d->tracking.zero_found) {
-        d->tracking.zero_e = s->encoder_offset;
-    }
-    ctl_pi_tune(&d->current.d, &s->current_pi);
-    ctl_pi_tune(&d->current.q, &s->current_pi);
-    d->current.deadbeat.params = s->deadbeat;
-    ctl_pi_tune(&d->speed.pi, &s->speed_pi);
-    d->tracking.pll.params = s->pll;
-    d->speed.mt.params = s->mt;
-    d->next_ready = 0U;
 }

@@ -97,40 +97,54 @@ uint16_t drive_judge_observer(const drive_setup_t *s)
     return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : observer_culprit(d.field);
 }
 
-void drive_build_observer(drive_t *d)
+void drive_build_meter(drive_t *d, const drive_setup_t *s)
 {
-    const drive_setup_t *const s = &d->setup;
     if (s->meter_used) {
         (void)ctl_meter_init(&d->observer.meter, &s->meter);
     }
+}
+
+void drive_build_observer(drive_t *d, const drive_setup_t *s)
+{
     if (s->observer_used) {
         (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
         ctl_observer_hold(&d->observer.observer, s->observer_hold);
     }
 }
 
+static bool same_filter(const ctl_fir_params_t *a, const ctl_fir_params_t *b)
+{
+    bool same = a->order == b->order;
+    for (uint16_t i = 0U; same && (i <= a->order); i++) {
+        same = a->tap[i] == b->tap[i];
+    }
+    return same;
+}
+
+bool drive_meter_differs(const drive_setup_t *before, const drive_setup_t *s)
+{
+    return s->meter_used &&
+           !(before->meter_used && same_filter(&before->meter.fir1, &s->meter.fir1) && same_filter(&before->meter.fir2, &s->meter.fir2));
+}
+
+bool drive_observer_differs(const drive_setup_t *before, const drive_setup_t *s)
+{
+    return s->observer_used &&
+           !(before->observer_used && (before->observer.kind == s->observer.kind) && (before->observer_capacity == s->observer_capacity));
+}
+
 void drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
 {
-    const bool same_chain = before->meter_used && (before->meter.fir1.order == s->meter.fir1.order) &&
-                            (before->meter.fir2.order == s->meter.fir2.order);
-    const bool same_memory = before->observer_used && (before->observer.kind == s->observer.kind) &&
-                             (before->observer_capacity == s->observer_capacity);
-    if (s->meter_used && same_chain) {
-        ctl_meter_tune(&d->observer.meter, &s->meter);
-        if (before->speed_source != DRIVE_SPEED_FIR) {
+    if (s->meter_used) {
+        ctl_meter_adjust(&d->observer.meter, &s->meter);
+        if ((s->speed_source == DRIVE_SPEED_FIR) && (before->speed_source != DRIVE_SPEED_FIR)) {
             ctl_meter_resume_speed(&d->observer.meter);
         }
-    } else if (s->meter_used) {
-        (void)ctl_meter_init(&d->observer.meter, &s->meter);
-    } else {
-        /* nobody looks at it */
     }
-    if (s->observer_used && same_memory) {
+    if (s->observer_used) {
         ctl_observer_tune(&d->observer.observer, &s->observer);
-    } else if (s->observer_used) {
-        (void)ctl_observer_init(&d->observer.observer, &s->observer, d->observer_memory, s->observer_capacity);
+        ctl_observer_hold(&d->observer.observer, s->observer_hold);
     } else {
         d->observer.estimate = (num_t)0;
     }
-    ctl_observer_hold(&d->observer.observer, s->observer_hold);
 }

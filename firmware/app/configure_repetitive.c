@@ -88,23 +88,25 @@ uint16_t drive_judge_repetitive(const drive_setup_t *s)
     return PARAM_COUNT;
 }
 
-void drive_build_repetitive(drive_t *d)
+void drive_build_repetitive(drive_t *d, const drive_setup_t *s)
 {
-    if (d->setup.rc_used) {
-        (void)ctl_rc_init(&d->speed.rc, &d->setup.rc, d->rc_memory, d->setup.rc_capacity);
-    }
-}
-
-void drive_take_over_repetitive(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
-{
-    const bool same_memory = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
-                             (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
-    if (s->rc_used && same_memory) {
-        ctl_rc_tune(&d->speed.rc, &s->rc);
-        return;
-    }
     if (s->rc_used) {
         (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
     }
-    d->speed.correction = (num_t)0;
+}
+
+bool drive_repetitive_differs(const drive_setup_t *before, const drive_setup_t *s)
+{
+    const bool same = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
+                      (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
+    return s->rc_used && !same;
+}
+
+void drive_take_over_repetitive(drive_t *d, const drive_setup_t *s)
+{
+    if (s->rc_used) {
+        ctl_rc_tune(&d->speed.rc, &s->rc);
+    } else {
+        d->speed.correction = (num_t)0;
+    }
 }

@@ -167,14 +167,12 @@ static void control_currents(drive_t *d, angle_t at, num_t lead)
 
 static void take_references(drive_t *d)
 {
-    const drive_command_t *const cmd = drive_active_command(d); /* its numbers are finite: drive_command */
-    const num_t                  id = drive_per_base(cmd->id_ref_a, d->scale.inv_current);
-    const num_t                  asked = drive_per_base(cmd->iq_ref_a, d->scale.inv_current);
-    const num_t                  needed = num_sub(d->speed.iq_ref, d->observer.estimate);
-    const num_t                  iq = (cmd->mode == DRIVE_MODE_CURRENT) ? asked : needed;
+    const drive_order_t *const order = drive_active_order(d);
+    const num_t                needed = num_sub(d->speed.iq_ref, d->observer.estimate);
+    const num_t                iq = order->torque ? order->iq : needed;
 
-    d->current.ref.d = num_clamp(id, num_neg(d->setup.id_limit), d->setup.id_limit);
-    d->current.ref.q = num_clamp(iq, d->setup.speed_pi.out_min, d->setup.speed_pi.out_max);
+    d->current.ref.d = order->id;
+    d->current.ref.q = num_clamp(iq, num_neg(order->iq_max), order->iq_max);
 }
 
 /* A vector pulls the magnets onto it: for half of the time a quarter turn away, so that no rotor can stand opposite to

@@ -59,6 +59,13 @@ typedef struct {
     float        target_rad;         /**< ...and an angle within +-2 pi. */
 } drive_command_t;
 
+/** What the current interrupt makes of it: within the limits, in the numeric of the build. The d axis comes first, and what
+ *  it leaves of the longest vector bounds the q axis, whoever asks for it. */
+typedef struct {
+    num_t id, iq, iq_max;
+    bool  torque; /**< Current mode: iq as it is, not as the speed or position loop needs it. */
+} drive_order_t;
+
 /** Base values. All 1 in the float build. */
 typedef struct {
     float current_a, voltage_v, speed_rad_s;
@@ -104,7 +111,7 @@ typedef struct {
     num_t            error_scale;     /**< Speed error to loop error. */
     num_t            voltage_limit;   /**< NUM_MAX: follow the dc link. */
     num_t            advance;         /**< Voltage angle advance per mechanical speed, turns electrical. */
-    num_t            id_limit, align_current;
+    num_t            align_current;
     num_t            align_damping;   /**< Lead of the alignment vector against a mechanical speed, rad electrical. */
     angle_t          encoder_offset;  /**< Electrical. */
     uint16_t         pole_pairs, speed_divider;
@@ -172,6 +179,13 @@ typedef struct {
     uint16_t       delay_head, error_count;
 } drive_position_t;
 
+/** A save of what the angle observer has learned, under way. */
+typedef struct {
+    bool     active;
+    uint16_t slot, sequence, cells, crc;
+    uint16_t erased, next; /**< Pages, and words written and read back, so far. */
+} drive_saving_t;
+
 typedef struct {
     drive_params_t params;
     drive_setup_t  setup;
@@ -182,6 +196,7 @@ typedef struct {
     volatile uint16_t next_ready;  /**< ...and offered to the current interrupt. */
     volatile uint16_t speed_busy;  /**< The speed interrupt was requested and has not ended: its blocks may not change. */
     drive_command_t   command[2];
+    drive_order_t     order[2];   /**< Of each. */
     volatile uint16_t command_at; /**< Which of the two the interrupts read. */
 
     volatile drive_state_t state;
@@ -202,6 +217,7 @@ typedef struct {
     drive_speed_t    speed;
     drive_observer_t observer;
     drive_position_t position;
+    drive_saving_t   saving;                    /**< Main loop. */
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
     volatile uint16_t periods_in_state;         /**< Of the alignment; stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */
@@ -221,8 +237,17 @@ void drive_current_isr(drive_t *d);
 void drive_speed_isr(drive_t *d);
 void drive_background(drive_t *d);
 
-/** Hand over a command, as a whole. @return false (and nothing changes) when a number is not finite. Main loop only. */
+/**
+ * Hand over a command, as a whole. Main loop only.
+ * @return false (and nothing changes) when a number is not finite or beyond 1e6, or the speed is beyond over_speed_rad_s.
+ * Currents are cut: id to id_limit_a, then iq, whether asked for or needed by the speed or position loop, to what is left of
+ * the longest vector, the larger of iq_limit_a and id_limit_a. drive_command_refuses says before whether anything is cut.
+ */
 bool drive_command(drive_t *d, const drive_command_t *command);
+/** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force. */
+enum { DRIVE_COMMAND_FINE = 0, DRIVE_COMMAND_SPEED = 1, DRIVE_COMMAND_ID = 2, DRIVE_COMMAND_IQ = 3, DRIVE_COMMAND_ANGLE = 5 };
+/** The first field beyond its limit, and that limit: the field has to be within plus and minus it. */
+uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command, float *limit);
 /**
  * Requests to the state machine; looked at in the next pass of the main loop, a stop before a start. A start during
  * start-up waits for its end. A stop switches the bridge off in every state, and it stays off until a start, auto_run or
@@ -240,11 +265,18 @@ void drive_home(drive_t *d);
  * @param culprit  index of the refused parameter (PARAM_COUNT if none); may not be NULL.
  * @return false when refused, or while an earlier change still waits; nothing changes then.
  * What only acts at start-up (calibration, alignment) acts at the next start-up; the electrical zero that an alignment
- * has found stays. The memory of the repetitive controller is cleared when its
- * kind, length or order changes. What the electrical angle stands on (pole_pairs, encoder_reversed) is refused while the
- * bridge is armed; changed at rest, it makes an alignment that was made before it void, and the drive starts up anew.
+ * has found stays. No limit goes beyond the board's maximum (hal_limits).
+ *
+ * What params_only_at_rest names is refused while the bridge is armed. At rest, memories and filters that get another kind or size
+ * are set up in here, which takes about 1 ms at most; the interrupts leave them alone meanwhile, and what was learned in them is gone.
+ * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void, and the drive starts up anew.
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
+
+/** Largest value that the board and the parameter's own range let it have. */
+float drive_board_max(uint16_t param);
+/** Between which values a parameter of a set has to be: its range, the board's maximum, and the other parameters. */
+void drive_relation(const drive_params_t *params, uint16_t param, float *low, float *high);
 
 /** Whether drive_tune refuses this parameter now and would not at rest. */
 bool drive_needs_rest(const drive_t *d, uint16_t param);
@@ -261,8 +293,15 @@ float    drive_memory_cell(const drive_t *d, uint16_t cell);
 bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells);
 /** Forget it, the repetitive controller's memory included. Refused while running. */
 bool drive_memory_clear(drive_t *d);
-/** To and from non-volatile storage. A save cut off by a power failure leaves the older save. */
-hal_status_t drive_memory_save(drive_t *d);
+/**
+ * To and from non-volatile storage. A save cut off by a power failure leaves the older save, and one that does not read back as it
+ * was written fails. In steps: begin, then step while `saving.active`; a page or a few words each. The table may not change meanwhile.
+ * @return HAL_OK, HAL_UNSUPPORTED, HAL_BUSY (running, or another save), HAL_STALE (restore: nothing saved that reads as it was
+ * saved; the table stays), or an error of the storage.
+ */
+hal_status_t drive_memory_save_begin(drive_t *d);
+hal_status_t drive_memory_save_step(drive_t *d);
+hal_status_t drive_memory_save(drive_t *d); /* all of it, for who may wait */
 hal_status_t drive_memory_restore(drive_t *d);
 
 /** Begin the figures of both interrupts' duration anew; a start does it, too. Main loop only. */

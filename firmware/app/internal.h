@@ -11,20 +11,40 @@
 uint16_t drive_make_setup(const drive_params_t *params, drive_setup_t *setup);
 /** configure.c: build all blocks from d->setup, everything at rest. @return PARAM_COUNT or the culprit. */
 uint16_t drive_build(drive_t *d);
-/** configure.c: take over d->next between two samples. Current interrupt. */
+/** handover.c: take over d->next between two samples. Current interrupt. */
 void drive_take_over(drive_t *d);
-/* Each configure_*.c: make computes block parameters, judge lets the block refuse them (PARAM_COUNT, or the culprit), build
- * starts the block, take_over changes it between two samples. */
+/* Each configure_*.c, position.c: make computes block parameters, judge lets the block refuse them (PARAM_COUNT, or the culprit),
+ * build starts the block, main loop; differs tells that a change needs that; take_over changes the rest between two samples. */
 void     drive_make_repetitive(const drive_params_t *params, drive_setup_t *setup, uint16_t *culprit);
 uint16_t drive_judge_repetitive(const drive_setup_t *setup);
-void     drive_build_repetitive(drive_t *d);
-void     drive_take_over_repetitive(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
+void     drive_build_repetitive(drive_t *d, const drive_setup_t *setup);
+bool     drive_repetitive_differs(const drive_setup_t *before, const drive_setup_t *setup);
+void     drive_take_over_repetitive(drive_t *d, const drive_setup_t *setup);
 uint16_t drive_make_observer(const drive_params_t *params, drive_setup_t *setup);
 uint16_t drive_judge_observer(const drive_setup_t *setup);
-void     drive_build_observer(drive_t *d);
+void     drive_build_meter(drive_t *d, const drive_setup_t *setup);
+bool     drive_meter_differs(const drive_setup_t *before, const drive_setup_t *setup);
+void     drive_build_observer(drive_t *d, const drive_setup_t *setup);
+bool     drive_observer_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_make_deadbeat(const drive_params_t *params, drive_setup_t *setup);
 uint16_t drive_judge_deadbeat(const drive_setup_t *setup);
+
+/** handover.c: which blocks a change needs to build anew, as bits... */
+#define DRIVE_SHAPE_REPETITIVE 1U
+#define DRIVE_SHAPE_METER 2U
+#define DRIVE_SHAPE_OBSERVER 4U
+#define DRIVE_SHAPE_POSITION 8U
+uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *setup);
+/** ...and the interrupts keep away from these until they have taken the change over. Main loop, bridge off. */
+void     drive_withdraw(drive_t *d, uint16_t what);
+
+/** limits.c: the first parameter that is beyond the board's maximum, or that does not fit the others, or PARAM_COUNT. */
+uint16_t drive_board_refuses(const drive_params_t *params);
+uint16_t drive_relation_refuses(const drive_params_t *params);
+/** command.c: hand the newest command over again, under the limits in force. */
+void     drive_command_again(drive_t *d);
+
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
 num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
@@ -36,8 +56,6 @@ num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
 #define DRIVE_AXIS_BOUND 1.0e6f
 #endif
 
-/** state_machine.c: the first parameter that would change and must not now, or PARAM_COUNT. */
-uint16_t drive_held_param(const drive_t *d, const drive_params_t *params);
 /** current_isr.c: what is commanded is 0, and shows as such. Only while the bridge is off: then no interrupt writes these. */
 void drive_command_nothing(drive_t *d);
 /** current_isr.c: controllers at rest, for a start. */
@@ -54,9 +72,11 @@ void drive_judge_motion(drive_t *d, float speed_rad_s, float apart_rad);
 
 /** position.c: the position loop: configuration, start, one sample. */
 uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup);
-void     drive_build_position(drive_t *d);
+void     drive_build_position(drive_t *d, const drive_setup_t *setup);
+void     drive_build_position_memory(drive_t *d, const drive_setup_t *setup);
+bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_t *d);
-void     drive_take_over_position(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
+void     drive_take_over_position(drive_t *d, const drive_setup_t *setup);
 void     drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
 void     drive_position_step(drive_t *d, const drive_command_t *command);
 
@@ -86,6 +106,7 @@ static inline float drive_si(num_t x, float base)
 }
 
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
+static inline const drive_order_t *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
 static inline bool drive_is_armed(const drive_t *d) { return (d->state == DRIVE_RUN) || (d->state == DRIVE_ALIGN); }
 
 #endif

@@ -82,7 +82,19 @@ bool params_set(drive_params_t *p, uint16_t index, float value)
 
 bool params_only_at_rest(uint16_t index)
 {
-    return (index == (uint16_t)PARAM_pole_pairs) || (index == (uint16_t)PARAM_encoder_reversed);
+    static const uint16_t MARK[PARAM_COUNT] = {
+#define AT_REST 1U |
+#define PARAM_F(name, unit, def, lo, hi, doc) 0U,
+#define PARAM_U(name, unit, def, lo, hi, doc) 0U,
+#define PARAM_B(name, def, doc) 0U,
+#define PARAM_E(name, def, choices, count, doc) 0U,
+#include "firmware/app/parameters.def"
+#undef PARAM_F
+#undef PARAM_U
+#undef PARAM_B
+#undef PARAM_E
+    };
+    return (index < (uint16_t)PARAM_COUNT) && (MARK[index] != 0U);
 }
 
 uint16_t params_check(const drive_params_t *p)

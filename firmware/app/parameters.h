@@ -50,7 +50,7 @@ void params_default(drive_params_t *p);
 float params_get(const drive_params_t *p, uint16_t index);
 /** Set one parameter. Refuses NaN, what is out of range, and a fraction for a whole number; @p p then stays as it was. */
 bool params_set(drive_params_t *p, uint16_t index, float value);
-/** Whether it may only change while the bridge is off: the electrical angle stands on it. */
+/** Whether it may only change while the bridge is off: AT_REST in parameters.def. */
 bool params_only_at_rest(uint16_t index);
 /** First parameter outside its range, or PARAM_COUNT when all are inside. */
 uint16_t params_check(const drive_params_t *p);

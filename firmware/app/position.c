@@ -138,44 +138,45 @@ uint16_t drive_make_position(const drive_params_t *p, drive_setup_t *s)
 }
 
 /* The angle memories of the position loop use the room of the torque observer's; the two are never active together. */
-void drive_build_position(drive_t *d)
+void drive_build_position_memory(drive_t *d, const drive_setup_t *s)
 {
     drive_position_t *const             o = &d->position;
-    const drive_position_setup_t *const q = &d->setup.position;
-    num_t *const                        second = &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U];
-
-    (void)ctl_profile_init(&o->profile, &q->profile);
-    (void)ctl_pi_init(&o->pi, &q->velocity_pi);
-    (void)ctl_rdc_init(&o->rdc, &q->rdc);
-    if (!d->setup.observer_used) {
+    const drive_position_setup_t *const q = &s->position;
+    if (!s->observer_used) {
         (void)ctl_ilc_init(&o->ilc, &q->ilc, d->observer_memory, q->cells);
-        (void)ctl_ilc_init(&o->learn, &q->learn, second, q->cells);
+        (void)ctl_ilc_init(&o->learn, &q->learn, &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U], q->cells);
         if (q->method == DRIVE_POSITION_SRC) {
             (void)ctl_src_init(&o->src, &q->src, d->observer_memory, q->cells);
         }
     }
 }
 
-void drive_take_over_position(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
+void drive_build_position(drive_t *d, const drive_setup_t *s)
 {
     drive_position_t *const             o = &d->position;
     const drive_position_setup_t *const q = &s->position;
-    const bool same_memory = (before->position.method == q->method) && (before->position.cells == q->cells) &&
-                             (before->observer_used == s->observer_used);
+    (void)ctl_profile_init(&o->profile, &q->profile);
+    (void)ctl_pi_init(&o->pi, &q->velocity_pi);
+    (void)ctl_rdc_init(&o->rdc, &q->rdc);
+    drive_build_position_memory(d, s);
+}
+
+bool drive_position_differs(const drive_setup_t *before, const drive_setup_t *s)
+{
+    return !s->observer_used && ((before->position.method != s->position.method) || (before->position.cells != s->position.cells) ||
+                                 before->observer_used);
+}
+
+void drive_take_over_position(drive_t *d, const drive_setup_t *s)
+{
+    drive_position_t *const             o = &d->position;
+    const drive_position_setup_t *const q = &s->position;
     ctl_pi_tune(&o->pi, &q->velocity_pi);
     o->rdc.params = q->rdc;
     (void)ctl_profile_tune(&o->profile, o->homing ? &q->homing : &q->profile);
-    if (same_memory) {
-        o->ilc.params = q->ilc;
-        o->learn.params = q->learn;
-        o->src.params = q->src;
-    } else if (!s->observer_used) { /* another use of the memory: begin anew */
-        (void)ctl_ilc_init(&o->ilc, &q->ilc, d->observer_memory, q->cells);
-        (void)ctl_ilc_init(&o->learn, &q->learn, &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U], q->cells);
-        (void)ctl_src_init(&o->src, &q->src, d->observer_memory, q->cells);
-    } else {
-        /* a torque observer has the memory */
-    }
+    o->ilc.params = q->ilc;
+    o->learn.params = q->learn;
+    o->src.params = q->src;
 }
 
 void drive_rest_position(drive_t *d)
@@ -320,7 +321,8 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
             torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.state.robust)));
         }
     }
-    const num_t limited = num_clamp(torque, q->velocity_pi.out_min, q->velocity_pi.out_max);
+    const num_t room = drive_active_order(d)->iq_max;
+    const num_t limited = num_clamp(torque, num_neg(room), room);
     ctl_pi_commit(&o->pi, num_add(feedback, num_sub(limited, torque)));
     ctl_pi_reset(&d->speed.pi, limited); /* speed mode goes on with this torque */
     d->speed.iq_ref = hold_back(o, limited, q->torque_delay);

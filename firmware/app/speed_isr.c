@@ -52,7 +52,8 @@ void drive_speed_step(drive_t *d)
 
     s->error = num_mul(num_sub(ref, s->meas), d->setup.error_scale);
     s->correction = ripple_correction(d, s->error, ref);
-    s->iq_ref = ctl_pi_output(&s->pi, num_add(s->error, s->correction));
+    const num_t room = drive_active_order(d)->iq_max; /* what the d axis leaves */
+    s->iq_ref = num_clamp(ctl_pi_output(&s->pi, num_add(s->error, s->correction)), num_neg(room), room);
     ctl_pi_commit(&s->pi, s->iq_ref);
 }
 

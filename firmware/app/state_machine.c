@@ -202,32 +202,6 @@ void drive_init(drive_t *d, const drive_params_t *params)
     }
 }
 
-bool drive_command(drive_t *d, const drive_command_t *command)
-{
-    const float *const number[4] = {&command->speed_ref_rad_s, &command->id_ref_a, &command->iq_ref_a, &command->target_rad};
-    for (uint16_t i = 0U; i < 4U; i++) {
-        if (!((*number[i] <= 1.0e6f) && (*number[i] >= -1.0e6f))) {
-            return false;
-        }
-    }
-    const uint16_t idle = (uint16_t)((d->command_at & 1U) ^ 1U);
-    d->command[idle] = *command;
-    d->command_at = idle;
-    return true;
-}
-
-uint16_t drive_held_param(const drive_t *d, const drive_params_t *params)
-{
-    uint16_t k = 0U;
-    while ((k < (uint16_t)PARAM_COUNT) &&
-           !(drive_needs_rest(d, k) && (params_get(params, k) != params_get(&d->params, k)))) {
-        k++;
-    }
-    return k;
-}
-
-bool drive_needs_rest(const drive_t *d, uint16_t param) { return drive_is_armed(d) && params_only_at_rest(param); }
-
 void drive_start(drive_t *d) { d->start_wanted = true; }
 void drive_stop(drive_t *d) { d->stop_wanted = true; }
 void drive_clear_fault(drive_t *d) { d->clear_wanted = true; }

@@ -30,6 +30,7 @@ link_refusal_t request_hello(services_t *s, codec_reader_t *in, codec_writer_t *
                               .timeout_ms = SERVICES_TIMEOUT_MS,
                               .alive_at = n->alive_at,
                               .storing_seq = n->storing_seq,
+                              .storing = n->storing,
                               .stored = n->stored,
                               .stored_status = n->stored_status};
     *n = fresh;

@@ -6,7 +6,6 @@
 #define SET_COMMIT 2U
 #define TIMEOUT_MIN_MS 50U
 #define TIMEOUT_MAX_MS 60000U
-#define REFERENCE_MAX 1.0e6f
 #define TWO_PI 6.2831855f
 
 static link_refusal_t bad_state(services_t *s) { return services_refuse(s, LINK_NO_state, (uint16_t)s->setup.drive->state, 0.0f, 0.0f); }
@@ -19,6 +18,25 @@ static bool is_idle(const services_t *s)
 
 /* ---- parameters -------------------------------------------------------------------------------------------------------- */
 
+/* What the drive said no to, and where its limit lies. */
+static link_refusal_t refused(services_t *s, uint16_t culprit)
+{
+    const float value = params_get(&s->staged, culprit);
+    float       low = 0.0f;
+    float       high = drive_board_max(culprit);
+    if (value > high) {
+        return services_refuse(s, LINK_NO_board, culprit, value, high);
+    }
+    if (drive_needs_rest(s->setup.drive, culprit)) {
+        if (s->setup.drive->stop_wanted) {
+            return LINK_NO_busy; /* the stop before it has not been carried out yet */
+        }
+        return services_refuse(s, LINK_NO_at_rest, culprit, value, params_get(services_params(s), culprit));
+    }
+    drive_relation(&s->staged, culprit, &low, &high);
+    return services_refuse(s, LINK_NO_relation, culprit, low, high);
+}
+
 /* Hand `staged` to the drive, all of it or nothing. */
 static link_refusal_t take(services_t *s)
 {
@@ -30,7 +48,7 @@ static link_refusal_t take(services_t *s)
     if (drive_tune(d, &s->staged, &culprit)) {
         return LINK_FINE;
     }
-    return (culprit == (uint16_t)PARAM_COUNT) ? LINK_NO_busy : services_refuse(s, LINK_NO_relation, culprit, 0.0f, 0.0f);
+    return (culprit == (uint16_t)PARAM_COUNT) ? LINK_NO_busy : refused(s, culprit);
 }
 
 static link_refusal_t stage(services_t *s, codec_reader_t *in, codec_writer_t *out, uint16_t count)
@@ -66,7 +84,7 @@ link_refusal_t request_set(services_t *s, codec_reader_t *in, codec_writer_t *ou
         return no;
     }
     const bool commit = (flags & SET_COMMIT) != 0U;
-    if (s->store.active || (commit && (s->setup.drive->next_ready != 0U))) {
+    if (services_saving(s) || (commit && (s->setup.drive->next_ready != 0U))) {
         return LINK_NO_busy; /* nothing is lost: the same request may come again */
     }
     if (((flags & SET_BEGIN) != 0U) || !n->staging) {
@@ -91,6 +109,7 @@ static link_refusal_t save(services_t *s)
     s->staged = *services_params(s); /* what is saved must not change meanwhile */
     switch (param_store_begin(&s->store, &s->staged, s->schema)) {
     case HAL_OK:
+        s->session.storing = LINK_CMD_save;
         return LINK_LATER;
     case HAL_UNSUPPORTED:
         return LINK_NO_unsupported;
@@ -119,6 +138,16 @@ static link_refusal_t from_storage(services_t *s, hal_status_t status)
     default:
         return LINK_NO_storage;
     }
+}
+
+static link_refusal_t learn_save(services_t *s)
+{
+    const hal_status_t status = drive_memory_save_begin(s->setup.drive);
+    if (status != HAL_OK) {
+        return from_storage(s, status);
+    }
+    s->session.storing = LINK_CMD_learn_save;
+    return LINK_LATER;
 }
 
 static link_refusal_t restore(services_t *s)
@@ -150,7 +179,7 @@ static link_refusal_t start(services_t *s)
     if (!s->session.armed) {
         return LINK_NO_not_armed;
     }
-    if (s->store.active) {
+    if (services_saving(s)) {
         return LINK_NO_busy;
     }
     drive_start(s->setup.drive);
@@ -171,7 +200,7 @@ static link_refusal_t home(services_t *s)
 static link_refusal_t when_idle(services_t *s, uint16_t command)
 {
     drive_t *const d = s->setup.drive;
-    if (s->store.active || s->session.stored) { /* one save, one answer */
+    if (services_saving(s) || s->session.stored) { /* one save, one answer */
         return LINK_NO_busy;
     }
     if (!is_idle(s)) {
@@ -187,7 +216,7 @@ static link_refusal_t when_idle(services_t *s, uint16_t command)
     case LINK_CMD_learn_clear:
         return drive_memory_clear(d) ? LINK_FINE : bad_state(s);
     case LINK_CMD_learn_save:
-        return from_storage(s, drive_memory_save(d));
+        return learn_save(s);
     default:
         return from_storage(s, drive_memory_restore(d));
     }
@@ -258,14 +287,10 @@ link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_
         return services_refuse(s, LINK_NO_range, 0U, 0.0f, (float)DRIVE_MODE_POSITION);
     }
     c.mode = (drive_mode_t)mode;
-    const float number[] = {c.speed_ref_rad_s, c.id_ref_a, c.iq_ref_a};
-    for (uint16_t i = 0U; i < (uint16_t)(sizeof(number) / sizeof(number[0])); i++) {
-        if (!inside(number[i], REFERENCE_MAX)) {
-            return services_refuse(s, LINK_NO_range, (uint16_t)(i + 1U), -REFERENCE_MAX, REFERENCE_MAX);
-        }
-    }
-    if (!inside(c.target_rad, TWO_PI)) {
-        return services_refuse(s, LINK_NO_range, 5U, -TWO_PI, TWO_PI);
+    float          limit = TWO_PI;
+    const uint16_t field = inside(c.target_rad, limit) ? drive_command_refuses(s->setup.drive, &c, &limit) : (uint16_t)DRIVE_COMMAND_ANGLE;
+    if (field != (uint16_t)DRIVE_COMMAND_FINE) {
+        return services_refuse(s, LINK_NO_range, field, -limit, limit);
     }
     (void)drive_command(s->setup.drive, &c);
     codec_put_u32(out, s->counter);

@@ -9,6 +9,7 @@
 
 enum { SCHEMA_PARAMETERS = 0, SCHEMA_SIGNALS, SCHEMA_FAULTS, SCHEMA_COMMANDS, SCHEMA_KINDS };
 
+#define SCHEMA_AT_REST 1U /**< Flag of a parameter: it only changes while the bridge is off. */
 #define SCHEMA_RECORD_MAX 200U /**< Octets of the longest record. */
 
 /** Entries of a kind; 0 beyond the kinds. */

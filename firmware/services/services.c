@@ -96,11 +96,13 @@ link_refusal_t services_index(services_t *s, uint16_t index, uint16_t count)
     return (index < count) ? LINK_FINE : services_refuse(s, LINK_NO_index, index, 0.0f, (float)count - 1.0f);
 }
 
+bool services_saving(const services_t *s) { return s->store.active || s->setup.drive->saving.active; }
+
 uint16_t services_flags(const services_t *s)
 {
     const drive_t *const d = s->setup.drive;
     const bool           flag[] = {s->session.armed,   d->started_up,        s->session.started, s->session.timed_out, d->next_ready != 0U,
-                                   d->position.homed,  s->stream.on != 0U,   s->store.active,    s->stored_taken};
+                                   d->position.homed,  s->stream.on != 0U,   services_saving(s), s->stored_taken};
     uint16_t             bits = 0U;
     for (uint16_t i = 0U; i < (uint16_t)(sizeof(flag) / sizeof(flag[0])); i++) {
         bits = (uint16_t)(bits | (flag[i] ? (uint16_t)(1U << i) : 0U));
@@ -258,11 +260,12 @@ static void post_stream(services_t *s)
 /* One step of a save. */
 static void go_on_storing(services_t *s)
 {
-    if (!s->store.active) {
+    drive_t *const d = s->setup.drive;
+    if (!services_saving(s)) {
         return;
     }
-    const hal_status_t status = param_store_step(&s->store);
-    if (status != HAL_BUSY) {
+    const hal_status_t status = s->store.active ? param_store_step(&s->store) : drive_memory_save_step(d);
+    if (!services_saving(s)) {
         s->session.stored = true;
         s->session.stored_status = status;
     }
@@ -274,7 +277,7 @@ static void post_stored(services_t *s)
     s->session.stored = false;
     if (why == LINK_FINE) {
         frame_begin(&s->frame, LINK_command + LINK_ANSWER, s->session.storing_seq);
-        codec_put_u16(&s->frame.payload, LINK_CMD_save);
+        codec_put_u16(&s->frame.payload, s->session.storing);
         codec_put_u8(&s->frame.payload, (uint16_t)s->setup.drive->state);
         post(s);
     } else {

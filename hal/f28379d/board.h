@@ -52,11 +52,12 @@
 #define BOARD_A_PER_V (1.0f / (BOARD_SHUNT_OHM * BOARD_SHUNT_GAIN))                         /* 14.286 [derived] */
 #define BOARD_A_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_A_PER_V)               /* 10.46 mA [derived] */
 #define BOARD_CURRENT_ZERO_CODE (BOARD_SHUNT_ZERO_V / BOARD_ADC_REFERENCE_V * BOARD_CODES)   /* 2252.8, not 2048 [derived] */
-#define BOARD_OFFSET_LIMIT_A 1.1f /* 100 codes of zero error: more is a dead amplifier */
+#define BOARD_OFFSET_LIMIT_A 1.1f /* 100 codes of zero error: more is a dead amplifier; default and maximum */
 #define BOARD_DC_LINK_RATIO 13.42f /* divider, 13.13 measured on one board [check]; its pole lies at 345 Hz */
 #define BOARD_V_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_DC_LINK_RATIO)         /* 9.83 mV; 40.3 V full scale */
-#define BOARD_OVER_VOLTAGE_V 36.0f  /* below full scale; the board takes 45 V */
-#define BOARD_OVER_CURRENT_A 15.0f  /* software limit; the converter clips at -23.6 and +19.3 A [derived] */
+#define BOARD_OVER_VOLTAGE_V 36.0f  /* below full scale; the board takes 45 V; default and maximum */
+#define BOARD_OVER_CURRENT_A 15.0f  /* software limit, the default; its maximum is BOARD_TRIP_A. The converter clips at -23.6 and
+                                       +19.3 A [derived] */
 
 /* Phase A ADCINC2 = CMPSS6, B ADCINB2 = CMPSS3, C ADCINA2 = CMPSS1 [sheet]; dc link ADCINA3. */
 #define BOARD_ADC_BASES {ADCA_BASE, ADCB_BASE, ADCC_BASE}
@@ -103,6 +104,7 @@
 #define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts... */
 #define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] ...and what is left of it, 2^-16 */
 #define BOARD_QEP_FILTER_SYSCLK 20U /* 6 equal samples 100 ns apart: edges closer than 0.6 us are noise; 390 r/s at 4000 counts */
+#define BOARD_EDGES_HZ 1.5e6f /* [derived] counts per second that pass that filter, with a tenth to spare */
 #define BOARD_CAPTURE_CYC UINT32_C(2) /* SYSCLK per step of the edge timer: wraps after 131 070 cycles, 6 periods */
 #define BOARD_CAPTURE_DIVIDER EQEP_CAPTURE_CLK_DIV_2
 

@@ -209,6 +209,10 @@ uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
 
 uint32_t hal_link_lost(void) { return 0U; } /* a full pipe takes nothing more, see es_sim_link_write */
 
+/* ---- hal_limits --------------------------------------------------------------------------------------------------------------- */
+
+void hal_limits(hal_limits_t *out) { *out = selected->limits; }
+
 /* ---- hal_storage ------------------------------------------------------------------------------------------------------------------ */
 
 static bool storage_has(uint16_t page, uint16_t offset, uint16_t count)

@@ -12,6 +12,7 @@
 
 #include "hal/hal_encoder.h"
 #include "hal/hal_inverter.h"
+#include "hal/hal_limits.h"
 #include "hal/hal_sample.h"
 #include "sim_host/plant/plant.h"
 
@@ -41,6 +42,7 @@ typedef struct {
 
 typedef struct {
     sim_plant_t       plant;
+    hal_limits_t      limits;         /**< Set before sim_board_start, which leaves them alone. */
     sim_disturbance_t disturbance;
     sim_isr_load_t        load;
     uint32_t          used_cyc;       /**< By the interrupts of this period so far. */
@@ -61,7 +63,7 @@ typedef struct {
     uint16_t          storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
 } sim_board_t;
 
-/** Everything but the plant at rest; storage erased. */
+/** Everything but the plant and the limits at rest; storage erased. */
 void sim_board_start(sim_board_t *board);
 /** The board that HAL functions on this thread mean. */
 void sim_board_select(sim_board_t *board);

@@ -31,6 +31,7 @@ typedef struct {
     const char *doc;
     const char *choices; /* for kind "choice": "a|b|c", value = position; otherwise "" */
     double      min, max, value; /* range and default */
+    bool        at_rest; /* drive parameters: only changes while the bridge is off */
 } es_field_t;
 
 typedef struct {

@@ -104,7 +104,7 @@ static bool fill(es_field_t *out, const char *name, const char *unit, const char
     if (out == NULL) {
         return false;
     }
-    const es_field_t f = {name, unit, kind, doc, choices, min, max, value};
+    const es_field_t f = {name, unit, kind, doc, choices, min, max, value, false};
     *out = f;
     return true;
 }
@@ -120,7 +120,11 @@ bool es_param_info(int index, es_field_t *out)
 {
     static const char *const  KIND[] = {"float", "integer", "flag", "choice"};
     const param_info_t *const p = (index >= 0) ? params_info((uint16_t)((index < PARAM_COUNT) ? index : PARAM_COUNT)) : NULL;
-    return (p != NULL) && fill(out, p->name, p->unit, KIND[p->kind], p->doc, p->choices, p->min, p->max, p->def);
+    if ((p == NULL) || !fill(out, p->name, p->unit, KIND[p->kind], p->doc, p->choices, p->min, p->max, p->def)) {
+        return false;
+    }
+    out->at_rest = params_only_at_rest((uint16_t)index);
+    return true;
 }
 
 static const signal_info_t *signal_at(int index)
@@ -444,6 +448,61 @@ static bool give_table(es_sim_t *sim)
                : refuse(sim, "memory", (double)sim->table_cells, "needs method = aro, aro_cells values within +-observer_limit_a, and a drive that does not run");
 }
 
+/* A limit of the model's board; without one the board was made for the set that the drive starts with. */
+static float board_limit(const es_sim_t *s, double of_model, uint16_t param)
+{
+    const float starts = params_get(&s->params, param);
+    const float usual = params_info(param)->def;
+    return (of_model > 0.0) ? (float)of_model : ((starts > usual) ? starts : usual);
+}
+
+static void set_board_limits(es_sim_t *s)
+{
+    const hal_limits_t limits = {board_limit(s, s->model.board_current_a, PARAM_over_current_a), board_limit(s, s->model.board_dc_link_v, PARAM_over_voltage_v),
+                                 board_limit(s, s->model.board_speed_rad_s, PARAM_over_speed_rad_s), board_limit(s, 0.0, PARAM_offset_limit_a)};
+    s->board.limits = limits;
+}
+
+/* Why the drive does not take parameter @p culprit of @p p. */
+static bool refuse_param(es_sim_t *s, const drive_params_t *p, uint16_t culprit)
+{
+    const param_info_t *const f = params_info(culprit);
+    const float               most = drive_board_max(culprit);
+    const double              value = (double)params_get(p, culprit);
+    float                     low = 0.0f;
+    float                     high = 0.0f;
+    char                      why[160];
+    drive_relation(p, culprit, &low, &high);
+    if ((float)value > most) {
+        (void)snprintf(why, sizeof why, "the board allows at most %g%s%s", (double)most, (f->unit[0] != '\0') ? " " : "", f->unit);
+    } else if (((float)value < low) || ((float)value >= high)) {
+        (void)snprintf(why, sizeof why, "the other parameters leave %g .. %g%s%s; see docs/parameters.md", (double)low, (double)high,
+                       (f->unit[0] != '\0') ? " " : "", f->unit);
+    } else {
+        (void)snprintf(why, sizeof why, "does not fit the other parameters; see docs/parameters.md");
+    }
+    return refuse(s, f->name, value, why);
+}
+
+/* A speed reference that would only trip the drive. */
+static bool reference_fits(es_sim_t *s)
+{
+    bool speed_mode = (s->input[INPUT_control_mode].count == 0) && ((int)INPUTS[INPUT_control_mode].def == (int)DRIVE_MODE_SPEED);
+    for (int k = 0; k < s->input[INPUT_control_mode].count; k++) {
+        speed_mode = speed_mode || ((int)(s->input[INPUT_control_mode].value[k] + 0.5) == (int)DRIVE_MODE_SPEED);
+    }
+    const track_t *const ref = &s->input[INPUT_speed_ref_rad_s];
+    const double         limit = (double)s->params.over_speed_rad_s;
+    for (int k = 0; speed_mode && (k < ref->count); k++) {
+        if (fabs(ref->value[k]) > limit) {
+            char why[80];
+            (void)snprintf(why, sizeof why, "must be within over_speed_rad_s, +-%g rad/s", limit);
+            return refuse(s, "speed_ref_rad_s", ref->value[k], why);
+        }
+    }
+    return true;
+}
+
 bool es_sim_start(es_sim_t *sim)
 {
     if (sim == NULL) {
@@ -462,6 +521,7 @@ bool es_sim_start(es_sim_t *sim)
     static _Thread_local uint16_t storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
     memcpy(storage, sim->board.storage, sizeof storage);
     sim_board_start(&sim->board);
+    set_board_limits(sim);
     if (sim->storage_kept) {
         memcpy(sim->board.storage, storage, sizeof storage);
     }
@@ -477,8 +537,10 @@ bool es_sim_start(es_sim_t *sim)
         drive_init(&sim->drive, &sim->params);
     }
     if (sim->drive.fault == FAULT_configuration) {
-        const param_info_t *const p = params_info(sim->drive.fault_detail);
-        return refuse(sim, p->name, (double)params_get(&sim->params, sim->drive.fault_detail), "does not fit the other parameters; see docs/parameters.md");
+        return refuse_param(sim, &sim->params, sim->drive.fault_detail);
+    }
+    if (!reference_fits(sim)) {
+        return false;
     }
     if ((sim->table != NULL) && !give_table(sim)) {
         return false;
@@ -584,11 +646,10 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
     sim_board_select(&sim->board);
     uint16_t culprit = PARAM_COUNT;
     if (!drive_tune(&sim->drive, &p, &culprit)) {
-        if (drive_needs_rest(&sim->drive, culprit)) {
+        if (drive_needs_rest(&sim->drive, culprit) && (params_get(&p, culprit) <= drive_board_max(culprit))) {
             return refuse(sim, params_info(culprit)->name, value, "cannot change while the drive runs; stop it first");
         }
-        return refuse(sim, (culprit < (uint16_t)PARAM_COUNT) ? params_info(culprit)->name : param, value,
-                      (culprit < (uint16_t)PARAM_COUNT) ? "does not fit the other parameters" : "an earlier change still waits");
+        return (culprit < (uint16_t)PARAM_COUNT) ? refuse_param(sim, &p, culprit) : refuse(sim, param, value, "an earlier change still waits");
     }
     return true;
 }
@@ -702,7 +763,7 @@ bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count)
 
 /* ---- library -------------------------------------------------------------------------------------------------------------------- */
 
-int         es_abi_version(void) { return 1; }
+int         es_abi_version(void) { return 2; }
 const char *es_numeric(void) { return NUM_NAME; }
 
 double es_monotonic_s(void)

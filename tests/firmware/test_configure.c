@@ -2,6 +2,7 @@
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
+#include "mock_hal_limits.h"
 #include "mock_hal_sample.h"
 #include "tests/firmware/support/bench.h"
 
@@ -235,7 +236,6 @@ void test_configure_current_gains_arrive_with_the_sample_time(void)
     ARRIVES(per(0.108, VOLT / AMP), drive.setup.current_pi.ki_ts);
     ARRIVES(per(1.5e-4 * 4.0 / TWO_PI, 1.0 / SPEED), drive.setup.advance);
     TEST_ASSERT_TRUE(drive.setup.voltage_limit == NUM_MAX); /* none of its own: the dc link limits */
-    ARRIVES(per(10.0, AMP), drive.setup.id_limit);
 }
 
 void test_configure_speed_gains_arrive_with_the_speed_sample_time_and_the_unit_of_the_error(void)

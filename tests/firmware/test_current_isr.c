@@ -1,7 +1,9 @@
 /* firmware/app/current_isr.c: measure, track, control, set duties, in this order and with the right vector. */
+#include "firmware/app/telemetry.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
+#include "mock_hal_limits.h"
 #include "mock_hal_sample.h"
 #include "tests/firmware/support/bench.h"
 
@@ -225,8 +227,8 @@ void test_current_isr_integral_part_grows_by_its_gain_and_the_sample_time(void)
 void test_current_isr_vector_is_shortened_to_what_the_dc_link_reaches_and_keeps_its_direction(void)
 {
     bench_into(DRIVE_RUN);
-    bench_command(DRIVE_MODE_CURRENT, 0.0, 10.0, 10.0);
-    bench_currents(-8.0, -14.0, 0.0); /* errors 18 and 24 A: 10.8 and 14.4 V, 18 V long */
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 6.0, 8.0);
+    bench_currents(-12.0, -16.0, 0.0); /* errors 18 and 24 A: 10.8 and 14.4 V, 18 V long */
 
     bench_period();
 
@@ -237,8 +239,8 @@ void test_current_isr_vector_is_shortened_to_what_the_dc_link_reaches_and_keeps_
 void test_current_isr_vector_inside_the_limit_is_left_alone(void)
 {
     bench_into(DRIVE_RUN);
-    bench_command(DRIVE_MODE_CURRENT, 0.0, 10.0, 10.0);
-    bench_currents(-2.8, -7.0, 0.0); /* 7.68 and 10.2 V: 12.77 V, below 13.86 */
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 6.0, 8.0);
+    bench_currents(-6.8, -9.0, 0.0); /* 7.68 and 10.2 V: 12.77 V, below 13.86 */
 
     bench_period();
 
@@ -266,12 +268,12 @@ void test_current_isr_integral_parts_of_both_axes_hold_while_the_vector_is_limit
     drive_params_t p = bench_params();
     p.current_ki_v_per_as = 1080.0f;
     bench_run_with(&p);
-    bench_command(DRIVE_MODE_CURRENT, 0.0, 1.0, 10.0);
-    bench_currents(0.0, -19.0, 0.0); /* 17.4 V */
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 1.0, 9.0);
+    bench_currents(0.0, -19.0, 0.0); /* 16.8 V */
     bench_periods(100U);
     TEST_ASSERT_DOUBLE_WITHIN(5.0 * VOLT_TOLERANCE, BENCH_VDC / SQRT3, length());
 
-    bench_currents(1.0, 10.0, 0.0); /* no error: what is left is the integral part */
+    bench_currents(1.0, 9.0, 0.0); /* no error: what is left is the integral part */
     bench_period();
 
     assert_dq(0.0, 0.0, 0.0, VOLT_TOLERANCE, "nothing was learned");
@@ -280,16 +282,66 @@ void test_current_isr_integral_parts_of_both_axes_hold_while_the_vector_is_limit
 void test_current_isr_references_in_current_mode_are_cut_to_their_limits(void)
 {
     drive_params_t p = bench_params();
-    p.iq_limit_a = 3.0f;
-    p.id_limit_a = 2.0f;
+    p.iq_limit_a = 5.0f;
+    p.id_limit_a = 3.0f;
     bench_run_with(&p);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 50.0, -50.0);
     bench_period();
-    assert_dq(1.2, -1.8, 0.0, VOLT_TOLERANCE, "2 A and -3 A");
+    assert_dq(1.8, -2.4, 0.0, VOLT_TOLERANCE, "3 A and -4 A: 5 A long");
 
-    bench_command(DRIVE_MODE_CURRENT, 0.0, -50.0, 50.0);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 50.0);
     bench_period();
-    assert_dq(-1.2, 1.8, 0.0, VOLT_TOLERANCE, "-2 A and 3 A");
+    assert_dq(0.0, 3.0, 0.0, VOLT_TOLERANCE, "5 A");
+}
+
+/* 0.6 V/A, no integral part: the voltage is the reference. The longest vector is the larger limit, 13 A. */
+void test_current_isr_d_current_takes_its_part_of_the_longest_vector_first(void)
+{
+    const double triple[][2] = {{5.0, 12.0}, {-5.0, 12.0}, {12.0, 5.0}, {-12.0, 5.0}, {13.0, 0.0}, {0.0, 13.0}};
+    drive_params_t p = bench_params();
+    p.iq_limit_a = 13.0f;
+    p.id_limit_a = 13.0f;
+    bench_run_with(&p);
+    for (size_t k = 0; k < COUNT_OF(triple); k++) {
+        for (double sign = -1.0; sign < 2.0; sign += 2.0) {
+            bench_command(DRIVE_MODE_CURRENT, 0.0, triple[k][0], 13.0 * sign);
+            bench_period();
+            assert_dq(0.6 * triple[k][0], 0.6 * triple[k][1] * sign, 0.0, 2.0 * VOLT_TOLERANCE, at("case %d", (int)k));
+        }
+    }
+}
+
+void test_current_isr_speed_loop_gets_what_the_d_current_leaves(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_inline = 1U;
+    p.iq_limit_a = 10.0f;
+    p.id_limit_a = 10.0f;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_SPEED, 600.0, 6.0, 0.0); /* far off: the speed loop asks for all it can have */
+    bench_periods(30U);
+
+    assert_dq(3.6, 4.8, 0.0, 2.0 * VOLT_TOLERANCE, "6 A and 8 A: 10 A long");
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 8.0, (double)telemetry_read(&drive, SIGNAL_iq_ref_a));
+}
+
+/* ...and winds up against that, not against the limit of its own: after the error has changed its sign the reference follows
+ * within one sample. */
+void test_current_isr_speed_loop_does_not_wind_up_beyond_what_it_gets(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_inline = 1U;
+    p.stall_samples = 0U;
+    p.id_limit_a = 10.0f;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_SPEED, 20.0, 8.0, 0.0); /* 80 units: 2.9 A at once, 0.07 A more each sample, room for 6 A */
+    bench_periods(10000U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 6.0, (double)telemetry_read(&drive, SIGNAL_iq_ref_a));
+    bench_command(DRIVE_MODE_SPEED, -20.0, 8.0, 0.0);
+    bench_periods(10U);
+
+    /* held when it reached 6 A: the integral part is 3.06 A or one step more, and the proportional one -2.94 A now */
+    TEST_ASSERT_DOUBLE_WITHIN(0.16, 6.0 - 2.0 * 80.0 * 0.0368, (double)telemetry_read(&drive, SIGNAL_iq_ref_a));
 }
 
 /* ---- angle ---------------------------------------------------------------------------------------------------------- */

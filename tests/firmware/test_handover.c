@@ -1,8 +1,12 @@
 /* Commands and parameters cross from the main loop to the interrupts as a whole, or not at all. */
+#include <string.h>
+
+#include "firmware/app/internal.h"
 #include "firmware/app/telemetry.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
+#include "mock_hal_limits.h"
 #include "mock_hal_sample.h"
 #include "tests/firmware/support/bench.h"
 
@@ -85,6 +89,66 @@ void test_drive_command_before_the_start_acts_after_it(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, shown(SIGNAL_iq_ref_a));
 }
 
+void test_drive_command_beyond_the_speed_that_trips_is_refused(void)
+{
+    const double bad[] = {650.1, -650.1, 1e6, 5000.0};
+    bench_into(DRIVE_RUN);
+    bench_command(DRIVE_MODE_SPEED, 10.0, 0.0, 0.0);
+    for (size_t k = 0; k < COUNT_OF(bad); k++) {
+        const drive_command_t c = {.mode = DRIVE_MODE_SPEED, .speed_ref_rad_s = (float)bad[k]};
+        float                 limit = 0.0f;
+        TEST_ASSERT_FALSE(drive_command(&drive, &c));
+        TEST_ASSERT_EQUAL_UINT16(DRIVE_COMMAND_SPEED, drive_command_refuses(&drive, &c, &limit));
+    }
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, drive.command[drive.command_at & 1U].speed_ref_rad_s);
+    bench_command(DRIVE_MODE_SPEED, 650.0, 0.0, 0.0);
+    bench_command(DRIVE_MODE_SPEED, -650.0, 0.0, 0.0);
+}
+
+/* 20 000 at random: whatever is asked for, the vector that acts is never longer than the longest, and what was not cut is left. */
+void test_drive_command_no_vector_is_longer_than_the_limit(void)
+{
+    noise_t noise = {7U};
+    for (int round = 0; round < 20; round++) {
+        drive_params_t p = bench_params();
+        p.iq_limit_a = (float)(0.5 + 18.0 * fabs(noise_next(&noise)));
+        p.id_limit_a = (float)(18.0 * fabs(noise_next(&noise)));
+        bench_run_with(&p);
+        const double longest = fmax((double)p.iq_limit_a, (double)p.id_limit_a);
+        for (int k = 0; k < 1000; k++) {
+            const drive_command_t c = {.mode = DRIVE_MODE_CURRENT, .id_ref_a = (float)(30.0 * noise_next(&noise)), .iq_ref_a = (float)(30.0 * noise_next(&noise))};
+            float                 limit = 0.0f;
+            const bool            whole = drive_command_refuses(&drive, &c, &limit) == DRIVE_COMMAND_FINE;
+            TEST_ASSERT_TRUE(drive_command(&drive, &c));
+            bench_period();
+            const double id = shown(SIGNAL_id_ref_a);
+            const double iq = shown(SIGNAL_iq_ref_a);
+            TEST_ASSERT_TRUE(hypot(id, iq) <= longest * (1.0 + 1e-6) + 1e-5); /* the numeric's step under the root */
+            TEST_ASSERT_TRUE(fabs(iq) <= (double)p.iq_limit_a * (1.0 + 1e-6));
+            if (whole) {
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5, (double)c.id_ref_a, id);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-5, (double)c.iq_ref_a, iq);
+            }
+        }
+    }
+}
+
+void test_drive_command_follows_limits_that_are_lowered_while_it_acts(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 6.0, 8.0);
+    bench_period();
+    drive_params_t p = drive.params;
+    p.iq_limit_a = 5.0f;
+    p.id_limit_a = 3.0f;
+    uint16_t none = 0U;
+    TEST_ASSERT_TRUE(drive_tune(&drive, &p, &none));
+    bench_period();
+
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 3.0, shown(SIGNAL_id_ref_a));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0, shown(SIGNAL_iq_ref_a));
+}
+
 /* ---- parameters ----------------------------------------------------------------------------------------------------- */
 
 static uint16_t culprit;
@@ -93,6 +157,18 @@ static bool tune(const drive_params_t *p)
 {
     culprit = 0x5555U;
     return drive_tune(&drive, p, &culprit);
+}
+
+/* Stop, change, go on. */
+static void tune_at_rest(const drive_params_t *p)
+{
+    drive_stop(&drive);
+    drive_background(&drive);
+    TEST_ASSERT_TRUE(tune(p));
+    bench_period();
+    drive_start(&drive);
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
 }
 
 static double q_volts(void)
@@ -120,15 +196,18 @@ void test_drive_tune_acts_between_two_samples_and_not_before(void)
 /* limits and gains of one change belong together: an interrupt sees both or none */
 void test_drive_tune_protection_limits_change_with_the_rest(void)
 {
-    bench_into(DRIVE_RUN);
+    bench_into(DRIVE_READY);
     bench.sample.vdc_v = 30.0f;
     bench_period();
     drive_params_t p = drive.params;
     p.over_voltage_v = (float)per_numeric(28.0, 40.0); /* in fixed point it is a base and may not change */
-    p.under_voltage_v = (float)per_numeric(5.0, 31.0);
+    p.under_voltage_v = (float)per_numeric(5.0, 31.0); /* looked at while the bridge is on */
     TEST_ASSERT_TRUE(tune(&p));
     ASSERT_NO_FAULT("no sample yet");
 
+    bench_period();
+    drive_start(&drive);
+    drive_background(&drive);
     bench_period();
 
     ASSERT_FAULT((drive_fault_t)per_numeric((double)FAULT_over_voltage, (double)FAULT_under_voltage), "30 V are too much now");
@@ -298,7 +377,7 @@ void test_drive_tune_of_a_gain_changes_what_is_learned_from_now_on(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * before, before, shown(SIGNAL_rc_out_unit));
 }
 
-void test_drive_tune_of_order_lead_or_memory_clears_it(void)
+void test_drive_tune_of_order_lead_or_memory_at_rest_begins_anew(void)
 {
     for (int what = 0; what < 3; what++) {
         bench_start();
@@ -306,10 +385,12 @@ void test_drive_tune_of_order_lead_or_memory_clears_it(void)
         p.rc_order = (what == 0) ? 3U : p.rc_order;
         p.rc_lead = (what == 1) ? 4U : p.rc_lead;
         p.rc_memory = (what == 2) ? 1U : p.rc_memory;
-        TEST_ASSERT_TRUE(tune(&p));
+        tune_at_rest(&p);
         bench_periods(10U);
 
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, 0.0, shown(SIGNAL_rc_out_unit), at("change %d", what));
+        bench_periods(1005U);
+        TEST_ASSERT_TRUE_MESSAGE(shown(SIGNAL_rc_out_unit) > 1.0, at("change %d learns again", what));
     }
 }
 
@@ -317,7 +398,7 @@ void test_drive_tune_away_from_repetitive_control_takes_its_correction_off(void)
 {
     drive_params_t p = learning();
     p.method = DRIVE_METHOD_PI;
-    TEST_ASSERT_TRUE(tune(&p));
+    tune_at_rest(&p);
     bench_periods(10U);
 
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, shown(SIGNAL_rc_out_unit));
@@ -336,7 +417,7 @@ void test_drive_tune_every_method_can_follow_every_other(void)
             bench_command(DRIVE_MODE_SPEED, 15.707963, 0.0, 0.0);
             bench_periods(200U);
             p.method = to;
-            TEST_ASSERT_TRUE_MESSAGE(tune(&p), at("%u to %u", (unsigned)from, (unsigned)to));
+            tune_at_rest(&p);
             bench_periods(200U);
 
             TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_RUN, drive.state, at("%u to %u", (unsigned)from, (unsigned)to));
@@ -356,7 +437,7 @@ static double theta_e(void)
 
 void test_drive_tune_of_the_encoder_offset_acts_at_once_when_the_encoder_is_absolute(void)
 {
-    bench_into(DRIVE_RUN);
+    bench_into(DRIVE_READY);
     bench_angle(0.5);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 2.0, theta_e());
     drive_params_t p = drive.params;
@@ -380,34 +461,96 @@ void test_drive_tune_leaves_the_zero_that_an_alignment_has_found(void)
 
     p.encoder_offset_rad = 0.75f;
     p.align_periods = 0U; /* of the next start-up */
-    TEST_ASSERT_TRUE(tune(&p));
+    tune_at_rest(&p);
 
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, theta_e());
 }
 
 /* ---- what the electrical angle stands on ------------------------------------------------------------------------------ */
 
-void test_drive_tune_refuses_what_the_electrical_angle_stands_on_while_the_bridge_is_armed(void)
+/* Another value that the parameter could have: the other end of its range. */
+static bool other_value(drive_params_t *p, uint16_t index)
+{
+    const param_info_t *const info = params_info(index);
+    const float               now = params_get(p, index);
+    return params_set(p, index, (now == info->min) ? info->max : info->min);
+}
+
+/* One reason after the other: the range and the other parameters come first, then the bridge. */
+void test_drive_tune_refuses_what_only_changes_at_rest_while_the_bridge_is_armed(void)
 {
     const drive_state_t armed[] = {DRIVE_RUN, DRIVE_ALIGN};
-    const uint16_t      param[] = {PARAM_pole_pairs, PARAM_encoder_reversed};
-    for (size_t k = 0; k < 4U; k++) {
+    for (size_t k = 0; k < COUNT_OF(armed); k++) {
         bench_start();
-        bench_into(armed[k / 2U]);
-        drive_params_t p = drive.params;
-        TEST_ASSERT_TRUE(params_set(&p, param[k % 2U], 1.0f));
-
-        TEST_ASSERT_FALSE(tune(&p));
-
-        TEST_ASSERT_EQUAL_STRING(params_info(param[k % 2U])->name, params_info(culprit)->name);
-        TEST_ASSERT_TRUE(drive_needs_rest(&drive, culprit));
+        bench_into(armed[k]);
+        static drive_t before;
+        before = drive;
+        uint16_t tried = 0U;
+        for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
+            drive_params_t p = drive.params;
+            TEST_ASSERT_TRUE(other_value(&p, i));
+            if (!params_only_at_rest(i)) {
+                continue;
+            }
+            tried++;
+            TEST_ASSERT_FALSE_MESSAGE(tune(&p), params_info(i)->name);
+            TEST_ASSERT_TRUE_MESSAGE(culprit < (uint16_t)PARAM_COUNT, params_info(i)->name);
+            TEST_ASSERT_TRUE(drive_needs_rest(&drive, i));
+        }
+        TEST_ASSERT_TRUE(tried > 30U);
+        TEST_ASSERT_EQUAL_UINT16(0U, drive.next_ready);
+        TEST_ASSERT_EQUAL_MEMORY(&before.setup, &drive.setup, sizeof before.setup);
+        TEST_ASSERT_EQUAL_MEMORY(&before.params, &drive.params, sizeof before.params);
         bench_periods(2U);
-        TEST_ASSERT_EQUAL_UINT16(4U, drive.setup.pole_pairs);
-        TEST_ASSERT_FALSE(drive.setup.encoder_reversed);
+        ASSERT_NO_FAULT("it runs on");
     }
 }
 
-void test_drive_tune_takes_them_at_rest_and_everything_else_while_running(void)
+void test_drive_tune_names_what_only_changes_at_rest(void)
+{
+    const uint16_t named[] = {PARAM_pole_pairs, PARAM_encoder_counts, PARAM_encoder_offset_rad, PARAM_encoder_reversed, PARAM_method, PARAM_position_method,
+                              PARAM_position_cells, PARAM_aro_cells, PARAM_rc_order, PARAM_observer_fir1_order, PARAM_speed_source,
+                              PARAM_lost_sample_limit, PARAM_stall_samples};
+    bench_into(DRIVE_RUN);
+    for (size_t k = 0; k < COUNT_OF(named); k++) {
+        drive_params_t p = drive.params;
+        TEST_ASSERT_TRUE(params_set(&p, named[k], (float)((params_get(&p, named[k]) == 1.0f) ? 0.0f : ((named[k] == (uint16_t)PARAM_encoder_counts) ? 4096.0f : ((named[k] == (uint16_t)PARAM_aro_cells) || (named[k] == (uint16_t)PARAM_position_cells)) ? 100.0f : 1.0f))));
+        TEST_ASSERT_FALSE(tune(&p));
+        TEST_ASSERT_EQUAL_STRING(params_info(named[k])->name, params_info(culprit)->name);
+    }
+}
+
+/* What fits between two samples: nothing else may lead to a memory that is cleared or a filter that is started. */
+void test_drive_tune_nothing_that_changes_while_running_gives_a_block_another_shape(void)
+{
+    for (uint16_t method = 0U; method < 7U; method++) {
+        for (uint16_t position = 0U; position < 4U; position++) {
+            drive_params_t base = bench_params();
+            base.method = method;
+            base.position_method = position;
+            static drive_setup_t before, after; /* zeroed: what a set does not use is not made */
+            if (drive_make_setup(&base, &before) != (uint16_t)PARAM_COUNT) {
+                continue; /* an observer has the memory already */
+            }
+            uint16_t tried = 0U;
+            for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
+                const param_info_t *const info = params_info(i);
+                for (int end = 0; (end < 2) && !params_only_at_rest(i); end++) {
+                    drive_params_t p = base;
+                    after = before;
+                    TEST_ASSERT_TRUE(params_set(&p, i, (end == 0) ? info->min : info->max));
+                    if (drive_make_setup(&p, &after) == (uint16_t)PARAM_COUNT) {
+                        tried++;
+                        TEST_ASSERT_EQUAL_UINT16_MESSAGE(0U, drive_shape_changes(&before, &after), info->name);
+                    }
+                }
+            }
+            TEST_ASSERT_TRUE(tried > 60U);
+        }
+    }
+}
+
+void test_drive_tune_takes_the_angle_at_rest(void)
 {
     bench_into(DRIVE_READY);
     drive_params_t p = drive.params;
@@ -415,13 +558,183 @@ void test_drive_tune_takes_them_at_rest_and_everything_else_while_running(void)
     p.encoder_reversed = 1U;
     TEST_ASSERT_TRUE(tune(&p));
     TEST_ASSERT_FALSE(drive_needs_rest(&drive, PARAM_pole_pairs));
-
-    bench_into(DRIVE_RUN);
-    for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
-        TEST_ASSERT_EQUAL_MESSAGE((k == (uint16_t)PARAM_pole_pairs) || (k == (uint16_t)PARAM_encoder_reversed),
-                                  drive_needs_rest(&drive, k), params_info(k)->name);
-    }
     TEST_ASSERT_FALSE(drive_needs_rest(&drive, PARAM_COUNT));
+}
+
+/* ---- set up at rest, while the interrupts run on ------------------------------------------------------------------------ */
+
+typedef struct {
+    ctl_rc_t       rc;
+    ctl_meter_t    meter;
+    ctl_observer_t observer;
+    ctl_ilc_t      ilc, learn;
+    ctl_src_t      src;
+    num_t          rc_memory[DRIVE_RC_CAPACITY], observer_memory[DRIVE_OBSERVER_CAPACITY];
+} blocks_t;
+
+static void look(blocks_t *b)
+{
+    (void)memset(b, 0, sizeof *b);
+    (void)memcpy(&b->rc, &drive.speed.rc, sizeof b->rc);
+    (void)memcpy(&b->meter, &drive.observer.meter, sizeof b->meter);
+    (void)memcpy(&b->observer, &drive.observer.observer, sizeof b->observer);
+    (void)memcpy(&b->ilc, &drive.position.ilc, sizeof b->ilc);
+    (void)memcpy(&b->learn, &drive.position.learn, sizeof b->learn);
+    (void)memcpy(&b->src, &drive.position.src, sizeof b->src);
+    (void)memcpy(b->rc_memory, drive.rc_memory, sizeof b->rc_memory);
+    (void)memcpy(b->observer_memory, drive.observer_memory, sizeof b->observer_memory);
+}
+
+/* Every word of these blocks stands for one that the main loop is about to write: the interrupts neither write it nor, since
+ * the bytes would make wild pointers and counts, walk along it. */
+static void spoil(void)
+{
+    (void)memset(&drive.speed.rc, 0x5A, sizeof drive.speed.rc);
+    (void)memset(&drive.observer.meter, 0x5A, sizeof drive.observer.meter);
+    (void)memset(&drive.observer.observer, 0x5A, sizeof drive.observer.observer);
+    (void)memset(&drive.position.ilc, 0x5A, sizeof drive.position.ilc);
+    (void)memset(&drive.position.learn, 0x5A, sizeof drive.position.learn);
+    (void)memset(&drive.position.src, 0x5A, sizeof drive.position.src);
+    (void)memset(drive.rc_memory, 0x5A, sizeof drive.rc_memory);
+    (void)memset(drive.observer_memory, 0x5A, sizeof drive.observer_memory);
+}
+
+void test_drive_tune_interrupts_keep_away_from_blocks_that_are_being_set_up(void)
+{
+    static blocks_t before, after;
+    const drive_state_t rest[] = {DRIVE_READY, DRIVE_INIT, DRIVE_OFFSET_CALIBRATION, DRIVE_FAULT};
+    const drive_mode_t  mode[] = {DRIVE_MODE_SPEED, DRIVE_MODE_POSITION};
+    for (size_t k = 0; k < COUNT_OF(rest) * COUNT_OF(mode) * 7U; k++) {
+        bench_start();
+        bench_into(rest[k / 14U]);
+        drive_params_t p = drive.params;
+        p.method = (uint16_t)(k % 7U);
+        p.speed_source = (p.method == 0U) ? 2U : 1U; /* pi with the meter for the speed */
+        p.speed_inline = (uint16_t)(k & 1U);
+        TEST_ASSERT_TRUE(tune(&p));
+        bench_periods(3U);
+        bench_command(mode[(k / 7U) % 2U], 50.0, 0.0, 0.0);
+
+        drive_withdraw(&drive, DRIVE_SHAPE_REPETITIVE | DRIVE_SHAPE_METER | DRIVE_SHAPE_OBSERVER | DRIVE_SHAPE_POSITION);
+        spoil();
+        look(&before);
+        bench_periods(25U);
+        look(&after);
+
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&before, &after, sizeof before, at("case %u", (unsigned)k));
+    }
+}
+
+/* From the moment at which their memory changes hands to the one at which the interrupt takes the change over. */
+void test_drive_tune_at_rest_withdraws_what_it_sets_up_until_the_interrupt_takes_over(void)
+{
+    bench_into(DRIVE_READY);
+    drive_params_t p = drive.params;
+    p.method = DRIVE_METHOD_ARO;
+    TEST_ASSERT_TRUE(tune(&p));
+    bench_periods(3U);
+    TEST_ASSERT_TRUE(drive.setup.meter_used && drive.setup.observer_used);
+    p.observer_fir1_order = 12U;
+    p.aro_cells = 300U;
+    TEST_ASSERT_TRUE(tune(&p));
+    TEST_ASSERT_FALSE(drive.setup.meter_used || drive.setup.observer_used);
+    bench_periods(1U);
+    TEST_ASSERT_TRUE(drive.setup.meter_used && drive.setup.observer_used);
+    bench_periods(20U);
+
+    p.method = DRIVE_METHOD_FORC;
+    TEST_ASSERT_TRUE(tune(&p));
+    bench_periods(20U);
+    TEST_ASSERT_TRUE(drive.setup.rc_used);
+    p.rc_order = 3U;
+    TEST_ASSERT_TRUE(tune(&p));
+    TEST_ASSERT_FALSE(drive.setup.rc_used);
+    bench_periods(20U);
+    TEST_ASSERT_TRUE(drive.setup.rc_used);
+}
+
+/* The blocks are set up when drive_tune comes back; the interrupt only takes flags and numbers over. */
+void test_drive_tune_at_rest_sets_up_before_the_interrupt_takes_over(void)
+{
+    static blocks_t before, after;
+    bench_into(DRIVE_READY);
+    for (uint16_t method = 0U; method < 7U; method++) {
+        drive_params_t p = drive.params;
+        p.method = method;
+        p.aro_cells = 2048U;
+        TEST_ASSERT_TRUE(tune(&p));
+        look(&before);
+        bench.sample.seq++;
+        drive_current_isr(&drive);
+        look(&after);
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.rc_memory, after.rc_memory, sizeof before.rc_memory, at("method %u", (unsigned)method));
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.observer_memory, after.observer_memory, sizeof before.observer_memory, at("method %u", (unsigned)method));
+        TEST_ASSERT_EQUAL_UINT16(method, drive.params.method);
+        bench_periods(20U);
+    }
+    ASSERT_NO_FAULT("never");
+}
+
+/* ---- the board's maxima ------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    uint16_t param;
+    float    most;
+} bound_t;
+
+static const hal_limits_t SMALL_BOARD = {25.0f, 45.0f, 700.0f, 0.8f};
+static const bound_t      BOUND[] = {{PARAM_over_current_a, 25.0f},  {PARAM_iq_limit_a, 25.0f},        {PARAM_id_limit_a, 25.0f},
+                                     {PARAM_align_current_a, 25.0f}, {PARAM_over_voltage_v, 45.0f},    {PARAM_voltage_limit_v, 45.0f},
+                                     {PARAM_offset_limit_a, 0.8f},   {PARAM_over_speed_rad_s, 700.0f}};
+
+void test_drive_tune_no_limit_goes_beyond_the_maximum_of_the_board(void)
+{
+    const drive_state_t state[] = {DRIVE_READY, DRIVE_RUN};
+    for (size_t k = 0; k < COUNT_OF(BOUND) * COUNT_OF(state); k++) {
+        const bound_t *const b = &BOUND[k / 2U];
+        bench_start();
+        bench.limits = SMALL_BOARD;
+        bench_into(state[k % 2U]);
+        TEST_ASSERT_EQUAL_FLOAT(b->most, drive_board_max(b->param));
+        const float beyond[] = {nextafterf(b->most, INFINITY), params_info(b->param)->max};
+        for (size_t i = 0; i < COUNT_OF(beyond); i++) {
+            drive_params_t p = drive.params;
+            TEST_ASSERT_TRUE(params_set(&p, b->param, beyond[i]));
+            TEST_ASSERT_FALSE(tune(&p));
+            TEST_ASSERT_EQUAL_STRING(params_info(b->param)->name, params_info(culprit)->name);
+        }
+    }
+}
+
+void test_drive_init_takes_the_maximum_of_the_board_and_nothing_beyond(void)
+{
+    for (size_t k = 0; k < COUNT_OF(BOUND) * 2U; k++) {
+        bench_start();
+        bench.limits = SMALL_BOARD;
+        drive_params_t p = bench_params();
+        p.over_current_a = 25.0f;
+        const bool beyond = (k & 1U) != 0U;
+        TEST_ASSERT_TRUE(params_set(&p, BOUND[k / 2U].param, beyond ? nextafterf(BOUND[k / 2U].most, INFINITY) : BOUND[k / 2U].most));
+        drive_init(&drive, &p);
+
+        TEST_ASSERT_EQUAL_INT_MESSAGE(beyond ? FAULT_configuration : FAULT_none, drive.fault, params_info(BOUND[k / 2U].param)->name);
+        TEST_ASSERT_EQUAL_UINT16(beyond ? BOUND[k / 2U].param : 0U, drive.fault_detail);
+    }
+}
+
+void test_drive_tune_refuses_a_voltage_limit_that_lets_no_current_flow(void)
+{
+    const float none[] = {1.0e-30f, 1.0e-6f, 0.0999f};
+    bench_into(DRIVE_READY);
+    for (size_t k = 0; k < COUNT_OF(none); k++) {
+        drive_params_t p = drive.params;
+        p.voltage_limit_v = none[k];
+        TEST_ASSERT_FALSE(tune(&p));
+        TEST_ASSERT_EQUAL_UINT16(PARAM_voltage_limit_v, culprit);
+    }
+    drive_params_t p = drive.params;
+    p.voltage_limit_v = 0.1f;
+    TEST_ASSERT_TRUE(tune(&p));
 }
 
 /* ---- bases of the fixed build --------------------------------------------------------------------------------------- */
@@ -437,7 +750,7 @@ static void assert_base_refused(uint16_t index, float value)
 void test_drive_tune_in_fixed_point_refuses_a_new_base_by_the_name_of_its_parameter(void)
 {
     FIXED_ONLY();
-    bench_into(DRIVE_RUN);
+    bench_into(DRIVE_READY);
     assert_base_refused(PARAM_over_current_a, 30.0f);
     assert_base_refused(PARAM_over_voltage_v, 50.0f);
     assert_base_refused(PARAM_over_speed_rad_s, 700.0f);
@@ -448,7 +761,7 @@ void test_drive_tune_in_fixed_point_refuses_a_new_base_by_the_name_of_its_parame
 void test_drive_tune_in_fixed_point_is_not_fooled_by_two_changes_that_cancel(void)
 {
     FIXED_ONLY();
-    bench_into(DRIVE_RUN);
+    bench_into(DRIVE_READY);
     drive_params_t p = drive.params;
     p.over_speed_rad_s *= 2.0f;
     p.speed_error_gain *= 0.5f;
@@ -457,10 +770,10 @@ void test_drive_tune_in_fixed_point_is_not_fooled_by_two_changes_that_cancel(voi
     TEST_ASSERT_EQUAL_UINT16(PARAM_over_speed_rad_s, culprit);
 }
 
-void test_drive_tune_in_float_takes_new_limits(void)
+void test_drive_tune_in_float_takes_new_limits_at_rest(void)
 {
     FLOAT_ONLY();
-    bench_into(DRIVE_RUN);
+    bench_into(DRIVE_READY);
     drive_params_t p = drive.params;
     p.over_current_a = 15.0f;
     p.over_speed_rad_s = 100.0f;

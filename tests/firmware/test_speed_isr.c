@@ -3,6 +3,7 @@
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
+#include "mock_hal_limits.h"
 #include "mock_hal_sample.h"
 #include "tests/firmware/support/bench.h"
 

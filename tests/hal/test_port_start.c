@@ -1,4 +1,5 @@
 /* port_init and port_start: what is called, with which arguments, and in which order. */
+#include "hal/hal_limits.h"
 #include "tests/hal/support/started.h"
 
 static const uint32_t EPWM[3] = BOARD_EPWM_BASES;
@@ -145,6 +146,19 @@ void test_start_sets_the_comparators_to_18_a_of_their_own_reference(void)
         TEST_ASSERT_TRUE(CALLED("CMPSS_setDACValueLow", BASE[k], 484U) >= 0);
         TEST_ASSERT_EQUAL_UINT16(3612U, chip.cmpss[k].high);
     }
+}
+
+/* The board's maximum of the software limit is the level at which the hardware trips, and below where the converter clips. */
+void test_start_the_board_states_maxima_that_its_hardware_keeps(void)
+{
+    hal_limits_t board;
+    hal_limits(&board);
+    const double trips_a = ((3612.0 / 4096.0 * 3.3) - 1.65) / 0.07; /* 70 mV/A */
+    TEST_ASSERT_DOUBLE_WITHIN(3.3 / 4096.0 / 0.07, trips_a, (double)board.current_a); /* one step of the comparator's converter */
+    TEST_ASSERT_TRUE(board.current_a < (3.0 - 1.65) / 0.07);
+    TEST_ASSERT_TRUE(board.dc_link_v < 3.0 * 13.42); /* full scale of the divider */
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 1.5e6 / 4000.0 * 6.283185, (double)board.speed_rad_s);
+    TEST_ASSERT_TRUE(1.0 / 1.5e6 > 6.0 * 20.0 / 200.0e6); /* edges that far apart pass six equal samples of 20 cycles */
 }
 
 void test_start_proves_that_each_comparator_trips_each_module(void)

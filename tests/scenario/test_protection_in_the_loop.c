@@ -165,8 +165,8 @@ void test_protection_phase_current_beyond_its_limit_stops_the_drive(void)
     rig_param("over_current_a", 10.0);
     rig_param("iq_limit_a", 10.0);
     rig_input("control_mode", 0.0);
+    rig_param("current_kp_v_per_a", 3.0); /* rings: 1.5 periods of delay and a pole of 0.15 of a period */
     rig_step("id_ref_a", 0.0, BREAKS_S, 9.0);
-    rig_step("iq_ref_a", 0.0, BREAKS_S, 9.0);
     assert_trips("over_current", 3, 300);
 }
 

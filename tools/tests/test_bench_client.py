@@ -195,9 +195,9 @@ def test_a_line_that_is_too_slow_loses_rows_and_says_how_many() -> None:
 
 def test_a_fault_comes_with_its_advice_and_the_last_samples(drive: Drive) -> None:
     drive.set({"over_speed_rad_s": 40.0})
-    drive.setpoint(Mode.SPEED, speed_rad_s=60.0)
+    drive.setpoint(Mode.SPEED, speed_rad_s=40.0)
     drive.start()
-    drive.sleep(1.0)
+    drive.sleep(1.0)  # overshoots
 
     advice = next(fault for fault in tables().faults if fault.name == "over_speed")
     with pytest.raises(DriveFaultError, match="over_speed"):
@@ -361,3 +361,40 @@ def test_the_fixed_point_drive_talks_the_same_and_turns_as_fast() -> None:
 def test_an_answer_that_is_cut_short_is_told(length: int) -> None:
     with pytest.raises(NoDeviceError, match="ends early"):
         Info.parse(bytes(length))
+
+
+def test_a_limit_beyond_the_board_is_refused_with_value_and_maximum() -> None:
+    with Drive.connect(PORT) as drive, pytest.raises(RefusedError) as refused:
+        drive.set({"over_current_a": 1000.0})
+    assert "over_current_a = 1000 A: the board allows at most 20 A" in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("method", 2.0, "method = forc: cannot change from pi while the bridge is on; stop first"),
+        ("encoder_counts", 16.0, "encoder_counts = 16: cannot change from 4000 while the bridge is on; stop first"),
+        ("stall_samples", 0.0, "stall_samples = 0: cannot change from 500 while the bridge is on; stop first"),
+    ],
+)
+def test_what_changes_at_rest_only_is_refused_while_it_runs_and_taken_after_a_stop(
+    drive: Drive, name: str, value: float, told: str
+) -> None:
+    before = drive.get([name])
+    drive.run_speed(20.0)
+    with pytest.raises(RefusedError) as refused:
+        drive.set({name: value})
+    assert told in str(refused.value)
+    assert drive.parameters[name].at_rest
+    assert drive.state().state is State.RUN
+    drive.stop()
+    assert drive.set({name: value}) == {name: value}
+    drive.set(before)
+
+
+def test_a_setpoint_beyond_the_limits_in_force_is_refused_with_them(drive: Drive) -> None:
+    with pytest.raises(RefusedError, match=r"speed_ref_rad_s: must be within -650 \.\. 650"):
+        drive.setpoint(Mode.SPEED, speed_rad_s=700.0)
+    with pytest.raises(RefusedError, match=r"iq_ref_a: must be within -8 \.\. 8"):
+        drive.setpoint(Mode.CURRENT, id_a=6.0, iq_a=9.0)

@@ -186,7 +186,7 @@ def test_a_dry_run_moves_nothing_and_writes_nothing(evenspin, experiments: Path,
 def test_what_is_complete_is_kept_when_the_drive_trips(
     evenspin, experiments: Path, model: Path, tmp_path: Path
 ) -> None:
-    model.write_text(model.read_text().replace("[drive]", "[drive]\nover_speed_rad_s = 60.0"))
+    model.write_text(model.read_text().replace("[drive]", "[drive]\nover_speed_rad_s = 66.0"))
     text = experiments.read_text()
     first = text.index("[[experiment]]")
     step = text.index("[[experiment]]", text.index('name = "load_step"') - 40)

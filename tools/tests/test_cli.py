@@ -53,7 +53,7 @@ def test_json_is_alone_on_stdout(evenspin, scenario, tmp_path):
 
 
 def test_a_fault_is_told_with_what_to_check(evenspin, scenario, tmp_path):
-    scenario.write_text(scenario.read_text().replace("[drive]", "[drive]\nover_speed_rad_s = 10.0"))
+    scenario.write_text(scenario.read_text().replace("[drive]", "[drive]\nover_speed_rad_s = 31.5"))
 
     said = evenspin("run", scenario, "--out", tmp_path / "out")
 

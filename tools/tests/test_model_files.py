@@ -119,11 +119,11 @@ def test_an_input_that_starts_later_has_its_default_before(load, scenario_text):
 
 
 def test_events_may_switch_the_mode_and_tune_the_drive(load, scenario_text):
-    event = 'at_s = 0.4\ncontrol = "current"\niq_ref_a = 1.0\ndrive = { rc_gain = 0.3, method = "pi" }'
+    event = 'at_s = 0.4\ncontrol = "current"\niq_ref_a = 1.0\ndrive = { rc_gain = 0.3, rc_limit_unit = 2.0 }'
     setup = load(f"{scenario_text}\n[[event]]\n{event}\n").setup
 
     assert setup.inputs["control_mode"].value == (1.0, 0.0)
-    assert {(tune.param, tune.value) for tune in setup.tunes} == {("rc_gain", 0.3), ("method", 0.0)}
+    assert {(tune.param, tune.value) for tune in setup.tunes} == {("rc_gain", 0.3), ("rc_limit_unit", 2.0)}
 
 
 # ---- what is wrong with them -----------------------------------------------------------------------------------------
@@ -139,6 +139,10 @@ CASES = {
     "infinite": ("load_brake_a = 1.0", "load_brake_a = inf", "13: event.load_brake_a = inf: must be a finite", ""),
     "astronomical": ("speed_rpm = 300.0", f"speed_rpm = 1{'0' * 400}", "12: event.speed_rpm = 1000", ""),
     "an impossible speed": ("speed_rpm = 300.0", "speed_rpm = 1e9", "12: event.speed_rpm = 1000000000.0: must", "rpm"),
+    "a change at rest only": (
+        "at_s = 0.25", 'at_s = 0.25\ndrive = { method = "pi" }', "17: event.drive.method = 'pi': must be a parameter",
+        "set it in [drive]",
+    ),
     "a negative brake": ("load_brake_a = 1.0", "load_brake_a = -1.0", "13: event.load_brake_a = -1.0: must", "0 .. "),
     "an unknown choice": ('"forc"', '"ford"', "8: drive.method = 'ford': must be \"pi\" or", ""),
     "an unknown model": ('"guo2024"', '"guo2025"', "2: model = 'guo2025': must be", "did you mean guo2024?"),

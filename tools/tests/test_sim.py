@@ -46,13 +46,32 @@ def test_a_change_of_a_parameter_does_not_disturb_the_rows(setup):
 
 
 def test_a_parameter_changes_while_it_runs(setup):
-    method_pi = 0.0
-    tuned = replace(setup, tunes=(Tune(0.2, "method", method_pi),))
+    tuned = replace(setup, tunes=(Tune(0.2, "rc_limit_unit", 0.01),))
 
     correction = simulate(tuned, ("t_s", "rc_out_unit"))
 
     assert np.abs(correction.between(0.15, 0.2)["rc_out_unit"]).max() > 0.1
-    assert np.abs(correction.between(0.21, 0.5)["rc_out_unit"]).max() == 0.0
+    assert np.abs(correction.between(0.21, 0.5)["rc_out_unit"]).max() <= 0.010001
+
+
+def test_what_changes_at_rest_only_is_refused_while_it_runs(setup):
+    with pytest.raises(NativeError, match=r"method = 0: cannot change while the drive runs; stop it first"):
+        simulate(replace(setup, tunes=(Tune(0.2, "method", 0.0),)), ("t_s",))
+
+
+def test_a_board_in_the_model_has_the_last_word(setup):
+    board = replace(setup, plant={**setup.plant, "board_current_a": 15.0, "board_speed_rad_s": 400.0})
+    with pytest.raises(NativeError, match=r"over_current_a = 20: the board allows at most 15 A"):
+        simulate(board, ("t_s",))
+    fits = {**setup.drive, "over_current_a": 15.0}
+    with pytest.raises(NativeError, match=r"over_speed_rad_s = 650: the board allows at most 400 rad/s"):
+        simulate(replace(board, drive=fits), ("t_s",))
+    simulate(replace(board, drive={**fits, "over_speed_rad_s": 400.0}, duration_s=0.01), ("t_s",))
+
+
+def test_a_speed_reference_that_would_trip_is_refused(setup):
+    with pytest.raises(NativeError, match=r"speed_ref_rad_s = .*: must be within over_speed_rad_s, \+-10 rad/s"):
+        simulate(replace(setup, drive={**setup.drive, "over_speed_rad_s": 10.0}), ("t_s",))
 
 
 def test_progress_ends_at_the_end(setup):

@@ -282,3 +282,51 @@ void test_ctl_vector_limit_raw_cuts_to_the_length_and_leaves_what_is_shorter(voi
         ASSERT_NUM_WITHIN_AT(bound, cut * value_of(v.q), out.q, at("turn %u", i));
     }
 }
+
+/* Lengths and limits over the whole range that the header states, drawn evenly over their powers of ten, and their ends. The
+ * expected length is calculated in double. */
+void test_ctl_vector_limit_raw_keeps_its_contract_over_the_whole_range(void)
+{
+    FLOAT_ONLY();
+    const double lengths[] = {1e-20, 1e-19, 9e-19, 1.1e-18, 1e-12, 1.0, 3e6, 1e9, 1e12};
+    const double limits[] = {0.0, 1e-30, 1e-18, 1e-9, 12.0, 1e6, 1e12};
+    noise_t      noise = {61U};
+    for (uint32_t i = 0; i < 20000U; i++) {
+        const bool     ends = i < (9U * 7U * 8U);
+        const double   length = ends ? lengths[i % 9U] : pow(10.0, 32.0 * noise_next(&noise) - 4.0);
+        const double   limit = value_of(num_of(ends ? limits[(i / 9U) % 7U] : pow(10.0, 32.0 * noise_next(&noise) - 4.0)));
+        const double   angle = ends ? (double)(i / 63U) * 0.78539816339744831 : 6.2831853 * noise_next(&noise);
+        const ctl_dq_t v = {(num_t)(length * cos(angle)), (num_t)(length * sin(angle))};
+        const double   is = hypot((double)v.d, (double)v.q);
+        ctl_dq_t       out = {(num_t)-1, (num_t)-1};
+        const bool     whole = ctl_vector_limit_raw(v, (num_t)limit, &out);
+        const double   got = hypot((double)out.d, (double)out.q);
+
+        TEST_ASSERT_TRUE_MESSAGE(isfinite(got), at("turn %u", i));
+        if (whole) {
+            TEST_ASSERT_TRUE_MESSAGE((out.d == v.d) && (out.q == v.q), at("turn %u", i));
+            TEST_ASSERT_TRUE_MESSAGE((is <= limit * 1.000001) || (is <= 1.000001e-18), at("turn %u: too long", i));
+        } else {
+            TEST_ASSERT_TRUE_MESSAGE(is > limit * 0.999999, at("turn %u: cut without need", i));
+            const double least = (limit < 1e-18) ? 1e-18 : limit * 1e-6; /* three roundings and the root's 2e-7 */
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(least, limit, got, at("turn %u", i));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(((limit < 1e-18) ? 1e-18 : limit) * is * 4e-6 + 1e-37, 0.0, (double)out.d * (double)v.q - (double)out.q * (double)v.d, at("turn %u", i));
+        }
+    }
+}
+
+/* Every length that the numeric has, with every limit: never longer than the limit by more than two steps of each axis. */
+void test_ctl_vector_limit_raw_in_fixed_point_keeps_to_any_limit(void)
+{
+    FIXED_ONLY();
+    noise_t noise = {67U};
+    for (uint32_t i = 0; i < 20000U; i++) {
+        const ctl_dq_t v = {num_of(255.9 * noise_next(&noise)), num_of(255.9 * noise_next(&noise))};
+        const double   part = fabs(noise_next(&noise)) * 2.0;
+        const double   limit = value_of(num_of(180.0 * part * part * part));
+        ctl_dq_t       out;
+        (void)ctl_vector_limit_raw(v, num_of(limit), &out);
+        const double got = hypot(value_of(out.d), value_of(out.q));
+        TEST_ASSERT_TRUE_MESSAGE(got <= value_of(num_of(limit)) * (1.0 + 4e-7) + 3.0 * FIXED_STEP, at("turn %u", i));
+    }
+}

@@ -3,6 +3,7 @@
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
+#include "mock_hal_limits.h"
 #include "mock_hal_link.h"
 #include "mock_hal_sample.h"
 #include "mock_hal_storage.h"
@@ -93,6 +94,7 @@ void test_session_lists_every_parameter_with_its_limits(void)
         for (uint16_t i = 0U; i < count; i++, next++) {
             const param_info_t *const p = params_info(next);
             TEST_ASSERT_EQUAL_UINT16(p->kind, codec_get_u8(&line.in));
+            TEST_ASSERT_EQUAL_UINT16(params_only_at_rest(next) ? 1U : 0U, codec_get_u8(&line.in));
             TEST_ASSERT_EQUAL_FLOAT(p->min, codec_get_f32(&line.in));
             TEST_ASSERT_EQUAL_FLOAT(p->max, codec_get_f32(&line.in));
             TEST_ASSERT_EQUAL_FLOAT(p->def, codec_get_f32(&line.in));

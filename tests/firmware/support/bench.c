@@ -3,6 +3,7 @@
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
+#include "mock_hal_limits.h"
 #include "mock_hal_sample.h"
 
 bench_t bench;
@@ -112,14 +113,21 @@ static void request_speed_isr(int calls)
     bench.speed_requested = true;
 }
 
+static void limits(hal_limits_t *out, int calls)
+{
+    (void)calls;
+    *out = bench.limits;
+}
+
 void bench_start(void)
 {
-    const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U}, .seq_by_itself = true};
+    const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U}, .seq_by_itself = true, .limits = {1000.0f, 1000.0f, 20000.0f, 100.0f}};
     bench = board;
     (void)memset(&drive, 0, sizeof drive);
     hal_sample_read_Stub(sample_read);
     hal_encoder_edge_Stub(encoder_edge);
     hal_inverter_set_duty_Stub(set_duty);
+    hal_limits_Stub(limits);
     hal_inverter_arm_Stub(arm);
     hal_inverter_disarm_Stub(disarm);
     hal_inverter_fault_Stub(inverter_fault);

@@ -10,6 +10,7 @@
 
 #include "firmware/app/drive.h"
 #include "hal/hal_inverter.h"
+#include "hal/hal_limits.h"
 #include "tests/support/numeric.h"
 
 #define BENCH_CPU_HZ 200000000U
@@ -38,6 +39,7 @@ typedef struct {
     hal_status_t         edge_status;
     hal_status_t         arm_status;
     hal_inverter_fault_t inverter_fault;
+    hal_limits_t         limits; /* what it bears: as much as the list of parameters knows, unless a test says less */
     uint32_t             clock_cyc;
     uint32_t             isr_cyc; /* how far the clock goes between two readings */
     bool                 seq_by_itself; /* every period has the next sequence number */

@@ -29,6 +29,11 @@ static hal_status_t reads(uint16_t page, uint16_t offset, uint16_t *words, uint1
     (void)calls;
     check(page, offset, count);
     (void)memcpy(words, &flash.word[page][offset], count * sizeof words[0]);
+    if ((page == flash.odd_page) && (offset <= flash.odd_word) && (flash.odd_word < ((uint32_t)offset + count))) {
+        uint16_t *const odd = &words[flash.odd_word - offset];
+        flash.chance = (flash.chance * 1664525U) + 1013904223U;
+        *odd = (uint16_t)((*odd & (uint16_t)~flash.stuck) ^ (flash.unsteady & (uint16_t)(flash.chance >> 16)));
+    }
     return HAL_OK;
 }
 
@@ -113,6 +118,8 @@ void flash_start(void)
     flash.until_power_fails = -1;
     flash.torn = 0U;
     flash.until_error = -1;
+    flash.stuck = 0U;
+    flash.unsteady = 0U;
     hal_storage_pages_Stub(pages);
     hal_storage_page_words_Stub(page_words);
     hal_storage_read_Stub(reads);

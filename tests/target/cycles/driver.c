@@ -15,9 +15,10 @@
 #include "control/motor/svm.h"
 #include "control/numeric/lagrange.h"
 #include "control/numeric/num_math.h"
-#include "firmware/app/drive.h"
+#include "firmware/app/internal.h"
 #include "hal/hal_clock.h"
 #include "hal/hal_inverter.h"
+#include "hal/hal_limits.h"
 #include "hal/hal_storage.h"
 #include "tests/target/cycles/port.h"
 
@@ -103,6 +104,7 @@ hal_inverter_fault_t      hal_inverter_fault(void) { COSTS(inverter_fault); retu
 void                      hal_inverter_clear_fault(void) {}
 uint32_t                  hal_clock_cyc(void) { COSTS(clock_cyc); return clock_now; }
 uint32_t                  hal_clock_hz(void) { return 200000000U; }
+void                      hal_limits(hal_limits_t *out) { *out = (hal_limits_t){100.0f, 100.0f, 2000.0f, 1.0f}; }
 uint16_t                  hal_storage_pages(void) { return 0U; }
 uint16_t                  hal_storage_page_words(void) { return 0U; }
 hal_status_t              hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
@@ -362,6 +364,84 @@ static void run(const variant_t *v)
     }
 }
 
+/* ---- parameters on their way to the interrupt --------------------------------------------------------------------------- */
+static void begin_with(const drive_params_t *p, uint32_t running)
+{
+    drive_params_t q = *p;
+    q.auto_run = (uint16_t)running;
+    (void)memset(&drive, 0, sizeof drive);
+    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
+    drive_init(&drive, &q);
+    for (int pass = 0; pass < 5; pass++) {
+        drive_background(&drive);
+    }
+}
+
+static void change(const char *tune_row, const char *take_over_row, const drive_params_t *p)
+{
+    uint16_t culprit = 0U;
+    bool     taken = false;
+    drive_params_t q = *p;
+    q.auto_run = drive.params.auto_run;
+    MEASURE(tune_row, taken = drive_tune(&drive, &q, &culprit));
+    if (!taken) {
+        (void)printf("refused %s parameter %u\n", take_over_row, (unsigned)culprit);
+        return;
+    }
+    MEASURE(take_over_row, drive_take_over(&drive));
+}
+
+/* Gains while the drive runs. */
+static void change_gains(const char *row, uint16_t method, uint16_t position)
+{
+    drive_params_t p;
+    params_default(&p);
+    p.offset_calibration_periods = 0U;
+    p.align_periods = 0U;
+    p.method = method;
+    p.aro_cells = 2048U;
+    p.position_method = position;
+    begin_with(&p, 1U);
+    for (int k = 0; k < 20; k++) {
+        p.current_kp_v_per_a = 0.5f + (0.01f * (float)k);
+        p.speed_kp_a_per_unit = 0.03f + (0.001f * (float)k);
+        p.rc_gain = 0.3f + (0.01f * (float)k);
+        p.rc_fal_alpha = 0.5f + (0.01f * (float)k);
+        p.observer_gain = 0.01f + (0.01f * (float)k);
+        p.observer_inertia_kgm2 = 7.0e-5f + (1.0e-6f * (float)k);
+        p.position_kp_per_s = 5.0f + (float)k;
+        change("drive_tune gains", row, &p);
+    }
+}
+
+/* Every method and size to every other, at rest: the main loop sets up, the interrupt takes over. */
+static void change_shapes(void)
+{
+    drive_params_t set[16];
+    unsigned       sets = 0U;
+    for (unsigned method = 0U; method < 7U; method++) {
+        for (unsigned large = 0U; large < 2U; large++) {
+            drive_params_t *const p = &set[sets++];
+            params_default(p);
+            p->offset_calibration_periods = 0U;
+            p->align_periods = 0U;
+            p->method = (uint16_t)method;
+            p->aro_cells = (large != 0U) ? 2048U : 200U;
+            p->position_cells = (large != 0U) ? 2048U : 100U;
+            p->position_method = (uint16_t)(((method < 4U) && (large != 0U)) ? method : 0U);
+            p->observer_fir1_order = (large != 0U) ? 15U : 9U;
+            p->observer_fir2_order = (large != 0U) ? 15U : 10U;
+            p->speed_source = (uint16_t)((large != 0U) ? 2U : 1U);
+        }
+    }
+    for (unsigned a = 0U; a < sets; a++) {
+        for (unsigned b = 0U; b < sets; b++) {
+            begin_with(&set[a], 0U);
+            change("drive_tune at rest", "take-over at rest", &set[b]);
+        }
+    }
+}
+
 int reference_cases(void (*note_case)(const char *, uint64_t));
 int services_cases(drive_t *of, void (*note_case)(const char *, uint64_t));
 
@@ -379,6 +459,11 @@ int main(void)
     for (unsigned i = 0U; i < sizeof VARIANTS / sizeof VARIANTS[0]; i++) {
         run(&VARIANTS[i]);
     }
+    change_gains("take-over gains pi", 0U, 0U);
+    change_gains("take-over gains fal-forc", 3U, 0U);
+    change_gains("take-over gains aro", 6U, 0U);
+    change_gains("take-over gains position src", 0U, 2U);
+    change_shapes();
 #ifdef COUNT_INSTRUCTIONS
     for (unsigned i = 0U; i < row_count; i++) {
         (void)printf("%u\t%s\n", i + 1U, rows[i].name);

@@ -351,7 +351,9 @@ def _learning(drive: Drive, hand: Hand, progress: Progress) -> Found:
         drive.run_speed(speed)
         drive.sleep(1.0)
         uneven = _ripple(drive, speed)
-        drive.set({"method": aro})
+        drive.stop()
+        drive.set({"method": aro})  # changes at rest only
+        drive.run_speed(speed)
         for part in range(LEARN_PARTS):
             drive.sleep(seconds / LEARN_PARTS)
             drive.need_no_fault()

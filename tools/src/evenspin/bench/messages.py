@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
 from evenspin.bench.errors import NoDeviceError, ReadOnlyError, RefusedError
-from evenspin.bench.schema import KINDS, NO_FAULT, Schema
+from evenspin.bench.schema import AT_REST, KINDS, NO_FAULT, Schema
 from evenspin.native import Fault, Field
 
 VERSION = 1
@@ -244,10 +244,11 @@ def parse_list(kind: int, count: int, payload: bytes) -> list[Field | Fault | st
     found: list[Field | Fault | str] = []
     for _ in range(count):
         if kind == 0:
-            type_, low, high, default = read.take("Bfff")
+            type_, flags, low, high, default = read.take("BBfff")
             name, unit, choices = read.text(), read.text(), read.text()
             words = tuple(choices.split("|")) if choices else ()
-            found.append(Field(name, unit, KINDS[int(type_)], "", words, low, high, default))
+            at_rest = bool(int(flags) & AT_REST)
+            found.append(Field(name, unit, KINDS[int(type_)], "", words, low, high, default, at_rest))
         elif kind == 1:
             name, unit = read.text(), read.text()
             found.append(Field(name, unit, "float", "", (), float("-inf"), float("inf"), 0.0))
@@ -273,20 +274,22 @@ _REFUSALS = {
 }  # fmt: skip
 
 
+SETPOINT_FIELDS = ("mode", "speed_ref_rad_s", "id_ref_a", "iq_ref_a", "target_turns", "target_rad")
+
+
 def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
     """A refusal as an error with its reason; `schema` names parameters."""
     request, code, field, low, high = Reader(payload).take("BBHff")
-    names = list(schema.parameters) if schema is not None else []
-    about_parameter = request == Ask.SET and field < len(names)
-    if code == 4 and about_parameter and schema is not None:
-        name = names[int(field)]
-        return RefusedError(f"{what}: {name}: the drive takes {schema.parameters[name].allowed()}")
-    if code == 4:
-        return RefusedError(f"{what}: field {field}: must be within {low:g} .. {high:g}")
-    if code == 5 and field < len(names):
-        error = RefusedError(f"{what}: {names[int(field)]} does not fit the other parameters; see docs/parameters.md")
-        error.parameter = names[int(field)]
+    fields = list(schema.parameters.values()) if schema is not None else []
+    about = fields[int(field)] if int(field) < len(fields) else None
+    if about is not None and (code in (5, 14, 15) or (code == 4 and request == Ask.SET)):
+        error = RefusedError(f"{what}: {_about_parameter(int(code), about, low, high)}")
+        error.parameter = about.name if code == 5 else ""  # of a relation: the client finds the other parameter
         return error
+    if code == 4:
+        at = int(field)
+        name = SETPOINT_FIELDS[at] if request == Ask.SETPOINT and at < len(SETPOINT_FIELDS) else f"field {at}"
+        return RefusedError(f"{what}: {name}: must be within {low:g} .. {high:g}, the limits in force")
     if code == 13:
         return RefusedError(f"{what}: {field} is more than there is room for: at most {high:g}")
     if code == 7:
@@ -295,6 +298,22 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
     name, text = _REFUSALS.get(int(code), (f"code {code}", "this"))
     kind = ReadOnlyError if code == 8 else RefusedError
     return kind(f"{what}: the drive refuses {text} ({name})")
+
+
+def _about_parameter(code: int, field: Field, low: float, high: float) -> str:
+    """Why a parameter was refused; what `low` and `high` say depends on the code (docs/protocol.md)."""
+    unit = f" {field.unit}" if field.unit else ""
+    if code == 4:
+        return f"{field.name}: the drive takes {field.allowed()}"
+    if code == 14:
+        return f"{field.name} = {low:g}{unit}: the board allows at most {high:g}{unit}"
+    if code == 15:
+        asked, now = field.to_text(low), field.to_text(high)
+        return f"{field.name} = {asked}: cannot change from {now} while the bridge is on; stop first"
+    return (
+        f"{field.name} does not fit the other parameters, which leave {low:g} .. {high:g}{unit}, or cannot change "
+        "without a restart; see docs/parameters.md"
+    )
 
 
 def fault_text(schema: Schema, number: int, detail: int) -> str:

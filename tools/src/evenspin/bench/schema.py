@@ -13,6 +13,7 @@ from evenspin.errors import InputError, did_you_mean
 from evenspin.native import Fault, Field, tables
 
 KINDS = ("float", "integer", "flag", "choice")
+AT_REST = 1  # flag of a parameter
 NO_FAULT = "none"
 FIRST_TRUTH = "t_s"  # in the list of the simulator this and all behind it is what no drive can tell
 
@@ -86,5 +87,6 @@ def text(content: str) -> bytes:
 
 
 def _parameter(field: Field) -> bytes:
-    numbers = struct.pack("<Bfff", KINDS.index(field.kind), field.minimum, field.maximum, field.default)
+    flags = AT_REST if field.at_rest else 0
+    numbers = struct.pack("<BBfff", KINDS.index(field.kind), flags, field.minimum, field.maximum, field.default)
     return numbers + text(field.name) + text(field.unit) + text("|".join(field.choices))

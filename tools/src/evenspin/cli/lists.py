@@ -61,7 +61,7 @@ def parameters(as_json: JsonFlag = False) -> None:
 
     fields = list(tables().params.values())
     if as_json:
-        write_json([_field_json(field) for field in fields], STDOUT)
+        write_json([_field_json(field) | {"at_rest": field.at_rest} for field in fields], STDOUT)
         return
     print_table(TableView("Drive parameters", "", FIELD_HEADER, [_field_row(f) for f in fields], left=5), console())
 
@@ -101,7 +101,8 @@ FIELD_HEADER = ("name", "unit", "default", "range", "what it is")
 
 
 def _field_row(field: Field) -> tuple[str, ...]:
-    return (field.name, field.unit, field.to_text(field.default), _range(field), field.doc)
+    doc = f"{field.doc} Changes at rest only." if field.at_rest else field.doc
+    return (field.name, field.unit, field.to_text(field.default), _range(field), doc)
 
 
 def _range(field: Field) -> str:

@@ -210,7 +210,7 @@ def load_scenario(path: Path) -> Scenario:
         drive=drive,
         effects=effects,
         inputs=_inputs(document, events, machine),
-        tunes=_tunes(events),
+        tunes=_tunes(document, events),
         duration_s=file.duration_s,
         log_rate_hz=file.log_rate_hz,
         seed=file.seed,
@@ -329,7 +329,13 @@ def _interpolate(points: list[tuple[float, float]], t_s: float) -> float:
     return points[-1][1]
 
 
-def _tunes(events: list[tuple[int, Any]]) -> tuple[Tune, ...]:
+def _tunes(document: Document, events: list[tuple[int, Any]]) -> tuple[Tune, ...]:
+    for index, event in events:
+        for name in given_numbers(event.drive, tables().params):
+            if tables().params[name].at_rest:
+                must = "a parameter that changes while the drive runs"
+                keys = ["event", index, "drive", name]
+                raise document.error(keys, must, "it changes at rest only: set it in [drive]")
     return tuple(
         Tune(event.at_s, name, value)
         for _, event in events

@@ -12,7 +12,7 @@ from evenspin.errors import NativeError, did_you_mean
 
 NUMERICS = ("float", "fixed")
 HEADER = "evenspin_capi.h"
-SUPPORTED_ABI = 1
+SUPPORTED_ABI = 2
 REINSTALL = "install the package again: make setup"
 
 

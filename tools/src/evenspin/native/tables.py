@@ -23,6 +23,7 @@ class Field:
     minimum: float
     maximum: float
     default: float
+    at_rest: bool = False  # of a drive's parameter: only changes while the bridge is off
 
     def allowed(self) -> str:
         """What the value has to be, in words."""
@@ -117,6 +118,7 @@ def _field(library: Library, raw: Any) -> Field:
         minimum=raw.min,
         maximum=raw.max,
         default=raw.value,
+        at_rest=bool(raw.at_rest),
     )
 
 

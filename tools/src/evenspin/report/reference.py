@@ -22,9 +22,12 @@ def pages() -> dict[str, str]:
 def _parameters() -> str:
     text = (
         "Every parameter of the drive. In a model or scenario file they go into the table `[drive]`; the choices are "
-        "given as their word, the switches as `true` or `false`."
+        "given as their word, the switches as `true` or `false`.\n\n"
+        "*At rest*: only changes while the bridge is off. That is what the electrical angle stands on, what protects, "
+        "and what decides over the kind or the size of a memory or a filter. All others are taken over between two "
+        "samples while the drive runs. No limit goes beyond the maximum of the board, whatever its range here."
     )
-    return _page("Drive parameters", text, _field_table(tables().params.values()))
+    return _page("Drive parameters", text, _parameter_table(tables().params.values()))
 
 
 def _model() -> str:
@@ -64,6 +67,15 @@ def _field_table(fields: Iterable[Field]) -> str:
         f"| `{f.name}` | {_escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {_escape(f.doc)} |" for f in fields
     ]
     return "\n".join(["| name | unit | default | range | |", "| --- | --- | --- | --- | --- |", *rows])
+
+
+def _parameter_table(fields: Iterable[Field]) -> str:
+    rows = [
+        f"| `{f.name}` | {_escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {'at rest' if f.at_rest else ''} | "
+        f"{_escape(f.doc)} |"
+        for f in fields
+    ]
+    return "\n".join(["| name | unit | default | range | changes | |", "| --- | --- | --- | --- | --- | --- |", *rows])
 
 
 def _range(field: Field) -> str:

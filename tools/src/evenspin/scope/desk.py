@@ -271,4 +271,5 @@ def _parameter(field: Field) -> Message:
     return {
         "name": field.name, "unit": field.unit, "kind": field.kind, "doc": field.doc, "choices": list(field.choices),
         "minimum": field.minimum, "maximum": field.maximum, "default": field.default, "allowed": field.allowed(),
+        "at_rest": field.at_rest,
     }  # fmt: skip

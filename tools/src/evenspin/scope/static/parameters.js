@@ -57,7 +57,7 @@ export class Parameters {
     const refusal = h("p", { class: "refusal", role: "alert" });
     const range = kind === "float" || kind === "integer" ? [`${exact(field.minimum)} … ${exact(field.maximum)}`, unit].filter(Boolean).join(" ") : "";
     const usual = `default ${choices[field.default] ?? (kind === "flag" ? (field.default ? "on" : "off") : exact(field.default))}`;
-    const limits = h("p", { class: "limits" }, [range, usual].filter(Boolean).join(" · "));
+    const limits = h("p", { class: "limits" }, [range, usual, field.at_rest ? "changes at rest only" : ""].filter(Boolean).join(" · "));
     const text = h("p", {}, doc);
     const words = name.split("_").flatMap((word, i) => (i ? ["_", h("wbr"), word] : [word]));
     const element = h("div", { class: "parameter" }, h("code", {}, ...words), input, limits, text, refusal);

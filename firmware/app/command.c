@@ -1,0 +1,94 @@
+/* What the user wants, from the main loop to the interrupts: judged, bounded by the limits in force, handed over as a whole. */
+#include "control/numeric/num_math.h"
+#include "firmware/app/internal.h"
+
+#define NUMBER_MAX 1.0e6f
+
+/* The set in force, or the one that waits for the interrupt: what the command will meet. */
+static const drive_params_t *coming(const drive_t *d) { return (d->next_ready != 0U) ? &d->next_params : &d->params; }
+
+static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit); } /* false for NaN */
+
+static float cut(float x, float limit) { return (x > limit) ? limit : ((x < -limit) ? -limit : x); }
+
+static float larger(float a, float b) { return (a > b) ? a : b; }
+
+/* Longest current vector: the larger of the two limits, and nothing that would trip. */
+static float longest_a(const drive_params_t *p)
+{
+    const float limit = larger(p->iq_limit_a, p->id_limit_a);
+    return (limit < p->over_current_a) ? limit : p->over_current_a;
+}
+
+/* What @p id leaves for the q axis: the d axis comes first, it may hold the voltage down. */
+static float room_a(const drive_params_t *p, float id_a)
+{
+    const float longest = longest_a(p);
+    const float part = id_a / longest; /* within +-1 */
+    const float room = longest * num_to_float(num_sqrt(num_from_float((1.0f - part) * (1.0f + part))));
+    return (room < p->iq_limit_a) ? room : p->iq_limit_a;
+}
+
+static float id_max_a(const drive_params_t *p)
+{
+    const float longest = longest_a(p);
+    return (p->id_limit_a < longest) ? p->id_limit_a : longest;
+}
+
+uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *c, float *limit)
+{
+    const drive_params_t *const p = coming(d);
+    const float number[4] = {c->speed_ref_rad_s, c->id_ref_a, c->iq_ref_a, c->target_rad};
+    static const uint16_t FIELD[4] = {DRIVE_COMMAND_SPEED, DRIVE_COMMAND_ID, DRIVE_COMMAND_IQ, DRIVE_COMMAND_ANGLE};
+    for (uint16_t i = 0U; i < 4U; i++) {
+        if (!inside(number[i], NUMBER_MAX)) {
+            *limit = NUMBER_MAX;
+            return FIELD[i];
+        }
+    }
+    *limit = p->over_speed_rad_s;
+    if (!inside(c->speed_ref_rad_s, *limit)) {
+        return DRIVE_COMMAND_SPEED;
+    }
+    *limit = id_max_a(p);
+    if (!inside(c->id_ref_a, *limit)) {
+        return DRIVE_COMMAND_ID;
+    }
+    *limit = room_a(p, c->id_ref_a);
+    if ((c->mode == DRIVE_MODE_CURRENT) && !inside(c->iq_ref_a, *limit)) {
+        return DRIVE_COMMAND_IQ;
+    }
+    return DRIVE_COMMAND_FINE;
+}
+
+static void hand_over(drive_t *d, const drive_command_t *c)
+{
+    const drive_params_t *const p = coming(d);
+    const uint16_t              idle = (uint16_t)((d->command_at & 1U) ^ 1U);
+    drive_order_t *const        order = &d->order[idle];
+    const float                 id = cut(c->id_ref_a, id_max_a(p));
+    d->command[idle] = *c;
+    d->command[idle].speed_ref_rad_s = cut(c->speed_ref_rad_s, p->over_speed_rad_s);
+    order->torque = c->mode == DRIVE_MODE_CURRENT;
+    order->id = drive_per_base(id, d->scale.inv_current);
+    order->iq = drive_per_base(c->iq_ref_a, d->scale.inv_current);
+    order->iq_max = drive_per_base(room_a(p, id), d->scale.inv_current);
+    d->command_at = idle;
+}
+
+void drive_command_again(drive_t *d)
+{
+    const drive_command_t same = d->command[d->command_at & 1U];
+    hand_over(d, &same);
+}
+
+bool drive_command(drive_t *d, const drive_command_t *command)
+{
+    float          limit = 0.0f;
+    const uint16_t bad = drive_command_refuses(d, command, &limit);
+    if ((bad != DRIVE_COMMAND_FINE) && ((limit >= NUMBER_MAX) || (bad == DRIVE_COMMAND_SPEED))) {
+        return false;
+    }
+    hand_over(d, command); /* a current beyond its limit is cut */
+    return true;
+}

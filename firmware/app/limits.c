@@ -1,0 +1,107 @@
+/* What a parameter may be beside its own range: what the board bears, and what the other parameters leave. Main loop. */
+#include <stddef.h>
+
+#include "firmware/app/internal.h"
+#include "hal/hal_limits.h"
+
+/* Below it no current flows in any motor that these boards drive: whoever asks for less means something else. */
+#define VOLTAGE_LIMIT_LEAST_V 0.1f
+
+static float least(float a, float b) { return (a < b) ? a : b; }
+
+/* What the board says about a parameter; otherwise the end of its range. */
+static float most(const hal_limits_t *board, uint16_t param)
+{
+    const param_info_t *const info = params_info(param);
+    if (info == NULL) {
+        return 0.0f;
+    }
+    switch (param) {
+    case PARAM_over_current_a:
+    case PARAM_iq_limit_a:
+    case PARAM_id_limit_a:
+    case PARAM_align_current_a:
+        return least(info->max, board->current_a);
+    case PARAM_over_voltage_v:
+    case PARAM_voltage_limit_v:
+        return least(info->max, board->dc_link_v);
+    case PARAM_over_speed_rad_s:
+        return least(info->max, board->speed_rad_s);
+    case PARAM_offset_limit_a:
+        return least(info->max, board->offset_a);
+    default:
+        return info->max;
+    }
+}
+
+float drive_board_max(uint16_t param)
+{
+    hal_limits_t board;
+    hal_limits(&board);
+    return most(&board, param);
+}
+
+uint16_t drive_board_refuses(const drive_params_t *p)
+{
+    static const uint16_t BOUND[] = {PARAM_over_current_a, PARAM_over_voltage_v, PARAM_over_speed_rad_s, PARAM_offset_limit_a,
+                                     PARAM_iq_limit_a,     PARAM_id_limit_a,     PARAM_align_current_a,  PARAM_voltage_limit_v};
+    hal_limits_t board;
+    hal_limits(&board);
+    for (uint16_t k = 0U; k < (uint16_t)(sizeof BOUND / sizeof BOUND[0]); k++) {
+        if (!(params_get(p, BOUND[k]) <= most(&board, BOUND[k]))) {
+            return BOUND[k];
+        }
+    }
+    return PARAM_COUNT;
+}
+
+/* What the other parameters leave of a range. */
+static void narrow(const drive_params_t *p, uint16_t param, float *low, float *high)
+{
+    switch (param) {
+    case PARAM_under_voltage_v:
+        *high = p->over_voltage_v;
+        break;
+    case PARAM_iq_limit_a:
+    case PARAM_align_current_a:
+        *high = least(*high, p->over_current_a);
+        break;
+    case PARAM_voltage_limit_v:
+        *low = (p->voltage_limit_v > 0.0f) ? VOLTAGE_LIMIT_LEAST_V : *low;
+        break;
+    case PARAM_profile_speed_rad_s:
+        *high = p->over_speed_rad_s;
+        break;
+    default:
+        break;
+    }
+}
+
+void drive_relation(const drive_params_t *p, uint16_t param, float *low, float *high)
+{
+    const param_info_t *const info = params_info(param);
+    *low = (info != NULL) ? info->min : 0.0f;
+    *high = drive_board_max(param);
+    narrow(p, param, low, high);
+}
+
+/* A voltage below that of the trip: at the same value the two could not be told apart. */
+static bool fits(const drive_params_t *p, uint16_t param)
+{
+    const float x = params_get(p, param);
+    float       low = params_info(param)->min;
+    float       high = params_info(param)->max;
+    narrow(p, param, &low, &high);
+    return (x >= low) && ((param == (uint16_t)PARAM_under_voltage_v) ? (x < high) : (x <= high));
+}
+
+uint16_t drive_relation_refuses(const drive_params_t *p)
+{
+    static const uint16_t RELATED[] = {PARAM_under_voltage_v, PARAM_iq_limit_a, PARAM_align_current_a, PARAM_voltage_limit_v, PARAM_profile_speed_rad_s};
+    for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
+        if (!fits(p, RELATED[k])) {
+            return RELATED[k];
+        }
+    }
+    return PARAM_COUNT;
+}

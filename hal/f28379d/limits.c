@@ -1,0 +1,15 @@
+/* Maxima of the board, from board.h. The comparators' level bounds the software's over-current limit: beyond it the hardware
+ * would trip first, without a word about which phase. */
+#include "hal/hal_limits.h"
+
+#include "hal/f28379d/board.h"
+
+#define TWO_PI 6.28318531f
+
+void hal_limits(hal_limits_t *out)
+{
+    out->current_a = BOARD_TRIP_A;
+    out->dc_link_v = BOARD_OVER_VOLTAGE_V;
+    out->speed_rad_s = TWO_PI * BOARD_EDGES_HZ / (float)BOARD_ENCODER_COUNTS;
+    out->offset_a = BOARD_OFFSET_LIMIT_A;
+}
