@@ -14,6 +14,8 @@
 #define AT_LIMIT_SHARE NUM_C(0.9f)       /* as a stall */
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define AGAINST_LIMIT 3U
+#define SPEED_COUNTS 3.0f      /* between which a speed has been measured */
+#define COUNTS_PER_CYCLE 16.0f /* below that the voltages follow the steps of the angle */
 
 void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
 {
@@ -27,7 +29,9 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     m->band = num_from_float(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
     m->samples = (samples < 65535.0f) ? (uint16_t)samples : UINT16_MAX;
     m->samples = ((m->samples == 0U) && (p->speed_deviation_s > 0.0f)) ? 1U : m->samples;
-    m->zero = p->zero_check != 0U;
+    const float way = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
+    m->way = (angle_t)(way * 4294967296.0f);
+    m->zero = (p->zero_check != 0U) && (p->encoder_counts >= (COUNTS_PER_CYCLE * (float)p->pole_pairs));
 }
 
 /* ---- angle, current interrupt ------------------------------------------------------------------------------------------- */
@@ -108,7 +112,7 @@ static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
     bool                  anew = (forwards != m->forwards) || (num_abs(torque) < num_mul(AT_LIMIT_SHARE, d->setup.speed_pi.out_max)) ||
                 (num_sub(along, m->slowest) > margin) || lacks_voltage(d, v, forwards, along);
 
-    if (!anew && (m->samples >= d->setup.motion.samples)) {
+    if (!anew && (m->samples >= d->setup.motion.samples) && (angle_size(d->tracking.theta_m - m->from) >= d->setup.motion.way)) {
         const bool  backwards = along < num_neg(margin);
         const num_t least = backwards ? num_mul(LITTLE_SHARE, margin) : num_neg(margin);
         if (num_sub(along, m->first) < least) {
@@ -120,10 +124,11 @@ static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
         m->forwards = forwards;
         m->first = along;
         m->slowest = along;
+        m->from = d->tracking.theta_m;
         m->samples = 0U;
     } else {
         m->slowest = num_min(m->slowest, along);
-        m->samples++;
+        m->samples = (uint16_t)(m->samples + ((m->samples < UINT16_MAX) ? 1U : 0U));
     }
 }
 
@@ -145,6 +150,7 @@ static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
     } else if ((higher > (num_t)0) == (faster > (num_t)0)) {
         m->against = 0U;
         m->first = m->slowest = m->forwards ? speed : num_neg(speed); /* the torque has the sign that was asked for: a load is stronger */
+        m->from = d->tracking.theta_m;
         m->samples = 0U;
     } else {
         m->against++;

@@ -191,6 +191,7 @@ static void at_point(double speed_rad_s, double iq_ref_a, double iq_a, double vq
     drive.current.volt.q = num_from_float((float)vq_v * drive.scale.inv_voltage);
     drive.current.volt.d = (num_t)0;
     drive.sample.vdc_v = (float)BENCH_VDC;
+    drive.tracking.theta_m += (angle_t)(int32_t)(speed_rad_s * 1e-3 / TWO_PI * 4294967296.0);
     drive_check_motion(&drive);
 }
 
@@ -279,6 +280,32 @@ void test_motion_check_drive_that_lacks_voltage_does_not_trip(void)
         at_point(400.0 - 0.2 * k, 10.0, 10.0, -9.0);
     }
     ASSERT_FAULT(FAULT_speed_deviation, "the same with the voltage of a wrong zero");
+}
+
+/* With 16 counts a turn, what is measured between two of them is a guess: 5 rad/s take 79 ms for one. */
+void test_motion_check_speed_of_a_coarse_encoder_is_judged_over_three_counts(void)
+{
+    with_checks(0.05, 0U, DRIVE_MODE_SPEED);
+    drive.setup.motion.way = UINT32_C(0x30000000); /* 3/16 of a turn */
+    int k = samples_to_fault(-5.0, 0.0, 10.0, 500);
+    TEST_ASSERT_TRUE_MESSAGE((k >= 235) && (k <= 238), at("%d samples", k)); /* 1.178 rad / 5 rad/s */
+    with_checks(0.05, 0U, DRIVE_MODE_SPEED);
+    k = samples_to_fault(-5.0, 0.0, 10.0, 500);
+    TEST_ASSERT_TRUE_MESSAGE((k >= 50) && (k <= 52), at("%d samples", k));
+}
+
+/* Sixteen counts for each of four electrical turns are enough, fewer are not. */
+void test_motion_check_zero_is_not_judged_by_a_coarse_encoder(void)
+{
+    drive_params_t p = bench_params();
+    drive_setup_t  s;
+    p.zero_check = 1U;
+    p.encoder_counts = 64.0f;
+    TEST_ASSERT_EQUAL_UINT16(PARAM_COUNT, drive_make_setup(&p, &s));
+    TEST_ASSERT_TRUE(s.motion.zero);
+    p.encoder_counts = 63.0f;
+    TEST_ASSERT_EQUAL_UINT16(PARAM_COUNT, drive_make_setup(&p, &s));
+    TEST_ASSERT_FALSE(s.motion.zero);
 }
 
 /* vq = 0.36 i + 0.0256 w cos(error) of the default motor; three verdicts, each after 4 % of 24 V: 37.5 rad/s. */
