@@ -246,6 +246,11 @@ void test_motion_check_speed_that_comes_nearer_or_stands_or_swings_does_not_trip
         }
         ASSERT_NO_FAULT(at("swings by %g rad/s", rad_s));
     }
+    at_point(80.0, 0.0, 0.0, 0.0);
+    for (int k = 0; k < 75; k++) { /* 6 rad/s lost in 25 samples, back in 50: after 50 it is 3 below, and gaining */
+        at_point((k < 25) ? (80.0 - 0.24 * k) : (74.0 + 0.12 * (k - 25)), 10.0, 10.0, 0.0);
+    }
+    ASSERT_NO_FAULT("recovers");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_to_fault(0.0, -1.0, 8.9, 500), "below 0.9 of the limit");
 }
 
