@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak scope-fps lint target-report blind faults clean
+.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak scope-fps lint target-report blind faults motion clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -74,6 +74,11 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py
+
+MOTION_S := 10000
+
+motion: setup ## drives that work, at random, on every model: the checks of the motion must not trip (10000 s of driving: 2 min)
+	@$(PYTHON) tools/tests/motion_campaign.py --seconds $(MOTION_S)
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

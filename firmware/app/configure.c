@@ -97,6 +97,7 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     s->pole_pairs = p->pole_pairs;
     s->speed_divider = p->speed_divider;
     s->speed_inline = p->speed_inline != 0U;
+    drive_make_motion(p, s);
     s->encoder_reversed = p->encoder_reversed != 0U;
 
     /* let every block judge, on copies: what is refused must not have changed anything */

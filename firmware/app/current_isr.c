@@ -48,28 +48,25 @@ void drive_rest(drive_t *d)
 
 static angle_t encoder_angle(const drive_t *d) { return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m; }
 
-/* The tracking filter has been set on a first angle: take_sample. */
+/* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
 static void track(drive_t *d)
 {
     drive_tracking_t *const t = &d->tracking;
+    const float             limit = d->params.over_speed_rad_s;
+    const float             speed = drive_si(num_abs(t->pll.state.w), d->scale.speed_rad_s);
+    const angle_t           jump = d->setup.motion.jump;
+    const angle_t           before = t->theta_m;
+    angle_t                 theta = encoder_angle(d);
 
-    t->theta_m = encoder_angle(d);
-    t->theta_e = (t->theta_m * d->setup.pole_pairs) + t->zero_e;
-    (void)ctl_pll_step(&t->pll, t->theta_m);
-}
-
-/* Encoder against its tracking filter, and speed. */
-static void check_motion(drive_t *d)
-{
-    const drive_params_t *const p = &d->params;
-    const float                 speed = drive_si(d->tracking.pll.state.w, d->scale.speed_rad_s);
-    const float                 apart = num_to_float(d->tracking.pll.state.error);
-    const bool usual = (speed <= p->over_speed_rad_s) & (speed >= -p->over_speed_rad_s) & (apart <= p->encoder_jump_rad) & (apart >= -p->encoder_jump_rad);
-    if (!usual) {
-        drive_judge_motion(d, speed, apart);
+    if ((((theta - t->expected) + jump) <= (2U * jump)) & (speed <= limit)) {
+        t->jump_periods = 0U;
     } else {
-        d->tracking.jump_periods = 0U;
+        theta = drive_judge_motion(d, speed, theta);
     }
+    t->theta_m = theta;
+    t->expected = (2U * theta) - before;
+    t->theta_e = (theta * d->setup.pole_pairs) + t->zero_e;
+    (void)ctl_pll_step(&t->pll, theta);
 }
 
 /* Samples that are not usual, and observers with options. */
@@ -235,7 +232,7 @@ static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
     return (bool)((status == HAL_OK) & (s->seq == (previous_seq + 1U)) &
                   (a <= p->over_current_a) & (a >= -p->over_current_a) & (b <= p->over_current_a) & (b >= -p->over_current_a) &
                   (c <= p->over_current_a) & (c >= -p->over_current_a) & (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
-                  d->tracking.locked); /* hence not the first one */
+                  (d->tracking.known == DRIVE_ANGLE_KNOWN)); /* hence not the first one */
 }
 
 static bool take_sample(drive_t *d)
@@ -248,9 +245,11 @@ static bool take_sample(drive_t *d)
         return true;
     }
     const bool usable = drive_check_sample(d, status, previous_seq);
-    if (usable && !d->tracking.locked) {
-        ctl_pll_reset(&d->tracking.pll, encoder_angle(d));
-        d->tracking.locked = true;
+    if ((!usable || (d->sample.seq != (previous_seq + 1U))) && (d->tracking.known != DRIVE_ANGLE_UNKNOWN)) {
+        d->tracking.known = DRIVE_ANGLE_AGAIN; /* who knows how many periods went by */
+    }
+    if (usable) {
+        drive_find_angle(d, encoder_angle(d));
     }
     return usable;
 }
@@ -264,7 +263,6 @@ void drive_current_isr(drive_t *d)
     const uint32_t started = d->sample.at_cyc;
     if (usable) {
         track(d);
-        check_motion(d);
         observe(d);
         speed_tick(d, started);
         act(d);

@@ -27,6 +27,7 @@
 #include "control/position/src.h"
 #include "control/repetitive/repetitive.h"
 #include "firmware/app/faults.h"
+#include "firmware/app/motion_check.h"
 #include "firmware/app/parameters.h"
 #include "firmware/app/timing.h"
 #include "hal/hal_encoder.h"
@@ -117,6 +118,7 @@ typedef struct {
     uint16_t         pole_pairs, speed_divider;
     bool             speed_inline, encoder_reversed;
     drive_speed_source_t speed_source;
+    drive_motion_setup_t motion;
     uint32_t         period_cyc;      /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
@@ -127,8 +129,9 @@ typedef struct {
     bool      zero_found;   /**< By alignment; otherwise it follows the parameter. */
     bool      zero_reversed;   /**< What it was found with: encoder_reversed... */
     uint16_t  zero_pole_pairs; /**< ...and pole_pairs. */
-    bool      locked;       /**< The filter has been set on a first angle. */
-    uint16_t  jump_periods; /**< Periods for which encoder and filter have been apart. */
+    drive_angle_t known;    /**< The filter has been set on a first angle, and the step to the next has been seen. */
+    angle_t   expected;     /**< Where the encoder will be when it goes on as it went. */
+    uint16_t  jump_periods; /**< Periods for which it has been somewhere else. */
 } drive_tracking_t;
 
 typedef struct {
@@ -218,6 +221,7 @@ typedef struct {
     drive_observer_t observer;
     drive_position_t position;
     drive_saving_t   saving;                    /**< Main loop. */
+    drive_motion_t   motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
     volatile uint16_t periods_in_state;         /**< Of the alignment; stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */

@@ -126,7 +126,7 @@ void drive_take_over(drive_t *d)
         ctl_deadbeat_reset(&d->current.deadbeat);
     }
     if (s->encoder_reversed != d->setup.encoder_reversed) {
-        d->tracking.locked = false; /* the angle jumps: that is no lost encoder */
+        d->tracking.known = DRIVE_ANGLE_UNKNOWN; /* the angle jumps: that is no lost encoder */
     }
     d->setup = *s;
     d->params = d->next_params;

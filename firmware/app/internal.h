@@ -67,8 +67,14 @@ void drive_trip(drive_t *d, drive_fault_t fault);
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
 /** protection.c: at the current limit without motion, in speed mode. Speed interrupt. */
 void drive_check_stall(drive_t *d);
-/** protection.c: what to do about a motion that is not usual: encoder against its tracking filter, speed. Current interrupt. */
-void drive_judge_motion(drive_t *d, float speed_rad_s, float apart_rad);
+/** motion_check.c: its share of the setup. */
+void drive_make_motion(const drive_params_t *params, drive_setup_t *setup);
+/** motion_check.c: the first samples of an angle, or of one after a gap; then the encoder is known. Current interrupt. */
+void drive_find_angle(drive_t *d, angle_t theta);
+/** motion_check.c: a motion that is not usual: speed, or an angle that cannot be. @return the angle to go on with. Current interrupt. */
+angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta);
+/** motion_check.c: torque and voltage against motion. Speed interrupt, after the speed has been measured. */
+void drive_check_motion(drive_t *d);
 
 /** position.c: the position loop: configuration, start, one sample. */
 uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup);

@@ -97,22 +97,6 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
     return true;
 }
 
-void drive_judge_motion(drive_t *d, float speed_rad_s, float apart_rad)
-{
-    const drive_params_t *const p = &d->params;
-
-    if (!inside(speed_rad_s, p->over_speed_rad_s)) {
-        drive_trip(d, FAULT_over_speed);
-    }
-    if (inside(apart_rad, p->encoder_jump_rad)) {
-        d->tracking.jump_periods = 0U;
-    } else if (d->tracking.jump_periods < p->encoder_jump_periods) {
-        d->tracking.jump_periods++;
-    } else {
-        drive_trip(d, FAULT_encoder_lost);
-    }
-}
-
 /* Wanted to turn, at the current limit, and by the encoder it does not move: a blocked shaft looks like this, and so does an
  * encoder that is stuck, which its tracking filter does not notice. A drive that holds at speed 0 is doing its work, and
  * position mode has following_error. */

@@ -34,6 +34,7 @@ void drive_speed_step(drive_t *d)
 
     drive_check_stall(d);
     s->meas = measure_speed(d);
+    drive_check_motion(d);
     drive_position_measure(d);
     if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_POSITION)) {
         drive_position_step(d, cmd);

@@ -85,7 +85,7 @@ static void leave_fault(drive_t *d)
     if (d->fault == FAULT_configuration) {
         return; /* only new parameters help: drive_init */
     }
-    const bool encoder = (d->fault == FAULT_encoder_lost) || (d->fault == FAULT_encoder_error); /* it may have lost counts */
+    const bool encoder = drive_zero_in_doubt(d->fault);
     d->fault = FAULT_none;
     d->lost_samples = 0U;
     d->bad_samples = 0U;

@@ -78,6 +78,13 @@ static uint32_t to_turns(double rad)
     return (uint32_t)(uint64_t)(int64_t)floor(((turns - floor(turns)) * 4294967296.0) + 0.5); /* a whole turn wraps */
 }
 
+/* Counts that the encoder has gained, and the angle that they make. */
+static int64_t slipped_counts(const sim_board_t *b) { return llrint(b->disturbance.encoder_slip_rad / b->plant.edge_pitch_rad); }
+static double  slipped_rad(const sim_board_t *b)
+{
+    return (b->disturbance.encoder_slip_rad == 0.0) ? 0.0 : ((double)slipped_counts(b) * b->plant.edge_pitch_rad);
+}
+
 hal_status_t hal_sample_read(hal_sample_t *out)
 {
     sim_board_t *const b = selected;
@@ -88,7 +95,7 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     out->ic_a = -out->ia_a - out->ib_a;
     out->vdc_v = (float)r.vdc_v;
     if (!b->disturbance.encoder_stuck) {
-        b->stuck_theta = to_turns(r.theta_m_rad);
+        b->stuck_theta = to_turns(r.theta_m_rad + slipped_rad(b));
     }
     out->theta_m = b->stuck_theta;
     out->at_cyc = hal_clock_cyc();
@@ -113,7 +120,7 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
     sim_board_t *const b = selected;
     if (!b->disturbance.encoder_stuck) {
-        b->stuck_edge.edge_count = (int32_t)(uint32_t)(uint64_t)b->plant.edge_count;
+        b->stuck_edge.edge_count = (int32_t)(uint32_t)(uint64_t)(b->plant.edge_count + slipped_counts(b));
         b->stuck_edge.edge_cyc = to_cycles(b->plant.edge_time_s);
         b->stuck_edge.index_seen = b->plant.index_seen;
         b->stuck_edge.index_rad = (float)b->plant.index_rad;

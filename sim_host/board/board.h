@@ -26,6 +26,7 @@ typedef struct {
     bool                 sample_lost;    /**< The converter gives nothing new. */
     bool                 current_nan;    /**< Phase a reads as not-a-number. */
     bool                 encoder_stuck;  /**< The angle no longer changes, and no edge comes. */
+    double               encoder_slip_rad; /**< Angle that the encoder shows too much, in whole counts. */
     bool                 encoder_error;  /**< Phase error of the encoder interface. */
     hal_inverter_fault_t inverter_fault; /**< The cause, as long as it stands. */
 } sim_disturbance_t;

@@ -418,6 +418,7 @@ static void apply_inputs(es_sim_t *s)
     d->sample_lost = now[INPUT_sample_lost] >= 0.5;
     d->current_nan = now[INPUT_current_nan] >= 0.5;
     d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
+    d->encoder_slip_rad = now[INPUT_encoder_slip_rad];
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;
     d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
     s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];

@@ -87,7 +87,6 @@ void test_current_isr_duties_stay_within_zero_and_one_whatever_comes(void)
     drive_params_t p = bench_params();
     p.current_ki_v_per_as = 1080.0f;
     p.over_speed_rad_s = 20000.0f;
-    p.encoder_jump_periods = 60000U;
     p.over_current_a = 1000.0f;
     p.over_voltage_v = 1000.0f;
     p.under_voltage_v = 0.0f;

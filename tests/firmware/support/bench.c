@@ -147,6 +147,9 @@ drive_params_t bench_params(void)
     p.align_periods = 0U;
     p.auto_run = 1U;
     p.current_ki_v_per_as = 0.0f;
+    p.encoder_jump_rad = 3.2f; /* the shaft is where a test puts it, whatever the torque... */
+    p.speed_deviation_s = 0.0f;
+    p.zero_check = 0U; /* ...and has no back-EMF */
     return p;
 }
 

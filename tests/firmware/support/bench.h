@@ -65,7 +65,8 @@ extern drive_t drive;
 void bench_start(void);
 void bench_forget_calls(void);
 
-/** Parameters of a drive that needs no start-up and runs by itself: current loop 0.6 V/A without integral part. */
+/** Parameters of a drive that needs no start-up and runs by itself: current loop 0.6 V/A without integral part, no
+ *  check of the motion against torque and voltage. */
 drive_params_t bench_params(void);
 /** drive_init and as many passes of the main loop as take it to RUN. */
 void bench_run_with(const drive_params_t *params);

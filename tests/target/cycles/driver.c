@@ -263,6 +263,7 @@ static void run(const variant_t *v)
     p.method = v->method;
     p.current_controller = v->deadbeat;
     p.rc_memory = v->rc_memory;
+    p.speed_deviation_s = 60.0f; /* this shaft does not care about torque */
     p.position_method = v->position;
     p.following_error_rad = 100.0f;
     p.profile_speed_rad_s = 40.0f;

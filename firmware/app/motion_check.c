@@ -1,0 +1,184 @@
+/* Motion that contradicts torque: motion_check.h says what each check sees and what it does not. */
+#include "firmware/app/motion_check.h"
+
+#include "firmware/app/internal.h"
+
+#define JUMP_MAX (UINT32_C(0x7FFFFFFF))  /* half a turn: no angle is further away */
+#define MARGIN_SHARE (1.0f / 256.0f)     /* of over_speed_rad_s: above the noise and ripple of a measured speed */
+#define BAND_SHARE 0.05f                 /* of iq_limit_a: with its share of the resistance below FLOOR_SHARE on every drive that
+                                            can bring iq_limit_a into its motor at all */
+#define FLOOR_SHARE NUM_C(0.04f)         /* of the dc link: that and the dead time when the current changes its sign */
+#define USABLE_SHARE NUM_C(0.93f)        /* of the voltage limit: beyond it the current does what it wants */
+#define SPEED_SHARE NUM_C(0.125f)        /* of the speed: harmonics of the flux stay below */
+#define LITTLE_SHARE NUM_C(0.125f)       /* of the margin: a heavy load may take a minute to stop */
+#define AT_LIMIT_SHARE NUM_C(0.9f)       /* as a stall */
+#define INV_SQRT3 NUM_C(0.57735026919f)
+#define AGAINST_LIMIT 3U
+#define SPEED_COUNTS 3.0f      /* between which a speed has been measured */
+#define COUNTS_PER_CYCLE 16.0f /* below that the voltages follow the steps of the angle */
+
+void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
+{
+    drive_motion_setup_t *const m = &s->motion;
+    const float                 steps_per_rad = 683565275.58f; /* 2^32 / 2 pi */
+    const float                 jump = (p->encoder_jump_rad + (2.0f * DRIVE_TWO_PI / p->encoder_counts)) * steps_per_rad;
+    const float                 samples = p->speed_deviation_s * (float)DRIVE_PWM_HZ / (float)p->speed_divider;
+
+    m->jump = (jump < 2147483520.0f) ? (angle_t)jump : JUMP_MAX;
+    m->margin = num_from_float(p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed);
+    m->band = num_from_float(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
+    m->samples = (samples < 65535.0f) ? (uint16_t)samples : UINT16_MAX;
+    m->samples = ((m->samples == 0U) && (p->speed_deviation_s > 0.0f)) ? 1U : m->samples;
+    const float way = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
+    m->way = (angle_t)(way * 4294967296.0f);
+    m->zero = (p->zero_check != 0U) && (p->encoder_counts >= (COUNTS_PER_CYCLE * (float)p->pole_pairs));
+}
+
+/* ---- angle, current interrupt ------------------------------------------------------------------------------------------- */
+
+/* Whatever the first sample shows is what track() expects, and so is the second; its step is known from then on. */
+void drive_find_angle(drive_t *d, angle_t theta)
+{
+    drive_tracking_t *const t = &d->tracking;
+    if (t->known == DRIVE_ANGLE_KNOWN) {
+        return;
+    }
+    if (t->known == DRIVE_ANGLE_UNKNOWN) {
+        ctl_pll_reset(&t->pll, theta);
+    }
+    if (t->known != DRIVE_ANGLE_SEEN) {
+        t->theta_m = theta; /* no step yet */
+    }
+    t->expected = theta;
+    t->known = (t->known == DRIVE_ANGLE_SEEN) ? DRIVE_ANGLE_KNOWN : DRIVE_ANGLE_SEEN;
+}
+
+angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
+{
+    drive_tracking_t *const t = &d->tracking;
+    const angle_t           jump = d->setup.motion.jump;
+    const float             limit = d->params.over_speed_rad_s;
+
+    if (!(speed_abs_rad_s <= limit)) {
+        drive_trip(d, FAULT_over_speed);
+    }
+    if (((theta - t->expected) + jump) <= (2U * jump)) {
+        t->jump_periods = 0U;
+        return theta;
+    }
+    if (t->jump_periods < d->params.encoder_jump_periods) {
+        t->jump_periods++;
+        return t->expected;
+    }
+    drive_trip(d, FAULT_encoder_lost);
+    t->jump_periods = 0U;
+    t->known = DRIVE_ANGLE_AGAIN; /* follow it from where it is now */
+    return theta;
+}
+
+/* ---- torque and voltage, speed interrupt ---------------------------------------------------------------------------------- */
+
+/* How the voltage stands to what there is of it. */
+typedef struct {
+    num_t dc, usable;
+    bool  cut; /* The current loop could not exceed it. */
+} voltage_t;
+
+static voltage_t look_at_voltage(const drive_t *d)
+{
+    const ctl_dq_t v = d->current.volt;
+    const num_t    dc = drive_per_base(d->sample.vdc_v, d->scale.inv_voltage);
+    const num_t    usable = num_mul(USABLE_SHARE, num_min(d->setup.voltage_limit, num_mul(dc, INV_SQRT3)));
+    const voltage_t out = {dc, usable, num_mac(num_mul(v.d, v.d), v.q, v.q) > num_mul(usable, usable)};
+    return out;
+}
+
+/* Turning with the torque, with all the voltage there is on the q axis: the back-EMF stands against the current, so the zero is
+ * right, and the drive is too fast for the torque asked for. */
+static bool lacks_voltage(const drive_t *d, const voltage_t *v, bool forwards, num_t along)
+{
+    const num_t push = forwards ? d->current.volt.q : num_neg(d->current.volt.q);
+    return v->cut && (along > (num_t)0) && (push > num_mul(NUM_C(0.5f), v->usable));
+}
+
+/* A stretch at the limit begins anew with another torque and with every gain over its slowest moment. At its end the speed must have
+ * kept what it had, or, when it turns against the torque, have gained a little. */
+static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
+{
+    drive_motion_t *const m = &d->motion;
+    const num_t           margin = d->setup.motion.margin;
+    const bool            forwards = torque > (num_t)0;
+    const num_t           along = forwards ? d->speed.meas : num_neg(d->speed.meas);
+    bool                  anew = (forwards != m->forwards) || (num_abs(torque) < num_mul(AT_LIMIT_SHARE, d->setup.speed_pi.out_max)) ||
+                (num_sub(along, m->slowest) > margin) || lacks_voltage(d, v, forwards, along);
+
+    if (!anew && (m->samples >= d->setup.motion.samples) && (angle_size(d->tracking.theta_m - m->from) >= d->setup.motion.way)) {
+        const bool  backwards = along < num_neg(margin);
+        const num_t least = backwards ? num_mul(LITTLE_SHARE, margin) : num_neg(margin);
+        if (num_sub(along, m->first) < least) {
+            drive_trip(d, FAULT_speed_deviation);
+        }
+        anew = true;
+    }
+    if (anew) {
+        m->forwards = forwards;
+        m->first = along;
+        m->slowest = along;
+        m->from = d->tracking.theta_m;
+        m->samples = 0U;
+    } else {
+        m->slowest = num_min(m->slowest, along);
+        m->samples = (uint16_t)(m->samples + ((m->samples < UINT16_MAX) ? 1U : 0U));
+    }
+}
+
+static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
+{
+    drive_motion_t *const             m = &d->motion;
+    const drive_motion_setup_t *const s = &d->setup.motion;
+    const ctl_dq_t                    current = d->current.meas;
+    const ctl_dq_t                    volt = d->current.volt;
+    const num_t                       speed = d->speed.meas;
+    const num_t                       faster = num_sub(speed, m->speed);
+    const num_t                       higher = num_sub(volt.q, m->volt_q);
+
+    if (!m->held || (num_abs(num_sub(current.q, m->current.q)) > s->band) || (num_abs(num_sub(current.d, m->current.d)) > s->band) ||
+        v->cut) {
+        m->held = !v->cut;
+    } else if ((num_abs(higher) < num_mul(FLOOR_SHARE, v->dc)) || (num_abs(faster) < num_mac(s->margin, SPEED_SHARE, num_abs(speed)))) {
+        return; /* no verdict yet */
+    } else if ((higher > (num_t)0) == (faster > (num_t)0)) {
+        m->against = 0U;
+        m->first = m->slowest = m->forwards ? speed : num_neg(speed); /* the torque has the sign that was asked for: a load is stronger */
+        m->from = d->tracking.theta_m;
+        m->samples = 0U;
+    } else {
+        m->against++;
+        if (m->against >= AGAINST_LIMIT) {
+            drive_trip(d, FAULT_electrical_zero);
+        }
+    }
+    m->current = current;
+    m->speed = speed;
+    m->volt_q = volt.q;
+}
+
+void drive_check_motion(drive_t *d)
+{
+    drive_motion_t *const m = &d->motion;
+    const drive_mode_t    mode = drive_active_command(d)->mode;
+
+    if (d->state != DRIVE_RUN) {
+        m->held = false;
+        m->against = 0U;
+        m->samples = 0U;
+        return;
+    }
+    const voltage_t v = look_at_voltage(d);
+    if ((d->setup.motion.samples != 0U) && (mode != DRIVE_MODE_CURRENT)) {
+        trip_against_torque(d, &v, d->current.ref.q);
+    }
+    if (d->setup.motion.zero) {
+        trip_on_wrong_zero(d, &v);
+    }
+}

@@ -1,0 +1,186 @@
+"""Drives that work as they should, at random: how often do the checks of the motion trip? Never, that is the claim.
+
+Reversals at the current limit, load steps, ramps, current and position mode, on every built-in model, with a light and
+a heavy rotor, coarse encoders, noise, and an encoder disc off centre by 0.02 rad. Loads stay below what the drive can
+push: one that overhauls it is to trip. `python tools/tests/motion_campaign.py --seconds 10000`, or `make motion`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import random
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from evenspin.model.machine import builtin_models, load_machine
+from evenspin.native import tables
+from evenspin.native.simulation import Simulation
+
+CHECKED = ("encoder_lost", "speed_deviation", "electrical_zero")
+RUN_S = 10.0
+STEP_PERIODS = 1000
+ECCENTRICITY_RAD = 0.02
+
+
+@dataclass(frozen=True)
+class Case:
+    """A drive. `share` of its torque is there for loads; `speed` in rad/s is as fast as it can measure."""
+
+    model: str
+    text: str = ""
+    plant: dict[str, float] = field(default_factory=dict)
+    drive: dict[str, float] = field(default_factory=dict)
+    share: float = 0.8
+    speed: float = 500.0
+
+
+def encoder(counts: float) -> dict[str, dict[str, float]]:
+    return {"plant": {"counts_per_rev": counts}, "drive": {"encoder_counts": counts}}
+
+
+LIGHT = {"inertia_kgm2": 7.06e-6}
+CASES = (
+    Case("guo2024"),
+    Case("servo"),
+    Case("tang2020-rig1"),
+    Case("tang2020-rig2"),
+    Case("yeh2024", speed=40.0),  # above 49 rad/s M/T has more than 32767 counts a sample
+    Case("guo2024", "light", LIGHT, {"speed_kp_a_per_unit": 0.00368, "speed_ki_a_per_unit_s": 0.092}),
+    Case("guo2024", "light, with the gains of the heavy one: it oscillates", LIGHT),
+    Case("guo2024", "heavy", {"inertia_kgm2": 7.06e-4}),
+    Case("guo2024", "pll", drive={"speed_source": 0.0}),
+    Case("guo2024", "16 counts", **encoder(16.0), share=0.2),  # a count is 90 degrees electrical
+    Case("guo2024", "64 counts", **encoder(64.0), share=0.6),
+    Case("guo2024", "fal-forc", drive={"method": 3.0}),
+    Case("servo", "aro", drive={"method": 6.0}),
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    case: Case
+    numeric: str
+    seed: int
+    mode: str
+    fault: str
+    seconds: float
+
+    def __str__(self) -> str:
+        drive = f"{self.case.model} {self.case.text} {self.numeric} seed {self.seed} {self.mode}"
+        return f"{drive}: {self.fault} at {self.seconds:.1f} s"
+
+
+def outcome(case: Case, numeric: str, seed: int, run_s: float = RUN_S) -> Outcome:
+    """One drive for `run_s`, or until it trips."""
+    rnd = random.Random(f"{case.model} {case.text} {seed}")
+    machine = load_machine(builtin_models()[case.model])
+    plant = {**machine.plant, **case.plant}
+    drive = {**machine.drive, **case.drive, "offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0}
+    limit_a = drive.get("iq_limit_a", 10.0)
+    torque_nm = 1.5 * plant["pole_pairs"] * plant["psi_wb"] * limit_a
+    no_load = plant["dc_link_v"] / math.sqrt(3.0) / (plant["pole_pairs"] * plant["psi_wb"])
+    fastest = min(case.speed, 0.92 * no_load, 0.7 * drive.get("over_speed_rad_s", 650.0))
+    ripple = machine.effects.get("torque_ripple", {})
+    friction = plant["viscous_nms"] * fastest + sum(
+        machine.effects.get(name, {}).get("torque_nm", 0.0) for name in ("coulomb_friction", "stribeck_friction")
+    )
+    friction += sum(value for key, value in ripple.items() if key.startswith("amplitude"))
+    load_nm = case.share * torque_nm - friction
+
+    def points(shortest: float, longest: float, value) -> tuple[list[float], list[float]]:
+        t, v = [0.0], [value()]
+        while t[-1] < run_s:
+            t.append(t[-1] + rnd.uniform(shortest, longest))
+            v.append(value())
+        return t, v
+
+    inputs: dict[str, tuple[list[float], list[float], bool]] = {}
+    mode = rnd.choice(("speed", "speed", "speed", "ramp", "current", "position"))
+    if mode in ("speed", "ramp"):
+        brake = rnd.choice((0.0, 0.2)) * load_nm
+
+        def speed() -> float:
+            return fastest * rnd.choice((1.0, -1.0, 0.0, rnd.uniform(-1.0, 1.0), rnd.uniform(-0.1, 0.1)))
+
+        def load() -> float:
+            return rnd.choice((0.0, 0.3, 1.0)) * rnd.uniform(-1.0, 1.0) * (load_nm - brake)
+
+        inputs["speed_ref_rad_s"] = (*points(0.05, 1.0, speed), mode == "ramp")
+        inputs["load_brake_nm"] = ([0.0], [brake], False)
+        inputs["load_torque_nm"] = (*points(0.05, 0.5, load), rnd.random() < 0.3)
+    elif mode == "current":
+        plant["viscous_nms"] = max(plant["viscous_nms"], torque_nm / fastest / 1.2)  # its speed stays within bounds
+        inputs["control_mode"] = ([0.0], [0.0], False)
+        inputs["iq_ref_a"] = (*points(0.01, 0.5, lambda: rnd.uniform(-1, 1) * limit_a), rnd.random() < 0.3)
+        inputs["load_torque_nm"] = (*points(0.05, 0.5, lambda: rnd.uniform(-0.3, 0.3) * load_nm), False)
+    else:
+        drive["following_error_rad"] = 100.0
+        if case.model != "yeh2024":
+            unit = drive.get("speed_error_gain", 4.0)
+            drive["position_kv_a_per_rad_s"] = drive.get("speed_kp_a_per_unit", 0.0368) * unit
+        drive["profile_speed_rad_s"] = rnd.uniform(0.1, 1.0) * fastest
+        drive["profile_accel_rad_s2"] = rnd.uniform(0.1, 0.6) * load_nm / plant["inertia_kgm2"]
+        inputs["control_mode"] = ([0.0], [2.0], False)
+        inputs["position_ref_rad"] = (*points(0.2, 2.0, lambda: rnd.uniform(-300.0, 300.0)), False)
+        inputs["load_torque_nm"] = (*points(0.05, 0.5, lambda: rnd.uniform(-0.3, 0.3) * load_nm), False)
+    plant["current_noise_a"] = max(plant["current_noise_a"], 0.005 * limit_a * rnd.random())
+    plant["current_lsb_a"] = max(plant["current_lsb_a"], 0.001 * limit_a)
+
+    simulation = Simulation(numeric)
+    for name, value in plant.items():
+        simulation.set_model(name, value)
+    for name, value in drive.items():
+        simulation.set_param(name, value)
+    effects = {**machine.effects}
+    if rnd.random() < 0.7:
+        effects["encoder_eccentricity"] = {"amplitude_rad": ECCENTRICITY_RAD, "phase_rad": rnd.uniform(0.0, 6.0)}
+    if rnd.random() < 0.3:
+        effects["cogging"] = {"order": plant["slots"], "amplitude_nm": 0.04 * torque_nm}
+    for effect, values in effects.items():
+        for name, value in values.items():
+            simulation.set_effect(effect, name, value)
+    simulation.set_seed(seed + 1)
+    for name, (t_s, values, linear) in inputs.items():
+        simulation.set_input(name, t_s, values, linear=linear)
+    simulation.start()
+    while simulation.time_s() < run_s and not simulation.read("fault"):
+        simulation.skip(STEP_PERIODS)
+    fault = tables().faults[int(simulation.read("fault"))].name
+    return Outcome(case, numeric, seed, mode, fault, simulation.time_s())
+
+
+def outcomes(seed: int = 0) -> Iterator[Outcome]:
+    """Without end: every drive in both numerics, again and again."""
+    for number in itertools.count(seed):
+        for case in CASES:
+            for numeric in ("float", "fixed"):
+                yield outcome(case, numeric, number)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=10000.0, help="simulated driving (default %(default)s)")
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    driven_s, false_trips, ends = 0.0, 0, Counter()
+    for one in outcomes(arguments.seed):
+        driven_s += one.seconds
+        ends[one.fault] += 1
+        if one.fault in CHECKED:
+            false_trips += 1
+            print(one)
+        if sys.stderr.isatty():
+            print(f"\r{driven_s:.0f} of {arguments.seconds:.0f} s", end="", file=sys.stderr)
+        if driven_s >= arguments.seconds:
+            break
+    other = ", ".join(f"{fault} {count}" for fault, count in sorted(ends.items()) if fault not in (*CHECKED, "none"))
+    print(f"{driven_s:.0f} s, {sum(ends.values())} runs, {false_trips} false trips; other ends: {other or 'none'}")
+    return 1 if false_trips else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
