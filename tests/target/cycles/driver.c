@@ -257,7 +257,6 @@ static void run(const variant_t *v)
     params_default(&p);
     p.offset_calibration_periods = 0U;
     p.align_periods = 0U;
-    p.auto_run = 1U;
     p.method = v->method;
     p.current_controller = v->deadbeat;
     p.rc_memory = v->rc_memory;
@@ -284,6 +283,7 @@ static void run(const variant_t *v)
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
     edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
     drive_init(&drive, &p);
+    drive_start(&drive);
     for (int pass = 0; pass < 5; pass++) {
         drive_background(&drive);
     }
