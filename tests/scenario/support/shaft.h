@@ -16,7 +16,6 @@ typedef struct {
     sim_model_t    model;
     drive_params_t params;
     double         effect[SIM_EFFECTS_MAX][SIM_EFFECT_PARAMS];
-    bool           reversed;                    /* the encoder counts down when the motor turns forward */
     double         backwards_rad_s, onwards_rad_s; /* largest speeds since shaft_watch, in the truth */
 } shaft_t;
 
