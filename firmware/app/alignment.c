@@ -214,7 +214,7 @@ static void move_vector(drive_align_t *a)
     a->pace += (more > a->pace_step) ? a->pace_step : ((more < -a->pace_step) ? -a->pace_step : more);
 }
 
-bool drive_align_step(drive_t *d, angle_t *at)
+bool drive_align_step(drive_t *d)
 {
     drive_align_t *const a = &d->align;
     const angle_t        theta_m = d->tracking.theta_m;
@@ -230,9 +230,9 @@ bool drive_align_step(drive_t *d, angle_t *at)
     look(a, theta_m);
     follow_swing(a, theta_m);
     move_vector(a);
-    *at = damped(a, theta_e - a->vector);
+    a->at = damped(a, theta_e - a->vector);
     if ((phase == (uint16_t)DRIVE_ALIGN_SWEEP) && (a->quarter >= LEAD_IN)) {
-        measure(a, theta_e - *at);
+        measure(a, theta_e - a->at);
     }
     a->period++;
     if (a->period == a->quarter_periods) {

@@ -55,6 +55,7 @@ typedef struct {
     num_t    current_now;
     angle_t  vector;                /**< Without damping... */
     int32_t  pace;                  /**< ...and its motion. */
+    angle_t  at;                    /**< With it: where the current is to be. */
     angle_t  corner;                /**< Encoder at the begin of the quarter, or of the window of the wait... */
     angle_t  low, high;             /**< ...and how far it has been from there, with sign. */
     bool     opposed;               /**< The damping acts the other way round: this way it did not. */

@@ -186,7 +186,8 @@ static void act(drive_t *d)
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
         lead = num_mul(d->setup.advance, d->tracking.pll.state.w);
-    } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d, &at)) {
+    } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
+        at = d->align.at;
         const ctl_dq_t ref = {d->align.current_now, (num_t)0};
         d->current.ref = ref;
     } else {

@@ -47,8 +47,8 @@ uint16_t drive_judge_alignment(const drive_params_t *params);
 void drive_align_begin(drive_t *d);
 /** alignment.c: begin with current; the bridge has been armed. Main loop. */
 void drive_align_pull(drive_t *d);
-/** alignment.c: one period. @return whether current flows, and on which vector. Current interrupt. */
-bool drive_align_step(drive_t *d, angle_t *at);
+/** alignment.c: one period. @return whether current flows: `align.current_now` at `align.at`. Current interrupt. */
+bool drive_align_step(drive_t *d);
 /** alignment.c: what the motion of a finished alignment says. Main loop. */
 drive_align_result_t drive_align_judge(const drive_t *d);
 /** alignment.c: whether the electrical zero may be wrong after this fault. */

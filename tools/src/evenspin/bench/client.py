@@ -406,8 +406,8 @@ class Drive:
         raise DriveFaultError(f"start: not running after {START_S:g} s; the state is {now.state.name.lower()}")
 
     def find_zero(self) -> None:
-        """Where the electrical zero is not known, start once without torque, so that the drive aligns, and stop: for what
-        follows the shaft may then be locked, or its motion watched."""
+        """Where the electrical zero is not known, start once without torque, so that the drive aligns, and stop: the
+        shaft may then be locked, or its motion watched."""
         if self.state().flags & Flag.STARTED_UP:
             return
         self.setpoint(Mode.CURRENT)
