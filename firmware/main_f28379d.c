@@ -58,7 +58,8 @@ PORT_RAM_CODE PORT_ISR void main_speed_isr(void)
 /** The drive of this program, for tests and debuggers. */
 drive_t *main_drive(void) { return &drive; }
 
-/** Everything up to the first interrupt. The bridge is off, and stays off until a start command. */
+/** Everything up to the first interrupt. The bridge is off, and stays off until a start: by a client, or by auto_run in a stored
+ *  set, which this board does not have. Alignment is part of the first start. */
 port_status_t main_start(void)
 {
     const port_status_t status = port_init();
@@ -72,7 +73,8 @@ port_status_t main_start(void)
     defaults.offset_limit_a = limits.offset_limit_a;
     defaults.over_current_a = limits.over_current_a;
     defaults.over_voltage_v = limits.over_voltage_v;
-    const services_setup_t setup = {&drive, &defaults, "LAUNCHXL-F28379D", capture, black_box, MAIN_CAPTURE_VALUES, MAIN_BLACK_BOX_VALUES};
+    const services_setup_t setup = {&drive, &defaults, "LAUNCHXL-F28379D", capture, black_box, MAIN_CAPTURE_VALUES, MAIN_BLACK_BOX_VALUES,
+                                    hal_reset_cause()};
     services_start(&services, &setup);
     port_start(&main_current_isr, &main_speed_isr);
     return PORT_OK;

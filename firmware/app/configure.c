@@ -62,6 +62,10 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     if (bad != (uint16_t)PARAM_COUNT) {
         return bad;
     }
+    bad = drive_judge_alignment(p);
+    if (bad != (uint16_t)PARAM_COUNT) {
+        return bad;
+    }
     const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
 
     s->scale = make_scale(p);
@@ -89,9 +93,6 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
 
     s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / s->scale.voltage_v) : NUM_MAX;
     s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s / DRIVE_TWO_PI);
-    s->align_current = num_from_float(p->align_current_a / s->scale.current_a);
-    /* a twentieth of the alignment as lead time damps every rotor that swings at 20 rad or more in that time */
-    s->align_damping = num_from_float(0.05f * (float)p->align_periods * ts_s * (float)p->pole_pairs * s->scale.speed_rad_s);
     s->encoder_offset = angle_from_rad(num_from_float(p->encoder_offset_rad));
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     s->pole_pairs = p->pole_pairs;

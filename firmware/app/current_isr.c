@@ -6,7 +6,6 @@
 
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define V_DC_MIN NUM_C(1.0e-3f) /* below it the voltage limit leaves nothing to modulate, but its inverse is wanted */
-#define ALIGN_LEAD_MAX NUM_C(1.0471976f) /* 60 degrees */
 
 static void set_zero_voltage(void)
 {
@@ -172,15 +171,6 @@ static void take_references(drive_t *d)
     d->current.ref.q = num_clamp(iq, num_neg(order->iq_max), order->iq_max);
 }
 
-/* A vector pulls the magnets onto it: for half of the time a quarter turn away, so that no rotor can stand opposite to
- * both, then on phase a. By itself the rotor would swing there for seconds; the vector moves against its motion. */
-static angle_t alignment_angle(const drive_t *d)
-{
-    const angle_t target = (d->periods_in_state < (d->params.align_periods / 2U)) ? ANGLE_QUARTER : 0U;
-    const num_t   lead = num_mul(d->setup.align_damping, d->tracking.pll.state.w);
-    return target - angle_from_rad_short(num_clamp(lead, num_neg(ALIGN_LEAD_MAX), ALIGN_LEAD_MAX));
-}
-
 static void add_to_calibration(drive_t *d)
 {
     if (d->sum_count < d->params.offset_calibration_periods) {
@@ -199,11 +189,10 @@ static void act(drive_t *d)
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
         lead = num_mul(d->setup.advance, d->tracking.pll.state.w);
-    } else if (d->state == DRIVE_ALIGN) {
-        const ctl_dq_t ref = {d->setup.align_current, (num_t)0};
+    } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
+        at = d->align.at;
+        const ctl_dq_t ref = {d->align.current_now, (num_t)0};
         d->current.ref = ref;
-        at = alignment_angle(d);
-        d->periods_in_state = (uint16_t)(d->periods_in_state + ((d->periods_in_state < UINT16_MAX) ? 1U : 0U));
     } else {
         if (d->state == DRIVE_OFFSET_CALIBRATION) {
             add_to_calibration(d);

@@ -26,6 +26,7 @@
 #include "control/position/rdc.h"
 #include "control/position/src.h"
 #include "control/repetitive/repetitive.h"
+#include "firmware/app/alignment.h"
 #include "firmware/app/faults.h"
 #include "firmware/app/motion_check.h"
 #include "firmware/app/parameters.h"
@@ -112,8 +113,6 @@ typedef struct {
     num_t            error_scale;     /**< Speed error to loop error. */
     num_t            voltage_limit;   /**< NUM_MAX: follow the dc link. */
     num_t            advance;         /**< Voltage angle advance per mechanical speed, turns electrical. */
-    num_t            align_current;
-    num_t            align_damping;   /**< Lead of the alignment vector against a mechanical speed, rad electrical. */
     angle_t          encoder_offset;  /**< Electrical. */
     uint16_t         pole_pairs, speed_divider;
     bool             speed_inline, encoder_reversed;
@@ -204,10 +203,10 @@ typedef struct {
 
     volatile drive_state_t state;
     volatile drive_fault_t fault;
-    uint16_t               fault_detail; /**< Parameter index for FAULT_configuration. */
-    bool                   started_up;   /**< Offsets and the electrical zero are known. */
+    uint16_t               fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows. */
+    bool                   started_up;   /**< The offsets are known. */
     bool                   start_wanted, stop_wanted, clear_wanted;
-    bool                   held;         /**< Stopped: nothing arms the bridge until a start. */
+    bool                   permitted;    /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
     volatile bool          home_wanted;
 
     hal_sample_t     sample;
@@ -216,6 +215,7 @@ typedef struct {
     float            sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
     volatile uint16_t sum_count;                /**< ...and of how many samples. */
     drive_tracking_t tracking;
+    drive_align_t    align;
     drive_current_t  current;
     drive_speed_t    speed;
     drive_observer_t observer;
@@ -223,7 +223,6 @@ typedef struct {
     drive_saving_t   saving;                    /**< Main loop. */
     drive_motion_t   motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t         speed_count;               /**< Current periods until the next speed tick. */
-    volatile uint16_t periods_in_state;         /**< Of the alignment; stops at 65535. */
     uint16_t         bad_samples, lost_samples; /**< In a row. */
     bool             seen_sample;
     uint32_t         rejected;
@@ -233,7 +232,8 @@ typedef struct {
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];
 } drive_t;
 
-/** Start from nothing with @p params; the bridge is disarmed. A refused parameter leads to FAULT_configuration. */
+/** Start from nothing with @p params; the bridge is disarmed, and only drive_start ever arms it. A refused parameter leads to
+ *  FAULT_configuration. auto_run is left to who calls: services.c. */
 void drive_init(drive_t *d, const drive_params_t *params);
 
 /** The two interrupts and one pass of the main loop. Each is bounded; none waits. */
@@ -254,9 +254,9 @@ enum { DRIVE_COMMAND_FINE = 0, DRIVE_COMMAND_SPEED = 1, DRIVE_COMMAND_ID = 2, DR
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command, float *limit);
 /**
  * Requests to the state machine; looked at in the next pass of the main loop, a stop before a start. A start during
- * start-up waits for its end. A stop switches the bridge off in every state, and it stays off until a start, auto_run or
- * not; start-up that was stopped before its end begins again with that start. Clearing a fault of the encoder, or one that
- * came during start-up, starts up anew.
+ * start-up waits for its end. Nothing but a start arms the bridge: where the electrical zero is not known it first aligns, then
+ * runs. A stop or a fault switches the bridge off in every state, and it stays off until the next start; an alignment that was
+ * stopped begins again with it. After a fault that casts doubt on the encoder or the zero the next start aligns anew.
  */
 void drive_start(drive_t *d);
 void drive_stop(drive_t *d);
@@ -268,12 +268,12 @@ void drive_home(drive_t *d);
  * Change parameters while running: checked as a whole, then taken over between two current samples.
  * @param culprit  index of the refused parameter (PARAM_COUNT if none); may not be NULL.
  * @return false when refused, or while an earlier change still waits; nothing changes then.
- * What only acts at start-up (calibration, alignment) acts at the next start-up; the electrical zero that an alignment
+ * What only acts at start-up (calibration) or in an alignment acts at the next one; the electrical zero that an alignment
  * has found stays. No limit goes beyond the board's maximum (hal_limits).
  *
  * What params_only_at_rest names is refused while the bridge is armed. At rest, memories and filters that get another kind or size
  * are set up in here, which takes about 1 ms at most; the interrupts leave them alone meanwhile, and what was learned in them is gone.
- * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void, and the drive starts up anew.
+ * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void: the next start aligns anew.
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
 
@@ -281,6 +281,9 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
 float drive_board_max(uint16_t param);
 /** Between which values a parameter of a set has to be: its range, the board's maximum, and the other parameters. */
 void drive_relation(const drive_params_t *params, uint16_t param, float *low, float *high);
+
+/** Whether the electrical zero is known: by an alignment, or because the parameter is trusted. A start else aligns first. */
+bool drive_zero_is_known(const drive_t *d);
 
 /** Whether drive_tune refuses this parameter now and would not at rest. */
 bool drive_needs_rest(const drive_t *d, uint16_t param);

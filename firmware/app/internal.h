@@ -61,6 +61,19 @@ void drive_command_nothing(drive_t *d);
 /** current_isr.c: controllers at rest, for a start. */
 void drive_rest(drive_t *d);
 
+/** alignment.c: the first parameter that makes an alignment impossible, or PARAM_COUNT. */
+uint16_t drive_judge_alignment(const drive_params_t *params);
+/** alignment.c: begin to wait for the shaft; bridge off. Main loop. */
+void drive_align_begin(drive_t *d);
+/** alignment.c: begin with current; the bridge has been armed. Main loop. */
+void drive_align_pull(drive_t *d);
+/** alignment.c: one period. @return whether current flows: `align.current_now` at `align.at`. Current interrupt. */
+bool drive_align_step(drive_t *d);
+/** alignment.c: what the motion of a finished alignment says. Main loop. */
+drive_align_result_t drive_align_judge(const drive_t *d);
+/** alignment.c: whether the electrical zero may be wrong after this fault. */
+bool drive_fault_voids_zero(drive_fault_t fault);
+
 /** protection.c: enter a fault unless there is one; the bridge goes off at once. Any context. */
 void drive_trip(drive_t *d, drive_fault_t fault);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */

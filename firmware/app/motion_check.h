@@ -58,10 +58,4 @@ typedef struct {
     uint16_t against;  /**< Comparisons in a row with the wrong sign. */
 } drive_motion_t;
 
-/** A fault after which the electrical zero may not be believed: an encoder may have lost counts. */
-static inline bool drive_zero_in_doubt(drive_fault_t fault)
-{
-    return (fault == FAULT_encoder_lost) || (fault == FAULT_encoder_error) || (fault == FAULT_speed_deviation) || (fault == FAULT_electrical_zero);
-}
-
 #endif

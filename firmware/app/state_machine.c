@@ -1,4 +1,5 @@
-/* init -> offset calibration -> align -> ready -> run, and fault from anywhere. One pass of the main loop each. */
+/* init -> offset calibration -> ready; with a start, and only then, [align -> ready ->] run; and fault from anywhere. One pass of
+ * the main loop each. */
 #include <string.h>
 
 #include "firmware/app/internal.h"
@@ -8,37 +9,30 @@
  * first and `state` after it, this the other way round: whoever comes last leaves FAULT. */
 static void enter(drive_t *d, drive_state_t state)
 {
-    d->periods_in_state = 0U;
     d->state = state;
     if (d->fault != FAULT_none) {
         drive_trip(d, d->fault);
     }
 }
 
-static void enter_armed(drive_t *d, drive_state_t state)
+/* The only place that arms the bridge, and only by a start's permit. */
+static bool arm(drive_t *d)
 {
-    drive_rest(d);
-    if (hal_inverter_arm() == HAL_OK) {
-        enter(d, state);
-    } else {
-        drive_trip(d, FAULT_gate_driver);
+    if (!d->permitted) {
+        return false;
     }
+    drive_rest(d);
+    if (hal_inverter_arm() != HAL_OK) {
+        drive_trip(d, FAULT_gate_driver);
+        return false;
+    }
+    return true;
 }
 
-static void after_calibration(drive_t *d)
+static void finish_start_up(drive_t *d)
 {
-    if (d->params.align_periods > 0U) {
-        if (d->held) {
-            enter(d, DRIVE_INIT);
-        } else {
-            enter_armed(d, DRIVE_ALIGN);
-        }
-    } else {
-        d->tracking.zero_e = d->setup.encoder_offset;
-        d->tracking.zero_found = false;
-        d->started_up = true;
-        enter(d, DRIVE_READY);
-    }
+    d->started_up = true;
+    enter(d, DRIVE_READY);
 }
 
 static bool too_large(float x, float limit)
@@ -49,7 +43,7 @@ static bool too_large(float x, float limit)
 static void finish_calibration(drive_t *d)
 {
     if (d->sum_count == 0U) { /* tuned to no calibration in the meantime */
-        after_calibration(d);
+        finish_start_up(d);
         return;
     }
     const float n = (float)d->sum_count;
@@ -64,19 +58,49 @@ static void finish_calibration(drive_t *d)
     d->offset_a_a = a;
     d->offset_b_a = b;
     d->offset_c_a = c;
-    after_calibration(d);
+    finish_start_up(d);
+}
+
+/* From here on the parameter counts, until an alignment. */
+static void forget_zero(drive_t *d)
+{
+    d->tracking.zero_found = false;
+    d->tracking.zero_e = d->setup.encoder_offset;
 }
 
 static void finish_alignment(drive_t *d)
 {
     hal_inverter_disarm();
-    /* the d axis lies on phase a now: what the encoder shows is electrical zero */
-    d->tracking.zero_e = 0U - (d->tracking.theta_m * d->setup.pole_pairs);
+    if (d->fault != FAULT_none) {
+        enter(d, DRIVE_FAULT); /* one that came just now */
+        return;
+    }
+    const drive_align_result_t found = drive_align_judge(d);
+    if (found.fault != FAULT_none) {
+        d->fault_detail = found.detail;
+        drive_trip(d, found.fault);
+        return;
+    }
+    d->tracking.zero_e = found.zero_e;
     d->tracking.zero_found = true;
     d->tracking.zero_pole_pairs = d->setup.pole_pairs;
     d->tracking.zero_reversed = d->setup.encoder_reversed;
-    d->started_up = d->fault == FAULT_none;
-    enter(d, DRIVE_READY);
+    enter(d, DRIVE_READY); /* where the start still waits */
+}
+
+static void align(drive_t *d)
+{
+    if (d->stop_wanted) {
+        hal_inverter_disarm();
+        enter(d, DRIVE_READY);
+    } else if (d->align.phase == (uint16_t)DRIVE_ALIGN_DONE) {
+        finish_alignment(d);
+    } else if ((d->align.phase == (uint16_t)DRIVE_ALIGN_RESTS) && arm(d)) {
+        drive_align_pull(d);
+        enter(d, DRIVE_ALIGN);
+    } else {
+        /* the current interrupt is at it */
+    }
 }
 
 static void leave_fault(drive_t *d)
@@ -85,12 +109,15 @@ static void leave_fault(drive_t *d)
     if (d->fault == FAULT_configuration) {
         return; /* only new parameters help: drive_init */
     }
-    const bool encoder = drive_zero_in_doubt(d->fault);
+    if (drive_fault_voids_zero(d->fault)) {
+        forget_zero(d);
+    }
     d->fault = FAULT_none;
+    d->fault_detail = 0U;
     d->lost_samples = 0U;
     d->bad_samples = 0U;
     d->tracking.jump_periods = 0U;
-    enter(d, (d->started_up && !encoder) ? DRIVE_READY : DRIVE_INIT);
+    enter(d, d->started_up ? DRIVE_READY : DRIVE_INIT);
 }
 
 /* The electrical zero that an alignment has found belongs to the pole pairs and the direction that it was found with. */
@@ -100,20 +127,29 @@ static bool zero_is_stale(const drive_t *d)
     return t->zero_found && ((t->zero_pole_pairs != d->setup.pole_pairs) || (t->zero_reversed != d->setup.encoder_reversed));
 }
 
+bool drive_zero_is_known(const drive_t *d) { return d->tracking.zero_found || (d->params.align_periods == 0U); }
+
 static void wait_for_start(drive_t *d)
 {
     if (d->next_ready != 0U) {
         return; /* what is being changed may be what a start stands on: first the current interrupt takes it over */
     }
     if (zero_is_stale(d)) {
-        enter(d, DRIVE_INIT);
+        forget_zero(d);
+    }
+    if (!d->start_wanted) {
         return;
     }
-    if (d->start_wanted || ((d->params.auto_run != 0U) && !d->held)) {
-        enter_armed(d, DRIVE_RUN);
-        drive_restart_timing(d); /* the figures of a run are not those of the start-up before it */
+    if (!drive_zero_is_known(d)) {
+        drive_align_begin(d);
+        enter(d, DRIVE_ALIGN);
+        return; /* the start waits */
     }
     d->start_wanted = false;
+    if (arm(d)) {
+        enter(d, DRIVE_RUN);
+        drive_restart_timing(d); /* the figures of a run are not those of the start-up before it */
+    }
 }
 
 /* What the observer is told and asked at leisure. */
@@ -129,16 +165,16 @@ void drive_background(drive_t *d)
 {
     if (d->stop_wanted) {
         d->start_wanted = false;
-        d->held = true;
+        d->permitted = false;
     } else if (d->start_wanted) {
-        d->held = false;
+        d->permitted = true;
+    } else {
+        /* as it was */
     }
     switch (d->state) {
     case DRIVE_INIT:
         d->started_up = false;
-        if (d->held) {
-            break;
-        }
+        forget_zero(d);
         if (d->params.offset_calibration_periods > 0U) {
             d->sum_a_a = 0.0f;
             d->sum_b_a = 0.0f;
@@ -146,7 +182,7 @@ void drive_background(drive_t *d)
             d->sum_count = 0U;
             enter(d, DRIVE_OFFSET_CALIBRATION);
         } else {
-            after_calibration(d);
+            finish_start_up(d);
         }
         break;
     case DRIVE_OFFSET_CALIBRATION:
@@ -155,12 +191,7 @@ void drive_background(drive_t *d)
         }
         break;
     case DRIVE_ALIGN:
-        if (d->stop_wanted) {
-            hal_inverter_disarm();
-            enter(d, DRIVE_INIT);
-        } else if (d->periods_in_state >= d->params.align_periods) {
-            finish_alignment(d);
-        }
+        align(d);
         break;
     case DRIVE_READY:
         wait_for_start(d);
@@ -176,6 +207,7 @@ void drive_background(drive_t *d)
     default:
         hal_inverter_disarm();
         d->start_wanted = false;
+        d->permitted = false;
         if (d->clear_wanted) {
             leave_fault(d);
         }

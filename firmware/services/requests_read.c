@@ -26,6 +26,7 @@ link_refusal_t request_hello(services_t *s, codec_reader_t *in, codec_writer_t *
     const session_t  fresh = {.greeted = true,
                               .may_write = (version == LINK_VERSION) && (schema == s->schema),
                               .started = started, /* a drive that runs goes on until its timeout */
+                              .by_itself = n->by_itself,
                               .timed_out = n->timed_out,
                               .timeout_ms = SERVICES_TIMEOUT_MS,
                               .alive_at = n->alive_at,

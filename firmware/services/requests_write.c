@@ -184,6 +184,7 @@ static link_refusal_t start(services_t *s)
     }
     drive_start(s->setup.drive);
     s->session.started = true;
+    s->session.by_itself = false;
     s->session.timed_out = false;
     return LINK_FINE;
 }
@@ -228,6 +229,7 @@ static link_refusal_t obey(services_t *s, uint16_t command)
     case LINK_CMD_stop:
         drive_stop(s->setup.drive);
         s->session.started = false;
+        s->session.by_itself = false;
         return LINK_FINE;
     case LINK_CMD_disarm:
         services_disarm(s);
@@ -303,7 +305,7 @@ link_refusal_t request_timeout(services_t *s, codec_reader_t *in, codec_writer_t
     if (!s->session.may_write) {
         return LINK_NO_schema;
     }
-    if ((ms != 0U) && ((ms < TIMEOUT_MIN_MS) || (ms > TIMEOUT_MAX_MS))) {
+    if (((ms != 0U) || s->session.by_itself) && ((ms < TIMEOUT_MIN_MS) || (ms > TIMEOUT_MAX_MS))) {
         return services_refuse(s, LINK_NO_range, 0U, (float)TIMEOUT_MIN_MS, (float)TIMEOUT_MAX_MS);
     }
     s->session.timeout_ms = ms;

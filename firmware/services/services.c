@@ -71,6 +71,11 @@ void services_start(services_t *s, const services_setup_t *setup)
         s->stored_taken = false;
         drive_init(d, setup->defaults);
     }
+    if (s->stored_taken && (d->params.auto_run != 0U) && (setup->reset != HAL_RESET_WATCHDOG)) {
+        drive_start(d);
+        s->session.started = true; /* nobody may be there to stop it: the timeout counts from now on */
+        s->session.by_itself = true;
+    }
     s->seen_state = d->state;
     s->seen_fault = d->fault;
     start_black_box(&s->recorder[SERVICES_BLACK_BOX]);
@@ -101,13 +106,13 @@ bool services_saving(const services_t *s) { return s->store.active || s->setup.d
 uint16_t services_flags(const services_t *s)
 {
     const drive_t *const d = s->setup.drive;
-    const bool           flag[] = {s->session.armed,   d->started_up,        s->session.started, s->session.timed_out, d->next_ready != 0U,
-                                   d->position.homed,  s->stream.on != 0U,   services_saving(s), s->stored_taken};
+    const bool           flag[] = {s->session.armed,  d->started_up && drive_zero_is_known(d), s->session.started, s->session.timed_out, d->next_ready != 0U,
+                                   d->position.homed, s->stream.on != 0U,                      services_saving(s), s->stored_taken};
     uint16_t             bits = 0U;
     for (uint16_t i = 0U; i < (uint16_t)(sizeof(flag) / sizeof(flag[0])); i++) {
         bits = (uint16_t)(bits | (flag[i] ? (uint16_t)(1U << i) : 0U));
     }
-    return bits;
+    return (uint16_t)(bits | ((uint16_t)s->setup.reset << 9U));
 }
 
 const drive_params_t *services_params(const services_t *s)
@@ -121,6 +126,7 @@ void services_disarm(services_t *s)
     drive_stop(s->setup.drive);
     s->session.armed = false;
     s->session.started = false;
+    s->session.by_itself = false;
 }
 
 /* ---- watching the drive ------------------------------------------------------------------------------------------------ */
@@ -155,6 +161,7 @@ static void watch(services_t *s)
     if (fault != FAULT_none) {
         s->session.armed = false;
         s->session.started = false;
+        s->session.by_itself = false;
     }
     if ((state != s->seen_state) || (fault != s->seen_fault)) {
         s->session.event_wanted = true;

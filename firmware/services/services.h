@@ -20,6 +20,7 @@
 #include "firmware/services/param_store.h"
 #include "firmware/services/recorder.h"
 #include "firmware/services/stream.h"
+#include "hal/hal_reset.h"
 
 #define SERVICES_RECORDERS 2U
 enum { SERVICES_CAPTURE = 0, SERVICES_BLACK_BOX };
@@ -33,6 +34,7 @@ typedef struct {
     const char           *board;    /**< Its name. */
     float                *capture, *black_box; /**< Memory of the recorders... */
     uint16_t              capture_values, black_box_values; /**< ...and how many values each holds. */
+    hal_reset_t           reset; /**< Why the board has started. */
 } services_setup_t;
 
 /** The first fault, kept until the next one. */
@@ -46,6 +48,7 @@ typedef struct {
 typedef struct {
     bool     greeted, may_write, armed;
     bool     started;    /**< The timeout is running. */
+    bool     by_itself;  /**< It was started by auto_run: the timeout cannot be switched off. */
     bool     timed_out;  /**< The last stop was by the timeout. */
     uint16_t timeout_ms; /**< 0: none. */
     uint32_t alive_at;   /**< Counter at the last good frame. */
@@ -91,7 +94,8 @@ typedef struct services {
     uint16_t        wire_count, wire_at; /**< Octets on their way out. */
 } services_t;
 
-/** Before the interrupts run: services at rest, the stored parameters or else the defaults taken, drive_init. */
+/** Before the interrupts run: services at rest, the stored parameters or else the defaults taken, drive_init. With auto_run in the
+ *  stored set the drive is then started, and the timeout counts from here on; not after a reset by the watchdog. */
 void services_start(services_t *s, const services_setup_t *setup);
 /** Current interrupt, after drive_current_isr. */
 void services_sample(services_t *s);

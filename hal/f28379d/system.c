@@ -1,5 +1,6 @@
 /* From reset to 200 MHz, and the order in which the parts start. */
 #include "hal/f28379d/parts.h"
+#include "hal/hal_reset.h"
 
 #ifdef _FLASH
 #include <string.h>
@@ -46,6 +47,21 @@ bool port_system_init(void)
 }
 
 uint32_t port_reset_cause(void) { return reset_cause; }
+
+/* The watchdog pulls the reset pin, too, and a drive that may have failed must not look like one that was just switched on. */
+hal_reset_t hal_reset_cause(void)
+{
+    if ((reset_cause & (SYSCTL_CAUSE_WDRS | SYSCTL_CAUSE_NMIWDRS)) != 0U) {
+        return HAL_RESET_WATCHDOG;
+    }
+    if ((reset_cause & SYSCTL_CAUSE_POR) != 0U) {
+        return HAL_RESET_POWER_UP;
+    }
+    if ((reset_cause & SYSCTL_CAUSE_XRS) != 0U) {
+        return HAL_RESET_PIN;
+    }
+    return (reset_cause != 0U) ? HAL_RESET_OTHER : HAL_RESET_UNKNOWN;
+}
 
 port_status_t port_init(void)
 {

@@ -37,6 +37,7 @@ void sim_board_start(sim_board_t *board)
     const hal_encoder_edge_t no_edge = {0};
     board->stuck_edge = no_edge;
     board->gate_periods = 0;
+    board->reset_cause = HAL_RESET_POWER_UP;
     board->to_drive.head = board->to_drive.tail = 0;
     board->from_drive.head = board->from_drive.tail = 0;
     zero_voltage(board->duty);
@@ -191,6 +192,8 @@ void     hal_clock_request_speed_isr(void)
     }
     selected->speed_requested = true;
 }
+
+hal_reset_t hal_reset_cause(void) { return selected->reset_cause; }
 
 /* ---- hal_link ----------------------------------------------------------------------------------------------------------------- */
 

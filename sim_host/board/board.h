@@ -13,6 +13,7 @@
 #include "hal/hal_encoder.h"
 #include "hal/hal_inverter.h"
 #include "hal/hal_limits.h"
+#include "hal/hal_reset.h"
 #include "hal/hal_sample.h"
 #include "sim_host/plant/plant.h"
 
@@ -60,6 +61,7 @@ typedef struct {
     uint32_t          stuck_theta;
     hal_encoder_edge_t stuck_edge;
     uint64_t          gate_periods;   /**< Periods with the gates on, since the start. */
+    hal_reset_t       reset_cause;    /**< Power-up, unless changed after sim_board_start. */
     sim_pipe_t        to_drive, from_drive;
     uint16_t          storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
 } sim_board_t;

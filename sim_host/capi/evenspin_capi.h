@@ -82,7 +82,9 @@ bool es_sim_set_seed(es_sim_t *sim, uint64_t seed);
  * after the last; linear: ramp between points, otherwise hold. The arrays are copied. */
 bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear);
 
-bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; time 0; with auto_run = 1 the drive goes to RUN by itself */
+bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; time 0; with auto_run = 1
+ * and without a link the simulation gives the start command, and no timeout runs; with a link auto_run counts as on the board: only as
+ * stored, see es_sim_storage_write, and under the timeout of the link. */
 
 /* Run up to `periods` PWM periods and write every decimate-th sample (the first one at the start) of the chosen
  * signals to out, row by row. Returns the rows written; stops early when `capacity_rows` is full. A fault of the drive

@@ -9,6 +9,7 @@
 #include "firmware/app/telemetry.h"
 #include "firmware/services/schema.h"
 #include "firmware/services/services.h"
+#include "hal/hal_reset.h"
 #include "sim_host/board/board.h"
 #include "sim_host/capi/evenspin_capi.h"
 
@@ -532,10 +533,13 @@ bool es_sim_start(es_sim_t *sim)
     }
     if (sim->linked) {
         const services_setup_t setup = {&sim->drive,  &sim->params,   "simulator", sim->capture, sim->black_box,
-                                        CAPTURE_VALUES, BLACK_BOX_VALUES};
+                                        CAPTURE_VALUES, BLACK_BOX_VALUES, hal_reset_cause()};
         services_start(&sim->services, &setup);
     } else {
         drive_init(&sim->drive, &sim->params);
+        if (sim->params.auto_run != 0U) { /* no link, no client whose silence could be dangerous: the simulation itself starts it */
+            drive_start(&sim->drive);
+        }
     }
     if (sim->drive.fault == FAULT_configuration) {
         return refuse_param(sim, &sim->params, sim->drive.fault_detail);

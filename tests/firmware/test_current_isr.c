@@ -493,61 +493,6 @@ void test_current_isr_bad_sample_teaches_the_controllers_nothing(void)
     assert_dq(0.0, 0.6 + 2.0 * 0.108, 0.0, 2.0 * VOLT_TOLERANCE, "two lessons so far");
 }
 
-/* ---- alignment ------------------------------------------------------------------------------------------------------ */
-
-static void into_alignment(uint16_t periods)
-{
-    drive_params_t p = bench_params();
-    p.align_periods = periods;
-    p.align_current_a = 2.0f;
-    drive_init(&drive, &p);
-    drive_background(&drive);
-    TEST_ASSERT_EQUAL_INT(DRIVE_ALIGN, drive.state);
-}
-
-void test_current_isr_alignment_pulls_a_quarter_turn_beside_phase_a_and_then_onto_it(void)
-{
-    into_alignment(100U);
-    bench_angle(1.0); /* wherever the rotor is */
-
-    bench_periods(50U);
-    assert_vector(0.0, 1.2, VOLT_TOLERANCE, "first half: on beta");
-    bench_periods(1U);
-    assert_vector(1.2, 0.0, VOLT_TOLERANCE, "second half: on phase a");
-    bench_periods(49U);
-    assert_vector(1.2, 0.0, VOLT_TOLERANCE, "to the end");
-}
-
-void test_current_isr_alignment_controls_the_current_along_its_vector(void)
-{
-    into_alignment(100U);
-    bench_periods(60U);
-    bench_currents(1.5, 0.5, 0.0);
-
-    bench_period();
-
-    assert_vector(0.6 * (2.0 - 1.5), 0.6 * (0.0 - 0.5), VOLT_TOLERANCE, "errors 0.5 and -0.5 A");
-}
-
-/* 30000 periods are 3 s; a twentieth of it times the electrical speed: 0.15 s * 4 * 1 rad/s = 0.6 rad */
-void test_current_isr_alignment_vector_leads_against_the_motion_to_damp_it(void)
-{
-    into_alignment(30000U);
-    bench_spin(1.0, 1.0);
-    assert_vector(1.2 * sin(0.6), 1.2 * cos(0.6), 2e-3, "forward"); /* behind the quarter turn by 0.6 rad */
-
-    bench_spin(-1.0, 1.0);
-    assert_vector(-1.2 * sin(0.6), 1.2 * cos(0.6), 2e-3, "backward");
-}
-
-void test_current_isr_alignment_vector_never_leads_by_more_than_60_degrees(void)
-{
-    into_alignment(60000U);
-    bench_spin(100.0, 1.0);
-
-    assert_vector(1.2 * sin(PI_OF_CIRCLE / 3.0), 1.2 * cos(PI_OF_CIRCLE / 3.0), VOLT_TOLERANCE, "100 rad/s");
-}
-
 /* ---- duration ------------------------------------------------------------------------------------------------------- */
 
 void test_current_isr_measures_its_duration_and_remembers_the_longest(void)

@@ -128,7 +128,6 @@ static void power_up(uint16_t method)
 {
     drive_params_t p = bench_params();
     p.method = method;
-    p.auto_run = 0U;
     drive_init(&drive, &p);
     drive_background(&drive);
     TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
@@ -581,7 +580,6 @@ void test_memory_of_another_number_of_cells_is_not_restored(void)
     TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(1.0), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
     p.method = DRIVE_METHOD_ARO;
-    p.auto_run = 0U;
     p.aro_cells = CELLS / 2U;
     drive_init(&drive, &p);
     drive_background(&drive);
@@ -626,7 +624,6 @@ void test_memory_restored_is_within_the_limit_of_today(void)
     TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(8.0), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
     p.method = DRIVE_METHOD_ARO;
-    p.auto_run = 0U;
     p.observer_limit_a = 3.0f;
     drive_init(&drive, &p);
     drive_background(&drive);

@@ -427,6 +427,8 @@ void test_position_after_a_homing_that_failed_the_profile_has_its_own_speed_agai
     samples(3000);
     ASSERT_FAULT(FAULT_homing, "no index");
     drive_clear_fault(&drive);
+    drive_background(&drive);
+    drive_start(&drive);
     bench_live(40U);
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
     shaft.ideal = false;
@@ -503,7 +505,6 @@ void test_position_speed_mode_goes_on_with_the_torque_of_position_mode(void)
 void test_position_restart_begins_where_the_shaft_is(void)
 {
     drive_params_t p = params();
-    p.auto_run = 0U;
     drive_init(&drive, &p);
     drive_background(&drive);
     drive_start(&drive);
@@ -576,6 +577,7 @@ void test_position_every_method_runs_with_and_without_an_observer_or_is_refused(
             p.rdc_learn_gain = 0.3f;
             const bool memory_is_taken = (method >= DRIVE_METHOD_DOB) && (position_method != DRIVE_POSITION_PPI);
             drive_init(&drive, &p);
+            drive_start(&drive);
             bench_live(30U);
             if (memory_is_taken) {
                 samples(20); /* the interrupts go on, with blocks that were never built */

@@ -88,6 +88,59 @@ static void provoke_configuration(void)
     drive_init(&drive, &p);
 }
 
+static drive_params_t alignment_params(void)
+{
+    drive_params_t p = bench_params();
+    p.align_periods = 36000U; /* a quarter turn in 0.1 s, slow for the damping that does not know the pole pairs */
+    p.align_rest_s = 0.1f;
+    return p;
+}
+
+static void provoke_alignment(double rotor_pairs)
+{
+    const drive_params_t p = alignment_params();
+    drive_init(&drive, &p);
+    drive_background(&drive);
+    bench.rotor_pairs = rotor_pairs;
+    bench_align();
+}
+
+static void provoke_align_turning(void)
+{
+    const drive_params_t p = alignment_params();
+    drive_init(&drive, &p);
+    drive_background(&drive);
+    drive_start(&drive);
+    drive_background(&drive);
+    bench_spin(10.0, 0.0);
+}
+
+/* 1000 rad/s^2 there, and back again: no vector stops that */
+static void provoke_align_unsettled(void)
+{
+    const drive_params_t p = alignment_params();
+    drive_init(&drive, &p);
+    drive_background(&drive);
+    drive_start(&drive);
+    bench_live(BENCH_WAIT_PERIODS + 100U);
+    for (int k = 0; (k < 40000) && (drive.state == DRIVE_ALIGN); k++) {
+        bench_angle(0.1 * sin(100.0 * 1e-4 * k));
+        bench_live(1U);
+        drive_background(&drive);
+    }
+}
+
+static void provoke_align_blocked(void) { provoke_alignment(0.0); }
+static void provoke_align_direction(void) { provoke_alignment(-4.0); }
+static void provoke_align_pole_pairs(void) { provoke_alignment(3.0); }
+
+/* what holds the rotor back by 10 degrees at full current, and by 20 at half of it */
+static void provoke_align_load(void)
+{
+    bench.rotor_load = 0.175;
+    provoke_alignment(4.0);
+}
+
 static void provoke_hardware(hal_inverter_fault_t fault)
 {
     bench_into(DRIVE_RUN);
@@ -201,6 +254,12 @@ static void provoke_electrical_zero(void)
 
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
+    [FAULT_align_turning] = provoke_align_turning,
+    [FAULT_align_unsettled] = provoke_align_unsettled,
+    [FAULT_align_blocked] = provoke_align_blocked,
+    [FAULT_align_direction] = provoke_align_direction,
+    [FAULT_align_pole_pairs] = provoke_align_pole_pairs,
+    [FAULT_align_load] = provoke_align_load,
     [FAULT_over_current] = provoke_over_current,
     [FAULT_over_voltage] = provoke_over_voltage,
     [FAULT_under_voltage] = provoke_under_voltage,
@@ -236,6 +295,7 @@ static void heal(void)
     bench.arm_status = HAL_OK;
     bench.inverter_fault = HAL_INVERTER_FINE;
     bench.isr_cyc = 0U;
+    bench.rotor_pairs = 0.0;
 }
 
 void test_protection_every_fault_of_the_list_can_be_provoked_and_switches_the_bridge_off(void)

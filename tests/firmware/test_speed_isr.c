@@ -202,7 +202,6 @@ void test_speed_isr_d_reference_acts_in_speed_mode_too(void)
 void test_speed_isr_loop_rests_until_the_drive_runs(void)
 {
     drive_params_t p = bench_params();
-    p.auto_run = 0U;
     p.speed_inline = 1U;
     drive_init(&drive, &p);
     bench_command(DRIVE_MODE_SPEED, 20.0, 0.0, 0.0);
@@ -400,7 +399,6 @@ void test_speed_isr_slowest_reference_that_fits_the_memory_is_served(void)
 void test_speed_isr_stop_and_start_forgets_what_the_repetitive_controller_learned(void)
 {
     drive_params_t p = forc();
-    p.auto_run = 0U;
     p.speed_inline = 1U;
     drive_init(&drive, &p);
     drive_background(&drive);

@@ -188,7 +188,7 @@ static bool defaults_in_force(void)
 
 static void power_up(void)
 {
-    const services_setup_t setup = {&drive, &defaults, "fuzz", capture, black_box, 300U, 200U};
+    const services_setup_t setup = {&drive, &defaults, "fuzz", capture, black_box, 300U, 200U, HAL_RESET_POWER_UP};
     memset(storage, 0xFF, sizeof storage);
     sent = 0U;
     taken = 0U;

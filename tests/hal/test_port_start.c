@@ -1,5 +1,6 @@
 /* port_init and port_start: what is called, with which arguments, and in which order. */
 #include "hal/hal_limits.h"
+#include "hal/hal_reset.h"
 #include "tests/hal/support/started.h"
 
 static const uint32_t EPWM[3] = BOARD_EPWM_BASES;
@@ -226,4 +227,20 @@ void test_start_puts_the_watchdog_on_last_with_52_ms(void)
     TEST_ASSERT_EQUAL(1, TIMES_CALLED("SysCtl_setWatchdogPrescaler", SYSCTL_WD_PRESCALE_4));
     BEFORE(CALLED("SysCtl_enablePeripheral", SYSCTL_PERIPH_CLK_TBCLKSYNC), CALLED_AT_ALL("SysCtl_enableWatchdog"));
     TEST_ASSERT_TRUE(chip.watchdog_on);
+}
+
+/* The watchdog pulls the reset pin as well: the worst that is seen counts. */
+void test_start_tells_why_the_processor_was_reset(void)
+{
+    static const struct {
+        uint32_t    bits;
+        hal_reset_t cause;
+    } CASE[] = {{0x0U, HAL_RESET_UNKNOWN}, {0x1U, HAL_RESET_POWER_UP}, {0x3U, HAL_RESET_POWER_UP}, {0x2U, HAL_RESET_PIN},
+                {0x4U, HAL_RESET_WATCHDOG}, {0x6U, HAL_RESET_WATCHDOG}, {0x8U, HAL_RESET_WATCHDOG}, {0x100U, HAL_RESET_OTHER}};
+    for (size_t k = 0; k < sizeof CASE / sizeof CASE[0]; k++) {
+        chip.reset_cause = CASE[k].bits;
+        TEST_ASSERT_EQUAL(PORT_OK, port_init());
+        TEST_ASSERT_EQUAL_INT(CASE[k].cause, hal_reset_cause());
+        TEST_ASSERT_EQUAL_HEX32(CASE[k].bits, port_reset_cause());
+    }
 }

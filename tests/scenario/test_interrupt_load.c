@@ -110,7 +110,7 @@ void test_interrupt_load_of_the_current_interrupt_beyond_its_period_is_a_fault(v
 /* Start-up ends with a start: the figures of its interrupts are not those of the run. */
 void test_interrupt_load_figures_begin_anew_with_a_start(void)
 {
-    rig_param("align_periods", 500.0);
+    rig_param("offset_calibration_periods", 500.0);
     rig_step("isr_load_cyc", 9000.0, 0.07, 2000.0);
     rig_start();
     rig_run(600);
@@ -118,8 +118,8 @@ void test_interrupt_load_figures_begin_anew_with_a_start(void)
     TEST_ASSERT_EQUAL_DOUBLE(9000.0, rig_read("isr_max_cycles"));
 
     rig_new();
-    rig_param("align_periods", 500.0);
-    rig_step("isr_load_cyc", 9000.0, 0.03, 2000.0); /* while it aligns */
+    rig_param("offset_calibration_periods", 500.0);
+    rig_step("isr_load_cyc", 9000.0, 0.03, 2000.0); /* while it calibrates */
     rig_start();
     rig_run(600);
     TEST_ASSERT_EQUAL_DOUBLE(4.0, rig_read("state"));

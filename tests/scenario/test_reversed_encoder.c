@@ -87,7 +87,6 @@ static drive_params_t params;
 void setUp(void)
 {
     params_default(&params);
-    params.auto_run = 1U;
     params.offset_calibration_periods = 0U;
     params.encoder_reversed = 1U;
 }
@@ -111,6 +110,7 @@ static void run(double theta_m, float speed_ref, int periods)
         duty_now[k] = duty_next[k] = 0.5;
     }
     drive_init(&drive, &params);
+    drive_start(&drive);
     const drive_command_t c = {.mode = DRIVE_MODE_SPEED, .speed_ref_rad_s = speed_ref};
     TEST_ASSERT_TRUE(drive_command(&drive, &c));
     for (int k = 0; k < periods; k++) {
@@ -150,7 +150,7 @@ void test_reversed_encoder_is_set_right_by_its_parameter_with_both_speed_measure
 void test_reversed_encoder_is_aligned_from_any_angle(void)
 {
     for (int k = 0; k < 8; k++) {
-        run(TWO_PI / 4.0 / 8.0 * k, 15.708f, 14000);
+        run(TWO_PI / 4.0 / 8.0 * k, 15.708f, 42000);
         assert_turns_at(15.708, at("angle %d", k));
     }
 }

@@ -256,9 +256,38 @@ void test_link_that_is_silent_stops_the_drive(void)
     TEST_ASSERT_EQUAL_DOUBLE(3.0, es_sim_read(sim, "state"));
 }
 
+/* auto_run as a board has it: stored, by a drive of before. */
+static void store_auto_run(void)
+{
+    static uint16_t words[100000];
+    connect_and_run(0.0f);
+    command(LINK_CMD_stop);
+    milliseconds(2U);
+    codec_writer_t *const w = begin(LINK_set);
+    codec_put_u8(w, 3U);
+    codec_put_u8(w, 1U);
+    uint16_t   auto_run = 0U;
+    es_field_t f;
+    while (es_param_info((int)auto_run, &f) && (strcmp(f.name, "auto_run") != 0)) {
+        auto_run++;
+    }
+    codec_put_u16(w, auto_run);
+    codec_put_f32(w, 1.0f);
+    ask();
+    milliseconds(5U);
+    command(LINK_CMD_save);
+    milliseconds(100U);
+    const int count = es_sim_storage_read(sim, words, 100000);
+    tearDown();
+    setUp();
+    TEST_ASSERT_TRUE(es_sim_storage_write(sim, words, count));
+}
+
+/* 0.2 s: the timeout of the link is longer */
 void test_link_changes_nothing_about_the_drive(void)
 {
     static double   without[2000][SIGNALS];
+    store_auto_run();
     es_sim_t *const other = es_sim_new();
     TEST_ASSERT_TRUE(es_sim_set_param(other, "offset_calibration_periods", 0.0));
     TEST_ASSERT_TRUE(es_sim_set_param(other, "align_periods", 0.0));
@@ -266,7 +295,7 @@ void test_link_changes_nothing_about_the_drive(void)
         es_sim_t *const s = (k == 0) ? other : sim;
         const double    t = 0.05;
         const double    speed = 25.0;
-        TEST_ASSERT_TRUE(es_sim_set_param(s, "auto_run", 1.0));
+        TEST_ASSERT_TRUE(es_sim_set_param(s, "auto_run", (k == 0) ? 1.0 : 0.0));
         TEST_ASSERT_TRUE(es_sim_set_input(s, "speed_ref_rad_s", &t, &speed, 1, false));
         TEST_ASSERT_TRUE(es_sim_record(s, NAMES, SIGNALS));
         TEST_ASSERT_TRUE((k == 0) || es_sim_link_open(s));

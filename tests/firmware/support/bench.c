@@ -145,7 +145,6 @@ drive_params_t bench_params(void)
     params_default(&p);
     p.offset_calibration_periods = 0U;
     p.align_periods = 0U;
-    p.auto_run = 1U;
     p.current_ki_v_per_as = 0.0f;
     p.encoder_jump_rad = 3.2f; /* the shaft is where a test puts it, whatever the torque... */
     p.speed_deviation_s = 0.0f;
@@ -156,6 +155,7 @@ drive_params_t bench_params(void)
 void bench_run_with(const drive_params_t *params)
 {
     drive_init(&drive, params);
+    drive_start(&drive);
     for (int pass = 0; (pass < 3) && (drive.state != DRIVE_RUN); pass++) {
         drive_background(&drive);
     }
@@ -166,12 +166,18 @@ void bench_run_with(const drive_params_t *params)
 void bench_into(drive_state_t state)
 {
     drive_params_t p = bench_params();
-    p.auto_run = (state == DRIVE_RUN) ? 1U : 0U;
     p.offset_calibration_periods = (state == DRIVE_OFFSET_CALIBRATION) ? 60000U : 0U;
-    p.align_periods = (state == DRIVE_ALIGN) ? 60000U : 0U;
+    p.align_periods = (state == DRIVE_ALIGN) ? 60000U : 0U; /* 3 quarters of a pass are 0.5 s */
     drive_init(&drive, &p);
+    if ((state == DRIVE_RUN) || (state == DRIVE_ALIGN)) {
+        drive_start(&drive);
+    }
     for (int pass = 0; (pass < 3) && (state != DRIVE_INIT); pass++) {
         drive_background(&drive);
+    }
+    if (state == DRIVE_ALIGN) { /* the shaft rests: on to the first vector */
+        bench_live(1100U);
+        TEST_ASSERT_EQUAL_INT(DRIVE_ALIGN_PULL, drive.align.phase);
     }
     if (state == DRIVE_FAULT) {
         bench.sample.vdc_v = 100.0f;
@@ -182,8 +188,38 @@ void bench_into(drive_state_t state)
     bench_forget_calls();
 }
 
+void bench_rotor(double pole_pairs, double theta_e)
+{
+    bench.rotor_pairs = pole_pairs;
+    bench.rotor_e = theta_e;
+    bench_angle(theta_e / pole_pairs);
+}
+
+void bench_align(void)
+{
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+    drive_start(&drive);
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_INT(DRIVE_ALIGN, drive.state);
+    for (uint32_t k = 0U; (k < 100000U) && (drive.state != DRIVE_RUN) && (drive.state != DRIVE_FAULT); k += 10U) {
+        bench_live(10U);
+    }
+}
+
+static void turn_rotor(void)
+{
+    double alpha, beta;
+    bench_voltage(&alpha, &beta);
+    if ((bench.rotor_pairs != 0.0) && bench.armed && (hypot(alpha, beta) > 1.0e-3)) {
+        const double load = bench.rotor_load * 2.4 / hypot(alpha, beta);
+        bench.rotor_e += 0.05 * remainder(atan2(beta, alpha) - load - bench.rotor_e, TWO_PI);
+        bench_angle(bench.rotor_e / bench.rotor_pairs);
+    }
+}
+
 void bench_period(void)
 {
+    turn_rotor();
     if (bench.seq_by_itself) {
         bench.sample.seq++;
     }

@@ -17,6 +17,8 @@
 #define BENCH_PERIOD_CYC 20000U /* 200 MHz / 10 kHz */
 #define BENCH_VDC 24.0
 #define BENCH_LOG 32
+#define BENCH_ALIGN_PERIODS 9000U /* the shortest that there is */
+#define BENCH_WAIT_PERIODS 1000U  /* before it: 0.1 s in which the shaft rests */
 
 #define PI_OF_CIRCLE 3.14159265358979323846
 #define SQRT3 1.7320508075688772935
@@ -51,6 +53,11 @@ typedef struct {
     bench_call_t log[BENCH_LOG]; /* since bench_forget_calls */
     uint16_t     logged;
 
+    /* a rotor that the vector of the duties draws along, by a twentieth of the way in a period */
+    double rotor_pairs; /* pole pairs; negative: the encoder counts down; 0: no rotor, the angle is what it is set to */
+    double rotor_e;     /* its electrical angle */
+    double rotor_load;  /* how far behind the vector it stays at 2.4 V, rad; more at less */
+
     /* run in the middle of the call of this name, once: an interrupt that comes there */
     void (*in_arm)(void);
     void (*in_disarm)(void);
@@ -84,6 +91,10 @@ void bench_command(drive_mode_t mode, double speed_ref_rad_s, double id_ref_a, d
 
 /** Phase currents of a vector in the frame at @p theta_e. */
 void bench_currents(double d_a, double q_a, double theta_e);
+/** A rotor, see above, at electrical angle @p theta_e. */
+void bench_rotor(double pole_pairs, double theta_e);
+/** With a rotor: from READY through an alignment to what comes after it; FAULT or RUN. */
+void bench_align(void);
 /** Mechanical angle into [0, 2 pi). */
 void bench_angle(double theta_m);
 /** Voltage vector that the duties make on the dc link of the sample. */

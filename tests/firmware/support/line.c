@@ -5,6 +5,7 @@
 line_t         line;
 services_t     services;
 drive_params_t line_defaults;
+hal_reset_t    line_reset = HAL_RESET_POWER_UP;
 
 static frame_decoder_t decoder;
 static float           capture[LINE_CAPTURE_VALUES], black_box[LINE_BOX_VALUES];
@@ -62,7 +63,8 @@ static uint32_t link_lost(int calls)
 void line_restart(void)
 {
     static const line_t nothing;
-    const services_setup_t setup = {&drive, &line_defaults, "test board", capture, black_box, LINE_CAPTURE_VALUES, LINE_BOX_VALUES};
+    const services_setup_t setup = {&drive, &line_defaults, "test board", capture, black_box, LINE_CAPTURE_VALUES, LINE_BOX_VALUES,
+                                    line_reset};
     line = nothing;
     line.room = FRAME_WIRE_MAX;
     frame_decoder_reset(&decoder);
@@ -80,6 +82,7 @@ void line_start(void)
     flash_start();
     line_defaults = bench_params();
     line_defaults.auto_run = 0U;
+    line_reset = HAL_RESET_POWER_UP;
     line_restart();
     TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
 }

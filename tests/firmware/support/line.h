@@ -39,6 +39,7 @@ typedef struct {
 extern line_t         line;
 extern services_t     services;
 extern drive_params_t line_defaults; /* of the board; changed before line_start */
+extern hal_reset_t    line_reset;    /* why the board starts; power-up after line_start, for line_restart */
 
 /** Board, storage, services; the drive is ready and does not run by itself. */
 void line_start(void);

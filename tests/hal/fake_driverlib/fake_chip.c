@@ -72,6 +72,7 @@ int fake_count(const char *name, int count, const uint32_t *arguments)
 void fake_power_on(void)
 {
     (void)memset(&chip, 0, sizeof chip);
+    chip.reset_cause = 1U;
     calls = 0;
     IER = 0;
     IFR = 0;
@@ -96,7 +97,7 @@ bool SysCtl_setClock(uint32_t config)
 uint32_t SysCtl_getResetCause(void)
 {
     RECORD_NONE();
-    return 1U;
+    return chip.reset_cause;
 }
 void SysCtl_delay(uint32_t count)
 {

@@ -99,6 +99,7 @@ typedef struct {
     bool     rx_overflow;
     bool     watchdog_on;
     uint32_t watchdog_served;
+    uint32_t reset_cause; /* bits of the register; 1 after fake_chip_reset */
 } fake_chip_t;
 
 extern fake_chip_t chip;

@@ -259,7 +259,6 @@ static void run(const variant_t *v)
     params_default(&p);
     p.offset_calibration_periods = 0U;
     p.align_periods = 0U;
-    p.auto_run = 1U;
     p.method = v->method;
     p.current_controller = v->deadbeat;
     p.rc_memory = v->rc_memory;
@@ -287,6 +286,7 @@ static void run(const variant_t *v)
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
     edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
     drive_init(&drive, &p);
+    drive_start(&drive);
     for (int pass = 0; pass < 5; pass++) {
         drive_background(&drive);
     }
@@ -368,11 +368,12 @@ static void run(const variant_t *v)
 /* ---- parameters on their way to the interrupt --------------------------------------------------------------------------- */
 static void begin_with(const drive_params_t *p, uint32_t running)
 {
-    drive_params_t q = *p;
-    q.auto_run = (uint16_t)running;
     (void)memset(&drive, 0, sizeof drive);
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
-    drive_init(&drive, &q);
+    drive_init(&drive, p);
+    if (running != 0U) {
+        drive_start(&drive);
+    }
     for (int pass = 0; pass < 5; pass++) {
         drive_background(&drive);
     }
@@ -382,9 +383,7 @@ static void change(const char *tune_row, const char *take_over_row, const drive_
 {
     uint16_t culprit = 0U;
     bool     taken = false;
-    drive_params_t q = *p;
-    q.auto_run = drive.params.auto_run;
-    MEASURE(tune_row, taken = drive_tune(&drive, &q, &culprit));
+    MEASURE(tune_row, taken = drive_tune(&drive, p, &culprit));
     if (!taken) {
         (void)printf("refused %s parameter %u\n", take_over_row, (unsigned)culprit);
         return;
@@ -443,6 +442,57 @@ static void change_shapes(void)
     }
 }
 
+/* A whole alignment, with a rotor that follows its vector and swings a little. */
+static void alignment(void)
+{
+    drive_params_t p;
+    params_default(&p);
+    p.offset_calibration_periods = 0U;
+    p.over_current_a = 100.0f;
+    (void)memset(&drive, 0, sizeof drive);
+    sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
+    edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
+    drive_init(&drive, &p);
+    drive_start(&drive);
+    float rotor = 0.0f;
+    for (uint32_t k = 0U; (k < 60000U) && (drive.state != DRIVE_RUN) && (drive.state != DRIVE_FAULT); k++) {
+        const float swing = 0.002f * sinf((float)k * 0.03f);
+        if (drive.align.phase >= (uint16_t)DRIVE_ALIGN_PULL) {
+            rotor += 0.01f * ((float)(int32_t)(drive.align.vector - (angle_t)(int64_t)(rotor * 4294967296.0f)) / 4294967296.0f);
+        }
+        sample.theta_m = (uint32_t)(int64_t)floorf((rotor + swing) * 1000.0f) * 1073742U;
+        sample.ia_a = 4.0f * noise();
+        sample.ib_a = 4.0f * noise();
+        sample.ic_a = -sample.ia_a - sample.ib_a;
+        if (drive.align.phase < (uint16_t)DRIVE_ALIGN_PULL) {
+            sample.theta_m = 0U;
+        }
+        sample.seq++;
+        clock_now += 20000U;
+        sample.at_cyc = clock_now;
+        edge.edge_cyc = clock_now - 77U;
+        if ((k % 10U) == 0U) {
+            drive_background(&drive);
+        }
+        if (k < 20U) {
+            drive_current_isr(&drive);
+            if (speed_wanted) {
+                drive_speed_isr(&drive);
+            }
+            speed_wanted = false;
+            continue;
+        }
+        MEASURE("current_isr align", drive_current_isr(&drive));
+        if (speed_wanted) {
+            speed_wanted = false;
+            MEASURE("speed_isr align", drive_speed_isr(&drive));
+        }
+    }
+    if (drive.state != DRIVE_RUN) {
+        (void)printf("refused alignment state %d fault %d phase %u pass %u\n", (int)drive.state, (int)drive.fault, drive.align.phase, drive.align.pass);
+    }
+}
+
 int reference_cases(void (*note_case)(const char *, uint64_t));
 int services_cases(drive_t *of, void (*note_case)(const char *, uint64_t));
 
@@ -465,6 +515,8 @@ int main(void)
     change_gains("take-over gains aro", 6U, 0U);
     change_gains("take-over gains position src", 0U, 2U);
     change_shapes();
+    alignment();
+    run(&VARIANTS[sizeof VARIANTS / sizeof VARIANTS[0] - 1U]); /* the services look at a drive that runs */
 #ifdef COUNT_INSTRUCTIONS
     for (unsigned i = 0U; i < row_count; i++) {
         (void)printf("%u\t%s\n", i + 1U, rows[i].name);

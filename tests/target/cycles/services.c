@@ -64,7 +64,7 @@ int services_cases(drive_t *drive, void (*note)(const char *name, uint64_t cost)
                                       SIGNAL_vd_v, SIGNAL_robust_a};
     recorder_config_t      c = {{0U}, 8U, 1U, 100U, 100U, RECORDER_RISING, SIGNAL_rejected_count, 1.0e9f};
     frame_t                f;
-    const services_setup_t setup = {drive, &defaults, "cycles", capture, black_box, 6140U, 2048U};
+    const services_setup_t setup = {drive, &defaults, "cycles", capture, black_box, 6140U, 2048U, HAL_RESET_POWER_UP};
     params_default(&defaults);
     services_start(&services, &setup);
     (void)memcpy(c.signal, DEAR, sizeof c.signal);

@@ -162,6 +162,7 @@ def _offsets(drive: Drive, hand: Hand, progress: Progress) -> Found:
 
 def _encoder(drive: Drive, hand: Hand, progress: Progress) -> Found:
     """Direction from a push of torque, commutation angle from the direction of the back-EMF."""
+    drive.find_zero()
     with _settings(drive, speed_source="pll", method="pi"):
         limit_a = drive.get(["iq_limit_a"])["iq_limit_a"]
         swing_rad, torque_a = _push(drive, limit_a)
@@ -189,7 +190,7 @@ def _encoder(drive: Drive, hand: Hand, progress: Progress) -> Found:
         Verdict("flux linkage", flux_wb, "Wb", *_range(drive, "motor_psi_wb")),
     ]
     aligned = drive.get(["align_periods"])["align_periods"] > 0.0
-    note = "the alignment at start-up finds the angle anew: encoder_offset_rad acts when align_periods = 0"
+    note = "the alignment in the first start finds the angle anew: encoder_offset_rad acts when align_periods = 0"
     return Found(verdicts, {"encoder_offset_rad": turned, "motor_psi_wb": flux_wb}, note if aligned else "")
 
 
@@ -236,6 +237,7 @@ def _emf(drive: Drive, speed_rad_s: float) -> complex:
 
 def _rl(drive: Drive, hand: Hand, progress: Progress) -> Found:
     """Resistance and inductances from current steps with the rotor locked; two levels, so that dead time drops out."""
+    drive.find_zero()
     hand.lock(True)
     with _settings(drive, current_controller="pi"):
         limit_a = drive.get(["iq_limit_a"])["iq_limit_a"]
@@ -290,6 +292,7 @@ def _axis(drive: Drive, axis: str, low_a: float, high_a: float) -> tuple[float, 
 
 def _mechanics(drive: Drive, hand: Hand, progress: Progress) -> Found:
     """Friction from constant speeds in both directions, inertia from ramps."""
+    drive.find_zero()
     with _settings(drive, method="pi", speed_source="pll"):
         top = _top_speed(drive)
         speeds = [part * top for part in FRICTION_PARTS]

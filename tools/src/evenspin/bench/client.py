@@ -37,6 +37,7 @@ from evenspin.bench.messages import (
     DriveState,
     Event,
     FaultState,
+    Flag,
     Info,
     Mode,
     Reader,
@@ -58,7 +59,7 @@ VALUES_AT_ONCE = 60
 BEGIN, COMMIT = 1, 2
 BUSY_S = 1.0
 STORAGE_COMMANDS = frozenset({"save", "restore", "defaults", "learn_clear", "learn_save", "learn_restore"})
-START_S = 60.0  # calibration and alignment may come first
+START_S = 120.0  # calibration, a shaft that runs out and the alignment may come first
 AGAIN_S = 0.2
 CAPTURES, BLACK_BOX = 0, 1  # recorders
 
@@ -99,7 +100,7 @@ class FaultReport:
     name: str
     cause: str
     check: str
-    detail: str  # the parameter that was refused, or ""
+    detail: str  # the parameter that was refused, the pole pairs that an alignment has seen, or ""
     period: int  # in which it was found
     text: str
     last_samples: Capture | None
@@ -418,6 +419,15 @@ class Drive:
             self.sleep(0.002)
         raise DriveFaultError(f"start: not running after {START_S:g} s; the state is {now.state.name.lower()}")
 
+    def find_zero(self) -> None:
+        """Where the electrical zero is not known, start once without torque, so that the drive aligns, and stop: the
+        shaft may then be locked, or its motion watched."""
+        if self.state().flags & Flag.STARTED_UP:
+            return
+        self.setpoint(Mode.CURRENT)
+        self.start()
+        self.stop()
+
     def run_speed(self, speed_rad_s: float) -> None:
         """Start, if it does not run, and turn at this speed."""
         self.setpoint(Mode.SPEED, speed_rad_s=speed_rad_s)
@@ -577,7 +587,7 @@ class Drive:
         found = FaultState.parse(self._ask(Ask.FAULT, b"", "fault").payload)
         known = self.schema.fault(found.fault)
         names = list(self.schema.parameters)
-        culprit = names[found.detail] if known.name == "configuration" and found.detail < len(names) else ""
+        culprit = messages.fault_detail(names, known.name, found.detail)
         frozen = samples and found.fault != 0 and found.status == CaptureStatus.COMPLETE
         return FaultReport(
             found.fault, known.name, known.cause, known.check, culprit, found.since,

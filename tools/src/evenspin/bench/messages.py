@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
@@ -57,6 +58,9 @@ class Mode(IntEnum):
     POSITION = 2
 
 
+RESET_CAUSE_BIT = 9
+
+
 class Flag(IntFlag):
     ARMED = 1
     STARTED_UP = 2
@@ -67,6 +71,21 @@ class Flag(IntFlag):
     STREAMING = 64
     STORING = 128
     RESTORED = 256
+
+
+class ResetCause(IntEnum):
+    """Why the board last started: bits 9 to 11 of the flags."""
+
+    UNKNOWN = 0
+    POWER_UP = 1
+    PIN = 2
+    WATCHDOG = 3
+    OTHER = 4
+
+    @classmethod
+    def of(cls, flags: int) -> ResetCause:
+        number = int(flags) >> RESET_CAUSE_BIT & 7
+        return cls(number) if number <= cls.OTHER else cls.UNKNOWN
 
 
 class Trigger(IntEnum):
@@ -316,12 +335,22 @@ def _about_parameter(code: int, field: Field, low: float, high: float) -> str:
     )
 
 
+def fault_detail(parameters: Sequence[str], fault: str, detail: int) -> str:
+    """What the detail of a fault says, or ""."""
+    if fault == "configuration" and detail < len(parameters):
+        return parameters[detail]
+    if fault == "align_pole_pairs" and detail > 0:
+        return f"the motion shows pole_pairs = {detail}"
+    return ""
+
+
 def fault_text(schema: Schema, number: int, detail: int) -> str:
     """Name, cause and first thing to check, in one line."""
     fault = schema.fault(number)
     if number == 0 or fault.name == NO_FAULT:
         return "no fault"
     names = list(schema.parameters)
-    culprit = f" ({names[detail]})" if fault.name == "configuration" and detail < len(names) else ""
+    culprit = fault_detail(names, fault.name, detail)
+    culprit = f" ({culprit})" if culprit else ""
     advice = f" {fault.cause} Check first: {fault.check}" if fault.cause else ""
     return f"{fault.name}{culprit}:{advice or ' no advice is known'}"

@@ -309,6 +309,7 @@ def _watched(experiment: Experiment, at_s: float) -> tuple[str, float] | None:
 
 def _prepare(drive: Drive, hand: Hand, experiment: Experiment) -> None:
     drive.need_no_fault()
+    drive.find_zero()  # with a free shaft, and before the first row
     hand.lock(experiment.rotor_locked)
     drive.sleep(0.1 if experiment.rotor_locked else 0.3)
     _send(drive, experiment, 0.0)

@@ -69,6 +69,8 @@ def info(port: PortOption = None, json_file: JsonFile = None) -> None:
 
 
 def _info(drive: Drive) -> dict[str, Any]:
+    from evenspin.bench.messages import Flag, ResetCause
+
     now, timing, fault = drive.state(), drive.timing(), drive.fault(samples=False)
     cyc_us = 1e6 / timing.cpu_hz if timing.cpu_hz else 0.0
     return {
@@ -84,6 +86,8 @@ def _info(drive: Drive) -> dict[str, Any]:
         "state": now.state.name.lower(),
         "mode": now.mode.name.lower(),
         "uptime_s": now.counter / drive.info.pwm_hz,
+        "reset_cause": ResetCause.of(now.flags).name.lower(),
+        "zero_known": bool(now.flags & Flag.STARTED_UP),
         "last_fault": fault.text,
         "isr_us": round(timing.isr_last_cyc * cyc_us, 2),
         "isr_max_us": round(timing.isr_max_cyc * cyc_us, 2),

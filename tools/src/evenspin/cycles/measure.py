@@ -191,7 +191,7 @@ def make_rows(
         base = "pi deadbeat" if method.endswith(" deadbeat") else "pi"
         if method.startswith("position "):
             base = "position ppi"
-        if method in ("pi", "pi deadbeat", "position ppi"):
+        if method in ("pi", "pi deadbeat", "position ppi", "align"):  # the last is no method, but a part of a start
             continue
         extra = [
             sum(isr[f"{which}_isr {method}"][i] - isr[f"{which}_isr {base}"][i] for which in ("current", "speed"))
