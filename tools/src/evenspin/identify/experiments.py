@@ -12,7 +12,7 @@ from evenspin.errors import InputError, NativeError
 from evenspin.identify.source import Run
 from evenspin.log.columns import LOG_COLUMNS
 from evenspin.model import InputCurve, Machine, Setup
-from evenspin.model.machine import find_model, load_machine
+from evenspin.model.machine import SIMULATED, find_model, load_machine
 from evenspin.native import tables
 from evenspin.sim import Record, simulate
 
@@ -45,7 +45,7 @@ def plan(model: str, kinds: Sequence[str], top_rad_s: float = 12.0, noise_nm: fl
         raise InputError("identify", "--top-speed", top_rad_s, "above 0 rad/s", "try 12")
     if not 0.0 <= noise_nm < 1e3:
         raise InputError("identify", "--noise", noise_nm, "at least 0 N m", "try 0.01")
-    machine = load_machine(find_model(model, Path(), _refuse(model)))
+    machine = load_machine(find_model(model, Path(), _refuse(model)), SIMULATED)
     base = _base(machine, noise_nm)
     made: list[Experiment] = []
     if "friction" in kinds:
