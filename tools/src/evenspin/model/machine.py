@@ -82,10 +82,10 @@ class Machine:
     def need(self, names: Sequence[str]) -> None:
         """Refuse a model that leaves any of these numbers open, naming all that are missing."""
         missing = [name for name in names if name not in self.plant_from]
+        given = f"{len(names) - len(missing)} of {len(names)} numbers"
         if missing:
             hint = 'give them in [plant], or base = "guo2024" at the top to take the rest from that one'
             must = f"complete: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
-            given = f"{len(self.plant_from)} numbers"
             line = self.document.line_of(["plant"])
             raise InputError(self.document.path, "plant", given, must, hint, line)
 
