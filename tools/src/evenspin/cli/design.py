@@ -124,6 +124,7 @@ def design_rdc(
     Example: `evenspin design rdc --rho 0.15 --sigma 0.02`
     """
     from evenspin.design.rdc_command import drive_text, prepare, tables_of
+    from evenspin.design.source import calculated_with
     from evenspin.tableview import print_table
 
     check_json_file(json_file)
@@ -144,5 +145,8 @@ def design_rdc(
     for view in tables_of(found):
         print_table(view, screen)
     screen.print(drive_text(found))
+    names = ("inertia_kgm2", "viscous_nms", "psi_wb", "position_kp_per_s", "position_kv_a_per_rad_s", "position_ti_s")
+    given = dict(zip(names, (inertia_kgm2, viscous_nms, torque_per_a_nm, kpp, kvp, ti), strict=True))
+    screen.print(calculated_with(model, names, given), soft_wrap=True)
     if json_file is not None:
         write_json(found.as_json(), json_file)

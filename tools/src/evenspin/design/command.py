@@ -14,12 +14,11 @@ from evenspin.design.sampled import sampled_loop
 from evenspin.design.source import loop_of, repetitive_of
 from evenspin.design.stability import Stability, Verdict, judge
 from evenspin.errors import InputError
-from evenspin.model.machine import Machine, find_model, load_machine
+from evenspin.model.machine import DEFAULT_ORIGIN, Machine, find_model, load_machine
 from evenspin.native import tables
 from evenspin.tableview import TableView, number
 
 MAX_DELAY_S = 0.1
-DEFAULT_GAIN = "default, of another motor"
 PLANT_NUMBERS = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 DRIVE_NUMBERS = (
     "current_kp_v_per_a", "current_ki_v_per_as", "speed_kp_a_per_unit", "speed_ki_a_per_unit_s", "speed_error_gain",
@@ -148,7 +147,7 @@ def numbers_of(
         origin = given.get(name, machine.plant_from.get(name, "not given: 0 or off"))
         found.append((name, plant[name], tables().model[name].unit, origin))
     for name in DRIVE_NUMBERS:
-        origin = given.get(name, machine.drive_from.get(name, DEFAULT_GAIN))
+        origin = given.get(name, machine.drive_from.get(name, DEFAULT_ORIGIN))
         found.append((name, drive[name], tables().params[name].unit, origin))
     return found
 
@@ -206,7 +205,7 @@ def _margins(found: Design, first: Design) -> TableView:
 
 def _numbers(work: Work) -> TableView:
     rows = [(name, f"{value:.6g}", unit, origin) for name, value, unit, origin in work.numbers]
-    marks = ["bad" if origin == DEFAULT_GAIN else "" for *_, origin in rows]
+    marks = ["bad" if origin == DEFAULT_ORIGIN else "" for *_, origin in rows]
     return TableView("Calculated with", "", ("number", "value", "unit", "from"), rows, marks, left=1)
 
 

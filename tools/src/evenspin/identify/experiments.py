@@ -81,12 +81,15 @@ def by_kind(runs: Sequence[Run]) -> dict[str, list[Run]]:
     return sorted_runs
 
 
+STARTED = {"auto_run": 1.0}  # whoever performs an experiment starts the drive
+
+
 def torque_per_a(experiment: Experiment) -> float:
     return 1.5 * experiment.setup.plant["pole_pairs"] * experiment.setup.plant["psi_wb"]
 
 
 def _base(machine: Machine, noise_nm: float) -> Setup:
-    drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
+    drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive) | STARTED
     noise_a = noise_nm / machine.torque_per_a_nm / PHASES_TO_Q
     return Setup(
         name=f"identify {machine.name}",

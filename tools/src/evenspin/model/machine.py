@@ -54,6 +54,7 @@ SIMULATED = (*MOTOR, "dc_link_v", "counts_per_rev")
 RATINGS = ("rated_current_a", "rated_torque_nm")
 UNKNOWN = (*RATINGS, "slots")  # 0: not known
 DRIVE_TABLE = "[drive] of the model"
+DEFAULT_ORIGIN = "default, of another motor"
 
 Numbers = Mapping[str, float]
 
@@ -78,6 +79,23 @@ class Machine:
     def torque_per_a_nm(self) -> float:
         """Torque constant 1.5 p psi, N m per A of q-axis current."""
         return 1.5 * self.plant["pole_pairs"] * self.plant["psi_wb"]
+
+    def calculated_with(self, names: Sequence[str], given: Mapping[str, str] | None = None) -> str:
+        """One line: numbers of [plant] and [drive] with where each comes from; `given`: the option that replaced it."""
+        parts = []
+        for name in names:
+            of_plant = name in self.plant
+            fields, told = (tables().model, self.plant_from) if of_plant else (tables().params, self.drive_from)
+            value = self.plant[name] if of_plant else self.drive.get(name, fields[name].default)
+            unit = f" {fields[name].unit}" if fields[name].unit else ""
+            number = f"{name} = {value:.6g}{unit}"
+            if given and name in given:
+                parts.append(f"{name}: {given[name]}")
+            elif name in told:
+                parts.append(f"{number} ({told[name]})")
+            else:
+                parts.append(f"{number} ({'0, not given' if of_plant else DEFAULT_ORIGIN})")
+        return f"Calculated with {'; '.join(parts)}."
 
     def need(self, names: Sequence[str]) -> None:
         """Refuse a model that leaves any of these numbers open, naming all that are missing."""
