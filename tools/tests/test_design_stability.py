@@ -8,11 +8,13 @@ from evenspin.design.sampled import Sampled, sampled_loop
 from evenspin.design.source import loop_of
 from evenspin.design.stability import Verdict, judge, with_repetitive
 from evenspin.model import builtin_models, load_machine
+from evenspin.model.setup import InputCurve, Setup, Tune
 from evenspin.native import tables
-from stability_campaign import Case, designed, oscillates, random_case
+from evenspin.sim import simulate
+from stability_campaign import SIGNALS, Case, designed, oscillates, random_case
 
 SPEED = 307.0 * np.pi / 30.0
-IDEAL = {"counts_per_rev": 0.0, "current_range_a": 1000.0}
+IDEAL = {"counts_per_rev": 0.0, "current_range_a": 1000.0, "current_noise_a": 0.0, "current_lsb_a": 0.0}
 WIDE = {"encoder_counts": 2.0**20, "iq_limit_a": 500.0, "over_current_a": 1000.0, "rc_limit_unit": 1e6}
 QUIET = {"offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0, "stall_samples": 0.0}
 
@@ -66,6 +68,45 @@ def test_close_to_the_boundary_nothing_is_promised(kp):
     plant, drive = drive_of("guo2024", speed_kp_a_per_unit=kp)
 
     assert judge(plant, drive, SPEED).verdict is not Verdict.STABLE
+
+
+def left(case, gain, value):
+    """rms of the speed about its mean, rad/s, three seconds after the gain was raised to this value from a third."""
+    inputs = {
+        "speed_ref_rad_s": InputCurve((0.0,), (case.speed_rad_s,)),
+        "load_torque_nm": InputCurve((0.0, 1.2), (0.0, case.step_nm)),
+    }
+    drive, tunes = {**case.drive, gain: value / 3.0}, (Tune(1.0, gain, value),)
+    record = simulate(Setup("raised", case.plant, drive, {}, inputs, tunes, 4.2, 1000.0, 1), SIGNALS)
+    return np.inf if record["fault"].any() else float(record.between(3.7, 4.2)["true_speed_rad_s"].std())
+
+
+KINDS = {
+    "M/T": ("guo2024", {"speed_source": 1.0}),
+    "tracking filter": ("guo2024", {"speed_source": 0.0}),
+    "FIR": ("guo2024", {"speed_source": 2.0}),
+    "in the current interrupt": ("guo2024", {"speed_source": 1.0, "speed_inline": 1.0}),
+    "every PWM period": ("guo2024", {"speed_source": 2.0, "speed_inline": 1.0, "speed_divider": 1.0}),
+    "deadbeat": ("tang2020-rig1", {"speed_source": 1.0, "speed_inline": 0.0, "speed_divider": 10.0}),
+    "slow current loop": ("servo", {"current_kp_v_per_a": 1.5, "current_ki_v_per_as": 560.0}),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_simulation_turns_unstable_at_the_gain_of_the_design(kind):
+    """Two percent below the boundary it settles, two percent above it does not: each delay counts several percent."""
+    name, changes = KINDS[kind]
+    plant, drive = drive_of(name, method=0.0, **changes)
+    gain = "speed_kp_a_per_unit"
+    low, high = 0.1 * drive[gain], 1e3 * drive[gain]
+    while high > 1.0001 * low:
+        middle = np.sqrt(low * high)
+        inside = sampled_loop({**plant, **IDEAL}, {**drive, **WIDE, gain: middle}, 20.0).radius < 1.0
+        low, high = (middle, high) if inside else (low, middle)
+
+    settled, unstable = (left(simulated(plant, drive), gain, part * low) for part in (0.98, 1.02))
+
+    assert settled < 0.02 * unstable
 
 
 def test_what_is_stable_at_one_speed_only_is_not_called_stable():
