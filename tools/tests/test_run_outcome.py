@@ -93,6 +93,16 @@ def test_an_unstable_loop_oscillates(name):
     assert "The drive oscillates: from 2.1 to 4 s" in outcome.text and "design rc" in outcome.text
 
 
+def test_a_drive_that_swings_on_the_spot_oscillates(tmp_path):
+    """Too few turns to tell an order from a frequency; the reference goes from limit to limit."""
+    slow = SCENARIO.replace("300.0", "1.0")
+    setup = load_scenario(own_scenario(tmp_path, f"{QUICK}auto_run = true\nspeed_kp_a_per_unit = 5.0", "", slow)).setup
+    record = simulate(setup)
+
+    assert own_current(record.between(0.5, 1.0)) is None
+    assert outcome_of(setup, record).word == "oscillates"
+
+
 STABLE = {
     "PI with the sensor errors of the paper": ("guo2024/stability", {"method": "pi"}),
     "close to the limit of the speed loop": ("guo2024/stability", {"method": "pi", "speed_kp_a_per_unit": 0.45}),
@@ -113,14 +123,13 @@ def test_ripple_is_no_oscillation(name):
 def test_torque_tied_to_the_angle_is_no_oscillation(tmp_path, order, amplitude):
     """A cogging of up to half of the rated torque; the current follows as far as the speed loop sees it."""
     cogging = f"[effects.cogging]\namplitude_nm = {amplitude}\norder = {order}\n"
-    setup = load_scenario(own_scenario(tmp_path, f"{QUICK}auto_run = true\n", cogging)).setup
+    longer = SCENARIO.replace("1.0", "2.0")
+    setup = load_scenario(own_scenario(tmp_path, f"{QUICK}auto_run = true\n", cogging, longer)).setup
     record = simulate(setup)
 
     assert outcome_of(setup, record).good
-    steady = record.between(0.5, 1.0)
-    # cogging of a low order is hundreds of mA; what is left without the orders is far from an oscillation
-    left = own_current(steady.between(0.5, 1.0))
-    assert left is None or left < 0.2 * OWN_PART * setup.drive["iq_limit_a"]
+    left = own_current(record.between(1.0, 2.0))  # five turns
+    assert left is not None and left < 0.2 * OWN_PART * setup.drive["iq_limit_a"]
 
 
 def test_a_turn_longer_than_the_memory_of_ro_is_told(scenario, scenario_text):
