@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak scope-fps lint target-report blind faults motion clean
+.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint target-report blind faults motion clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -51,6 +51,12 @@ SOAK_S := 600
 soak: setup ## 10 minutes of 8 signals at 1 kHz over a 625000 baud link of a virtual drive; SOAK_S=60 is shorter
 	@export XDG_RUNTIME_DIR=$$(mktemp -d); .venv/bin/evenspin drive --pty --baud 625000 & drive=$$!; \
 	trap 'kill $$drive; rm -rf "$$XDG_RUNTIME_DIR"' EXIT; sleep 3; .venv/bin/evenspin bench soak --speed 30 --seconds $(SOAK_S)
+
+STABILITY_CASES ?= 200
+STABILITY_SEED  ?= 1
+
+stability: setup ## random drives: does the simulated firmware do what `design rc` says? (200 cases: 5 min)
+	@$(PYTHON) tools/tests/stability_campaign.py $(STABILITY_CASES) $(STABILITY_SEED)
 
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py

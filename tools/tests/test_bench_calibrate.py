@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 from bench_model import MODEL
 from evenspin.bench import Drive, State
-from evenspin.bench.calibrate import PROCEDURES, Calibration, calibrate, calibration_toml, undo
+from evenspin.bench.calibrate import PROCEDURES, Calibration, calibrate, calibration_toml, inputs_of, undo
 from evenspin.bench.errors import DriveFaultError
 from evenspin.bench.hand import hand_for
+from evenspin.bench.origin import Origin, rests_on
+from evenspin.errors import InputError
 
 HIDDEN = "encoder_offset.angle_el_rad=0.2&coulomb_friction.torque_nm=0.05&current_offset.offset_a_a=0.01"
 COGGING = "cogging.amplitude_nm=0.1&cogging.order=18&cogging.phase_rad=0.7"
@@ -77,6 +79,56 @@ def test_inertia_and_friction_are_found(port: str) -> None:
     assert stored["observer_inertia_kgm2"] == pytest.approx(0.0008, rel=0.05)
     assert stored["observer_viscous_nms"] == pytest.approx(0.002, rel=0.05)
     assert stored["rdc_coulomb_nm"] == pytest.approx(0.05, rel=0.05)
+
+
+def test_a_virtual_drive_knows_the_motor_of_its_model(tmp_path: Path) -> None:
+    """8e-4 kg m^2 is what the model of the machine says; 2 % is what noise and encoder steps leave."""
+    with Drive.connect("sim:servo") as drive:
+        done = perform(drive, "mechanics")
+
+    assert done.good
+    assert done.found.parameters["observer_inertia_kgm2"] == pytest.approx(8e-4, rel=0.02)
+    assert [(n.name, n.origin) for n in done.inputs] == [("motor_psi_wb", Origin.MODEL)]
+
+
+def test_what_rests_on_a_default_is_neither_good_nor_stored() -> None:
+    with Drive.connect("sim:servo") as drive:
+        default = drive.parameters["motor_psi_wb"].default
+        drive.set({"motor_psi_wb": default})
+        before = drive.get()
+        done = perform(drive, "mechanics")
+
+        assert done.found.good and not done.good
+        assert drive.get() == before
+    said = "\n".join(done.lines)
+    assert "motor_psi_wb = 0.0064 Wb: default, not measured" in said
+    assert "`evenspin bench calibrate encoder` measures it" in said
+    assert ", good" not in said
+
+
+def test_a_person_can_answer_for_a_default() -> None:
+    with Drive.connect("sim:servo") as drive:
+        drive.set({"motor_psi_wb": drive.parameters["motor_psi_wb"].default})
+        hand = hand_for(drive.link.transport, lambda request: True)
+        told = [inputs_of(drive, hand, "mechanics", known)[0] for known in ((), ("motor_psi_wb",))]
+        with pytest.raises(InputError, match="did you mean motor_psi_wb"):
+            inputs_of(drive, hand, "mechanics", ("motor_psi",))
+
+    assert [(n.origin, n.sure) for n in told] == [(Origin.DEFAULT, False), (Origin.KNOWN, True)]
+
+
+@pytest.mark.parametrize("name", [name for name, each in PROCEDURES.items() if each.rests_on])
+def test_every_number_that_a_calibration_rests_on_is_asked_for(name: str) -> None:
+    """A drive without a model: what somebody has set is stored, what equals the firmware's list is a default."""
+    with Drive.connect("sim:servo") as drive:
+        names = PROCEDURES[name].rests_on
+        stored = {each.name: each.origin for each in rests_on(drive, names, {})}
+        drive.set({each: drive.parameters[each].default for each in (*names, "encoder_counts")})
+        drive.set({"pole_pairs": 4.0})
+        default = {each.name: each.origin for each in rests_on(drive, names, {})}
+
+    assert stored == dict.fromkeys(names, Origin.STORED)
+    assert default == dict.fromkeys(("pole_pairs", "encoder_counts", *names), Origin.DEFAULT)
 
 
 def test_cogging_is_found_as_the_line_that_it_is(port: str) -> None:

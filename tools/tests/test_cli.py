@@ -58,7 +58,7 @@ def test_a_fault_is_told_with_what_to_check(evenspin, scenario, tmp_path):
     said = evenspin("run", scenario, "--out", tmp_path / "out")
 
     fault = next(fault for fault in tables().faults if fault.name == "over_speed")
-    assert said.status == 0
+    assert said.status == 1
     assert "over_speed" in said.out and fault.check[:20] in said.out
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["fault"]["name"] == "over_speed"
 
@@ -146,6 +146,10 @@ def test_the_design_is_printed_and_written(evenspin, tmp_path):
 
 
 def test_a_design_that_is_not_stable_says_so(evenspin):
+    refused = evenspin("design", "rc", "--kp", 1, "--k-rc", 0.1, "--json")
+
+    assert refused.status == 1 and json.loads(refused.out)["stable"] is False
+    assert json.loads(refused.out)["stability"]["reason"].startswith("the speed loop itself")
     assert "NOT stable" in evenspin("design", "rc", "--k-rc", 1.7).out
     assert "NOT stable" in evenspin("design", "rc", "--k-rc", 1.2, "--fal").out
 

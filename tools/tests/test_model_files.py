@@ -5,8 +5,12 @@ import re
 import tomllib
 
 import pytest
+from evenspin.bench.experiments import plan as bench_plan
+from evenspin.drive import VirtualDrive
 from evenspin.errors import InputError
+from evenspin.gap.plan import plan as gap_plan
 from evenspin.model import builtin_models, builtin_scenario, load_machine, load_scenario
+from evenspin.model.machine import SIMULATED
 from evenspin.model.scenario import builtin_scenarios
 from evenspin.model.toml_lines import key_lines
 from evenspin.native import tables
@@ -82,13 +86,129 @@ def test_a_scenario_goes_on_top_of_its_model(load, scenario_text):
 
 
 def test_a_model_beside_the_scenario_is_found(tmp_path, scenario_text):
-    (tmp_path / "mine.toml").write_text('name = "mine"\n[plant]\npole_pairs = 3\ncounts_per_rev = 8192\n')
+    (tmp_path / "mine.toml").write_text(
+        'name = "mine"\nbase = "guo2024"\n[plant]\npole_pairs = 3\ncounts_per_rev = 8192\n'
+    )
     (tmp_path / "s.toml").write_text(scenario_text.replace('"guo2024"', '"mine.toml"'))
 
     setup = load_scenario(tmp_path / "s.toml").setup
 
     assert setup.plant["pole_pairs"] == 3
     assert (setup.drive["pole_pairs"], setup.drive["encoder_counts"]) == (3, 8192)  # the drive knows its motor
+
+
+# A servo motor of nobody's, and what the drive has to be told about it: the same number under the drive's name.
+OWN_PLANT = {
+    "pole_pairs": 7,
+    "resistance_ohm": 0.1,
+    "ld_h": 4e-5,
+    "lq_h": 5e-5,
+    "psi_wb": 5e-3,
+    "inertia_kgm2": 2e-3,
+    "viscous_nms": 3e-5,
+    "dc_link_v": 36.0,
+    "counts_per_rev": 8192,
+}
+TOLD = {
+    "pole_pairs": 7,
+    "encoder_counts": 8192,
+    "motor_resistance_ohm": 0.1,
+    "motor_ld_h": 4e-5,
+    "motor_lq_h": 5e-5,
+    "motor_psi_wb": 5e-3,
+    "observer_inertia_kgm2": 2e-3,
+    "observer_viscous_nms": 3e-5,
+    "rdc_inertia_kgm2": 2e-3,
+    "rdc_viscous_nms": 3e-5,
+}
+
+
+def model_file(folder, plant, head="", tail=""):
+    path = folder / "own.toml"
+    lines = [f"{name} = {value!r}" for name, value in plant.items()]
+    path.write_text("\n".join(['name = "own"', head, "[plant]", *lines, tail, ""]))
+    return path
+
+
+def test_the_drive_is_told_the_motor_of_its_model(tmp_path):
+    machine = load_machine(model_file(tmp_path, OWN_PLANT), SIMULATED)
+
+    assert machine.drive == TOLD
+    assert machine.drive_from["motor_psi_wb"] == "[plant] psi_wb of the model"
+
+
+def test_what_the_drive_assumes_may_differ_from_the_motor(tmp_path):
+    machine = load_machine(model_file(tmp_path, OWN_PLANT, tail="[drive]\nmotor_psi_wb = 4e-3"))
+
+    assert machine.drive == TOLD | {"motor_psi_wb": 4e-3}
+    assert machine.drive_from["motor_psi_wb"] == "[drive] of the model"
+
+
+def test_a_model_with_missing_numbers_lists_all_of_them(tmp_path):
+    with pytest.raises(InputError) as caught:
+        load_machine(model_file(tmp_path, {"pole_pairs": 7}), SIMULATED)
+
+    said = str(caught.value)
+    for name in OWN_PLANT:
+        assert (f" {name}," in said or f" {name} " in said) is (name != "pole_pairs")
+    assert 'base = "guo2024"' in said and "\n" not in said
+
+
+@pytest.mark.parametrize("left_out", sorted(OWN_PLANT))
+def test_no_number_of_the_motor_is_taken_from_another_one(tmp_path, left_out):
+    plant = {name: value for name, value in OWN_PLANT.items() if name != left_out}
+
+    with pytest.raises(InputError, match=f"complete: {left_out} is missing"):
+        load_machine(model_file(tmp_path, plant), SIMULATED)
+
+
+def test_a_model_says_openly_what_it_stands_on(tmp_path):
+    machine = load_machine(model_file(tmp_path, {"pole_pairs": 7}, 'base = "servo"'), SIMULATED)
+
+    assert (machine.base, machine.plant["pole_pairs"], machine.plant["psi_wb"]) == ("servo", 7.0, 0.1)
+    assert machine.drive_from["motor_psi_wb"] == "[plant] psi_wb of the base servo"
+    assert "current_kp_v_per_a" not in machine.drive  # the base gives its plant, and nothing else
+    with pytest.raises(InputError, match="did you mean servo"):
+        load_machine(model_file(tmp_path, OWN_PLANT, 'base = "servos"'))
+
+
+def test_ratings_that_are_not_given_are_not_known(tmp_path):
+    machine = load_machine(model_file(tmp_path, OWN_PLANT))
+
+    assert [machine.plant[name] for name in ("rated_current_a", "rated_torque_nm", "slots")] == [0.0, 0.0, 0.0]
+    with pytest.raises(InputError, match="rated_current_a, rated_torque_nm are missing"):
+        gap_plan(machine)
+    with pytest.raises(InputError, match="rated_current_a, rated_torque_nm are missing"):
+        bench_plan(machine)
+
+
+@pytest.mark.parametrize(("supply_v", "fits"), [(560.0, "over_voltage_v = 700.0"), (8.0, "under_voltage_v = 5.0")])
+def test_a_drive_that_trips_on_its_own_supply_is_refused(tmp_path, scenario_text, supply_v, fits):
+    plant = OWN_PLANT | {"dc_link_v": supply_v}
+    scenario = tmp_path / "s.toml"
+    scenario.write_text(scenario_text.replace('"guo2024"', '"own.toml"'))
+    machine = load_machine(model_file(tmp_path, plant))  # a design or a torque balance has no supply
+
+    refused = f"drive.{fits.split()[0]} = .*the drive trips at once"
+    with pytest.raises(InputError, match=refused):
+        load_scenario(scenario)
+    with pytest.raises(InputError, match=refused):
+        VirtualDrive(machine)
+
+    scenario.write_text(scenario.read_text().replace("[drive]", f"[drive]\n{fits}"))
+    assert load_scenario(scenario).setup.plant["dc_link_v"] == supply_v
+    model_file(tmp_path, plant, tail=f"[drive]\n{fits}")
+    assert VirtualDrive(load_machine(tmp_path / "own.toml")).time_s == 0.0
+
+
+def test_words_may_change_a_scenario_as_in_its_file(load, scenario_text):
+    found = load(scenario_text)
+
+    assert found.with_changes({"method": "fal-forc"}) == found.with_changes({"method": 3.0})
+    with pytest.raises(InputError, match='method = .forced.: must be "pi"'):
+        found.with_changes({"method": "forced"})
+    with pytest.raises(InputError, match="did you mean rc_gain"):
+        found.with_changes({"rc_gains": 0.3})
 
 
 def test_a_ramp_is_a_straight_line_and_a_step_beside_it_stays_a_step(load, scenario_text):

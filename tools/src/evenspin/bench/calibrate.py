@@ -7,7 +7,7 @@ and limit. What it changed is kept with what was there before, so that it can be
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +21,7 @@ from evenspin.bench.config import read_config, shortest
 from evenspin.bench.errors import DriveFaultError
 from evenspin.bench.hand import Hand
 from evenspin.bench.messages import Mode, State, Trigger
+from evenspin.bench.origin import Number, check_known, rests_on
 from evenspin.errors import InputError, did_you_mean
 from evenspin.identify.estimate import linear
 from evenspin.identify.friction import friction_points
@@ -68,9 +69,13 @@ class Verdict:
     def good(self) -> bool:
         return self.low <= self.value <= self.high
 
+    @property
+    def given(self) -> str:
+        return f"{self.what}: {self.value:.4g} {self.unit}".rstrip()
+
     def __str__(self) -> str:
         word = "good" if self.good else "NOT GOOD"
-        return f"{self.what}: {self.value:.4g} {self.unit}, {word} (limits {self.low:.4g} .. {self.high:.4g})"
+        return f"{self.given}, {word} (limits {self.low:.4g} .. {self.high:.4g})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +99,7 @@ class Procedure:
     goal: str
     moves: str
     work: Callable[[Drive, Hand, Progress], Found]
+    rests_on: tuple[str, ...] = ()  # motor data of the drive that the result is calculated with
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +109,22 @@ class Calibration:
     name: str
     found: Found
     before: Mapping[str, float]
+    inputs: Sequence[Number] = ()
+
+    @property
+    def good(self) -> bool:
+        """Nothing that rests on a number which nobody has measured is."""
+        return self.found.good and all(number.sure for number in self.inputs)
+
+    @property
+    def lines(self) -> list[str]:
+        """What a person is told: where the numbers come from, then each verdict."""
+        unsure = [number for number in self.inputs if not number.sure]
+        told = [f"calculated with {number}" for number in self.inputs]
+        for verdict in self.found.verdicts:
+            assumed = ", ".join(number.name for number in unsure)
+            told.append(f"{verdict.given}; NOT GOOD: assumes the default of {assumed}" if unsure else str(verdict))
+        return [*told, *(f"{number.name}: {number.first}" for number in unsure)]
 
 
 def procedure(name: str) -> Procedure:
@@ -111,10 +133,20 @@ def procedure(name: str) -> Procedure:
     return PROCEDURES[name]
 
 
-def calibrate(drive: Drive, hand: Hand, name: str, progress: Progress) -> Calibration:
-    """Do it; what was found is stored in the drive when it is good, and the motor is stopped."""
+def inputs_of(drive: Drive, hand: Hand, name: str, known: Collection[str] = ()) -> tuple[Number, ...]:
+    """Motor data that the result of this procedure will rest on, and where they come from."""
+    check_known(known)
+    return rests_on(drive, procedure(name).rests_on, hand.told(), known)
+
+
+def calibrate(drive: Drive, hand: Hand, name: str, progress: Progress, known: Collection[str] = ()) -> Calibration:
+    """Do it; what was found is stored in the drive when it is good, and the motor is stopped.
+
+    `known`: parameters whose default is right for this motor.
+    """
     wanted = procedure(name)
     drive.need_no_fault()
+    inputs = inputs_of(drive, hand, name, known)
     all_before = drive.get()
     try:
         found = wanted.work(drive, hand, progress)
@@ -123,8 +155,9 @@ def calibrate(drive: Drive, hand: Hand, name: str, progress: Progress) -> Calibr
             _halt(drive)
             hand.lock(False)
     before = {key: all_before[key] for key in found.parameters}
-    drive.set(found.parameters if found.good else before)
-    return Calibration(name, found, before)
+    done = Calibration(name, found, before, inputs)
+    drive.set(found.parameters if done.good else before)
+    return done
 
 
 def keep(drive: Drive, done: Calibration) -> None:
@@ -389,6 +422,7 @@ PROCEDURES = {
         Procedure(
             "encoder", "Whether the encoder counts the right way, where the magnets are, and their flux. After rl.",
             "The rotor turns: a push, then some seconds in both directions. The shaft must be free.", _encoder,
+            ("motor_resistance_ohm", "motor_ld_h", "motor_lq_h"),
         ),
         Procedure(
             "rl", "Resistance and inductances, for current control.",
@@ -397,14 +431,17 @@ PROCEDURES = {
         Procedure(
             "mechanics", "Inertia and friction, for observers and position control. After encoder.",
             "The rotor turns in both directions and accelerates. The shaft must be free.", _mechanics,
+            ("motor_psi_wb",),
         ),
         Procedure(
             "cogging", "Torque tied to the angle of the rotor. After mechanics.",
             "The rotor turns slowly for some turns. The shaft must be free.", _cogging,
+            ("motor_psi_wb", "observer_inertia_kgm2"),
         ),
         Procedure(
             LEARNING, "Torque ripple over the angle, learned by the angle observer (method = aro). After mechanics.",
             "The rotor turns for some ten turns. The shaft must be free.", _learning,
+            ("motor_psi_wb", "observer_inertia_kgm2", "observer_viscous_nms"),
         ),
     )
 }  # fmt: skip
@@ -513,8 +550,8 @@ def calibration_toml(done: Calibration, drive: Drive) -> str:
     schema["hash"] = f"{drive.info.schema:08x}"
     document["schema"] = schema
     document["calibration"] = done.name
-    document["good"] = done.found.good
-    document["verdict"] = [str(verdict) for verdict in done.found.verdicts]
+    document["good"] = done.good
+    document["verdict"] = done.lines
     for title, values in (("found", done.found.parameters), ("drive", done.before)):
         table = tomlkit.table()
         for name, value in values.items():

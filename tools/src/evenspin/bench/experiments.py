@@ -29,7 +29,7 @@ import tomlkit
 from evenspin.errors import InputError
 from evenspin.model import InputCurve, Machine
 from evenspin.model.document import read_document
-from evenspin.model.machine import find_model, load_machine
+from evenspin.model.machine import RATINGS, SIMULATED, find_model, load_machine
 from evenspin.model.schema import Strict, check, real
 from evenspin.native import tables
 
@@ -89,6 +89,7 @@ class ExperimentList:
 
 def plan(machine: Machine, top_rad_s: float | None = None) -> tuple[Experiment, ...]:
     """The eight experiments of the gap workflow for this motor."""
+    machine.need((*SIMULATED, *RATINGS))
     plant = machine.plant
     drive = {name: f.default for name, f in tables().params.items()} | dict(machine.drive)
     base_rad_s = plant["dc_link_v"] / math.sqrt(3.0) / max(plant["pole_pairs"] * plant["psi_wb"], 1e-9)

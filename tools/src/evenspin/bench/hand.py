@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from evenspin.bench.errors import LeftOutError
@@ -27,6 +27,10 @@ class Hand(Protocol):
         """What the load machine did since this period, and what it did then."""
         ...
 
+    def told(self) -> Mapping[str, float]:
+        """Parameters that the model of a virtual drive gave it; a real drive has no model."""
+        ...
+
 
 class LocalHand:
     """The hand of a virtual drive in this process."""
@@ -46,6 +50,9 @@ class LocalHand:
         steps = [(step.period, step.torque_nm) for step in self._drive.load_steps]
         return _since(steps, since)
 
+    def told(self) -> Mapping[str, float]:
+        return self._drive.told
+
 
 class RemoteHand:
     """The hand of a virtual drive in another process."""
@@ -64,6 +71,10 @@ class RemoteHand:
     def loads(self, since: int) -> LoadSteps:
         answer = self._control.ask({"do": "loads", "since": since})
         return [(int(period), float(torque_nm)) for period, torque_nm in answer["loads"]]
+
+    def told(self) -> Mapping[str, float]:
+        answer = self._control.ask({"do": "told"})
+        return {str(name): float(value) for name, value in answer["parameters"].items()}
 
 
 class PersonHand:
@@ -90,6 +101,9 @@ class PersonHand:
 
     def loads(self, since: int) -> LoadSteps:
         return []
+
+    def told(self) -> Mapping[str, float]:
+        return {}
 
 
 def hand_for(transport: Transport, ask: Callable[[str], bool]) -> Hand:

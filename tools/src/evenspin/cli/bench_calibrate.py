@@ -34,6 +34,10 @@ def calibrate(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what it is for and what moves.")] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Do not ask before the motor moves.")] = False,
     force: Force = False,
+    known: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PARAM", help="The default of this parameter is right for this motor; several times."),
+    ] = None,
     json_file: JsonFile = None,
 ) -> None:
     """Measure something of the motor, judge it, and store it in the drive. Exit status 1 when the verdict is not good.
@@ -66,30 +70,37 @@ def calibrate(
     file = OutputFile(path, origin(), recording=True, force=force)  # the way back to the values from before
     with connected(port) as drive:
         hand = hand_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
+        given = tuple(known or ())
+        for number in work.inputs_of(drive, hand, name, given):
+            if not number.sure:
+                screen.print(f"{number}. The result will not be stored; {number.first}")
         if not hand.has_load_machine and not yes and not typer.confirm("Go on?", err=True):
             raise typer.Exit(1)
         with progress_bar(name, 1.0) as bar:
-            done = work.calibrate(drive, hand, name, bar.update)
+            done = work.calibrate(drive, hand, name, bar.update, given)
         try:
             file.write(work.calibration_toml(done, drive))
         except EvenspinError as error:  # without the way back, no way forth
-            if done.found.good:
+            if done.good:
                 drive.set(done.before)
             raise EvenspinError(f"{error}; the drive has the values from before the calibration") from None
-        if keep and done.found.good:
+        if keep and done.good:
             work.keep(drive, done)
-    for verdict in done.found.verdicts:
-        screen.print(str(verdict))
+    for line in done.lines:
+        screen.print(line)
     if done.found.note:
         screen.print(done.found.note)
     if done.found.parameters:
-        stored = "stored in the drive" if done.found.good else "not stored"
+        stored = "measured now, stored in the drive" if done.good else "not stored"
         screen.print(f"{', '.join(done.found.parameters)}: {stored}")
     screen.print(f"{path}", style="bold")
     if json_file is not None:
         content = {
             "name": name,
-            "good": done.found.good,
+            "good": done.good,
+            "inputs": [
+                {"name": n.name, "value": n.value, "unit": n.unit, "origin": str(n.origin)} for n in done.inputs
+            ],
             "verdicts": [
                 {"what": v.what, "value": v.value, "unit": v.unit, "low": v.low, "high": v.high, "good": v.good}
                 for v in done.found.verdicts
@@ -99,7 +110,7 @@ def calibrate(
             "note": done.found.note,
         }
         write_json(content, json_file)
-    if not done.found.good:
+    if not done.good:
         raise typer.Exit(1)
 
 

@@ -57,14 +57,14 @@ def design_rc(
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Bode plots: FILE.svg or FILE.png.")] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Stability margins and gain bounds of a repetitive controller in the speed loop of a drive.
+    """Stability of a speed loop, and of a repetitive controller in it. Exit status 1 when it is not stable.
 
-    M is the closed speed loop without it. It is stable where |Q (1 - k_rc z^m M)| < 1 at every frequency.
+    M is the closed speed loop without it; |Q (1 - k_rc z^m M)| < 1 at every frequency is stable at every speed. The
+    verdict is that of the loop as the drive runs it, and must hold for gains 5 % off.
 
     Example: `evenspin design rc --k-rc 0.525 --gain-at 20.83 --gain-at 20.47`
     """
     from evenspin.design.command import Choices, prepare, tables_of
-    from evenspin.design.rc import as_json
     from evenspin.report.plotfile import check_plot_file
     from evenspin.tableview import print_table
 
@@ -98,10 +98,12 @@ def design_rc(
         from evenspin.design.plots import write_bode
 
         with drawn as place:
-            write_bode(place, work.found)
+            write_bode(place, work.found or work.first_order)
         screen.print(str(plot), style="bold")
     if json_file is not None:
-        write_json(as_json(work.found) | {"gains_db": work.gains_db, "period_samples": work.period_samples}, json_file)
+        write_json(work.as_json(), json_file)
+    if not work.stable:
+        raise typer.Exit(1)
 
 
 @app.command("rdc")
@@ -127,6 +129,7 @@ def design_rdc(
     Example: `evenspin design rdc --rho 0.15 --sigma 0.02`
     """
     from evenspin.design.rdc_command import drive_text, prepare, tables_of
+    from evenspin.design.source import calculated_with
     from evenspin.tableview import print_table
 
     check_json_file(json_file)
@@ -147,5 +150,8 @@ def design_rdc(
     for view in tables_of(found):
         print_table(view, screen)
     screen.print(drive_text(found))
+    names = ("inertia_kgm2", "viscous_nms", "psi_wb", "position_kp_per_s", "position_kv_a_per_rad_s", "position_ti_s")
+    given = dict(zip(names, (inertia_kgm2, viscous_nms, torque_per_a_nm, kpp, kvp, ti), strict=True))
+    screen.print(calculated_with(model, names, given), soft_wrap=True)
     if json_file is not None:
         write_json(found.as_json(), json_file)

@@ -41,6 +41,7 @@ def design_aro(
     """
     from evenspin.design.aro import as_json
     from evenspin.design.aro_command import Choices, prepare, tables_of
+    from evenspin.design.source import calculated_with
     from evenspin.errors import CheckFailedError
     from evenspin.report.plotfile import check_plot_file
     from evenspin.tableview import number, print_table
@@ -54,6 +55,9 @@ def design_aro(
     screen = console(json_file)
     for view in tables_of(found, order):
         print_table(view, screen)
+    names = ("inertia_kgm2", "viscous_nms", "pole_pairs", "psi_wb", "observer_actuation_samples")
+    given = {"inertia_kgm2": inertia_kgm2, "viscous_nms": viscous_nms}
+    screen.print(calculated_with(model, names, given), soft_wrap=True)
     if drawn is not None:
         from evenspin.design.aro_plots import write_design
 

@@ -176,6 +176,7 @@ def _identify(
     from evenspin.errors import InputError
     from evenspin.identify.command import Choices, from_logs, from_simulation, write
     from evenspin.identify.result import drive_text, tables_of
+    from evenspin.identify.source import torque_from
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
@@ -198,6 +199,7 @@ def _identify(
     for view in tables_of(work.found):
         print_table(view, screen)
     screen.print(drive_text(work.found))
+    screen.print(torque_from(work.base, choices.torque_per_a_nm), soft_wrap=True)
     if output is not None:
         with output as folder:
             write(folder, work, made.command)

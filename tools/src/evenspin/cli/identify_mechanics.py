@@ -64,6 +64,7 @@ def identify_mechanics(
     from evenspin.errors import InputError
     from evenspin.identify.mechanics_command import draw, from_logs, from_simulation, machine_of, tables_of, write
     from evenspin.identify.prbs import plan
+    from evenspin.identify.source import torque_from
     from evenspin.output import OutputFolder
     from evenspin.report.plotfile import check_plot_file, save_figure
     from evenspin.report.style import drawing
@@ -98,6 +99,7 @@ def identify_mechanics(
         work = from_simulation(names[0], settings, window_s, seed, numeric.value)
     for view in tables_of(work):
         print_table(view, screen)
+    screen.print(torque_from(work.base, torque_per_a_nm), soft_wrap=True)
     if drawn is not None:
         with drawing(), drawn as place:
             save_figure(place, draw(work)[0])

@@ -39,6 +39,8 @@ def run(
 ) -> None:
     """Run a scenario through the firmware: log, truth, summary, pictures.
 
+    Exit status 1 when the drive never ran, tripped, or oscillates.
+
     The log is in the measured-log format: time in s, speed in rad/s, currents in A, voltages in V, torque in N m.
 
     Example: `evenspin run guo2024/first --method fal-forc --out out/first`
@@ -47,7 +49,7 @@ def run(
     from evenspin.memory import write_table
     from evenspin.native import tables
     from evenspin.output import OutputFile, OutputFolder
-    from evenspin.run import run_signals, segment_table, summary_of, write_run
+    from evenspin.run import assumed, run_signals, segment_table, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
     from evenspin.sim import complete, prepare
     from evenspin.sim.progress import progress_bar
@@ -79,10 +81,14 @@ def run(
             write_table(place, learned)
     screen = console(STDOUT if as_json else None)
     print_table(segment_table(summary), screen)
-    if summary["fault"]:
-        fault = summary["fault"]
-        screen.print(f"The drive tripped at {fault['t_s']:g} s: {fault['name']}. {fault['cause']}")
-        screen.print(f"Check first: {fault['check']}")
+    outcome = summary["outcome"]
+    if outcome["text"]:
+        screen.print(outcome["text"], style="bold red", soft_wrap=True)
+    for line in (summary["notice"], assumed(summary)):
+        if line:
+            screen.print(line, soft_wrap=True)
+    if summary["base"]:
+        screen.print(f"Motor: what [plant] does not state is that of {summary['base']}")
     if summary["observer_news"] is not None:
         screen.print(f"Still new to the observer: {100.0 * summary['observer_news']:.1f} % of what it sees")
     if save_memory is not None:
@@ -90,6 +96,8 @@ def run(
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(summary, STDOUT)
+    if outcome["result"] != "ran":
+        raise typer.Exit(1)
 
 
 def _load(name: str) -> Scenario:

@@ -10,7 +10,7 @@ Source   Guo et al. 2024, figure 5, equations 11 and 25.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,9 @@ class SpeedLoop:
         for name in NOT_NEGATIVE:
             if not 0.0 <= getattr(self, name) < float("inf"):
                 raise InputError("design rc", name, getattr(self, name), "finite and from 0", "correct the model")
+
+    def as_json(self) -> dict[str, float]:
+        return asdict(self)
 
     def plant(self, f_hz: Array) -> Complex:
         """G: current reference, held for T_s, to the sampled speed in units."""

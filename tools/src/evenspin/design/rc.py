@@ -13,13 +13,12 @@ Source   Guo et al. 2024, equations 9, 18, 26, 31 and 32.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.blocks import lagrange, lambda_
-from evenspin.design.loop import SpeedLoop
 from evenspin.errors import InputError
 
 Array = NDArray[np.float64]
@@ -29,6 +28,19 @@ PHASE_BAND_HZ = 40.0  # (2) is looked at up to here: the ripple of the paper's s
 POINTS = 4000
 LEADS = range(0, 11)
 NEAR = 1.005  # leads whose contraction is within half a percent of the best are as good
+
+
+class Loop(Protocol):
+    """A speed loop: as the paper has it (design/loop.py), or as the drive runs it (design/sampled.py)."""
+
+    @property
+    def ts_s(self) -> float: ...
+
+    def closed(self, f_hz: Array) -> Complex:
+        """M: speed reference to speed."""
+        ...
+
+    def as_json(self) -> dict[str, float]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +81,7 @@ class Margins:
 class Design:
     """Everything `evenspin design rc` tells."""
 
-    loop: SpeedLoop
+    loop: Loop
     rc: Repetitive
     max_m: float
     max_m_hz: float
@@ -88,7 +100,7 @@ def frequencies(ts_s: float) -> Array:
     return np.linspace(0.0, 0.5 / ts_s, POINTS + 1)[1:]
 
 
-def design(loop: SpeedLoop, rc: Repetitive) -> Design:
+def design(loop: Loop, rc: Repetitive) -> Design:
     """Margins of this controller in this loop, and of other leads."""
     f_hz = frequencies(loop.ts_s)
     closed = loop.closed(f_hz)
@@ -107,7 +119,7 @@ def design(loop: SpeedLoop, rc: Repetitive) -> Design:
     )
 
 
-def margins(loop: SpeedLoop, rc: Repetitive, closed: Complex, f_hz: Array, lead: int) -> Margins:
+def margins(loop: Loop, rc: Repetitive, closed: Complex, f_hz: Array, lead: int) -> Margins:
     """(1) and (2) for one lead; `closed` is M at f_hz."""
     ahead = closed * np.exp(2j * np.pi * f_hz * loop.ts_s * lead)
     q = rc.q(f_hz, loop.ts_s)
@@ -164,7 +176,7 @@ def as_json(found: Design) -> dict[str, Any]:
     from dataclasses import asdict
 
     return {
-        "loop": asdict(found.loop),
+        "loop": found.loop.as_json(),
         "rc": asdict(found.rc),
         "max_m": found.max_m,
         "max_m_hz": found.max_m_hz,
@@ -178,7 +190,7 @@ def as_json(found: Design) -> dict[str, Any]:
     }
 
 
-def _recommend(by_lead: tuple[Margins, ...], loop: SpeedLoop, rc: Repetitive, closed: Complex, f_hz: Array) -> int:
+def _recommend(by_lead: tuple[Margins, ...], loop: Loop, rc: Repetitive, closed: Complex, f_hz: Array) -> int:
     """The lead with the smallest contraction; among near equals the one that is best on average in the band."""
     best = min(each.contraction for each in by_lead)
     near = [each.lead for each in by_lead if each.contraction <= NEAR * best]

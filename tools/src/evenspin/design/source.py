@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from evenspin.design.loop import SpeedLoop
 from evenspin.design.rc import Repetitive
+from evenspin.errors import InputError
+from evenspin.model.machine import find_model, load_machine
 from evenspin.native import tables
 
 Numbers = Mapping[str, float]
@@ -24,6 +27,17 @@ def loop_of(plant: Numbers, drive: Numbers, delay_s: float = 0.0) -> SpeedLoop:
         current_bandwidth_rad_s=drive["current_kp_v_per_a"] / plant["lq_h"],
         delay_s=delay_s,
     )
+
+
+def calculated_with(model: str, names: Sequence[str], given: Mapping[str, object | None]) -> str:
+    """One line about the numbers of a design; `given`: options by the name of the number, None when not given."""
+
+    def refuse(must: str, hint: str) -> InputError:
+        return InputError("--model", "model", model, must, hint)
+
+    machine = load_machine(find_model(model, Path(), refuse))
+    options = {name: f"{value:g}, given" for name, value in given.items() if value is not None}
+    return machine.calculated_with(names, options)
 
 
 def repetitive_of(drive: Numbers, fal: bool | None = None) -> Repetitive:

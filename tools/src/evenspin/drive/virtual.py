@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.model.machine import Machine
+from evenspin.model.machine import SIMULATED, Machine, check_supply
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 
@@ -47,6 +47,8 @@ class VirtualDrive:
         """`effects`: beside those of the model; `baud`: octets pass no faster than over such a serial line."""
         if baud is not None and not 1200.0 <= baud <= 1e8:
             raise InputError("drive", "--baud", baud, "a number in 1200 .. 1e8 baud", "625000 is what the board has")
+        machine.need(SIMULATED)
+        check_supply(machine, machine.drive)
         self.machine = machine
         self.seed = seed
         self.numeric = numeric
@@ -58,6 +60,11 @@ class VirtualDrive:
         self._octets_per_ms = None if self.octets_per_s is None else self.octets_per_s / 1000.0
         self._record: tuple[str, ...] = ()
         self._power_on()
+
+    @property
+    def told(self) -> Mapping[str, float]:
+        """Drive parameters that the model states or that follow from its [plant]."""
+        return {name: value for name, value in self.machine.drive.items() if name not in BENCH_DRIVE}
 
     def _power_on(self) -> None:
         sim = Simulation(self.numeric)

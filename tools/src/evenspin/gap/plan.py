@@ -13,6 +13,7 @@ from evenspin.errors import NativeError
 from evenspin.gap.knowledge import known, vocabulary
 from evenspin.log import LOG_COLUMNS, meta_of
 from evenspin.model import InputCurve, Machine, Setup
+from evenspin.model.machine import RATINGS, SIMULATED
 from evenspin.native import tables
 from evenspin.sim import Record, simulate
 
@@ -46,6 +47,7 @@ class Experiment:
 
 def plan(machine: Machine, seed: int = 1) -> list[Experiment]:
     """In the order in which they are to be recorded, at rest in between."""
+    machine.need((*SIMULATED, *RATINGS))
     base = _base(machine, seed)
     random = np.random.default_rng(seed)
     amps, half_nm = machine.plant["rated_current_a"], 0.5 * machine.plant["rated_torque_nm"]

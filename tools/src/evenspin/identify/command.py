@@ -14,7 +14,7 @@ from evenspin.identify.source import check_torque, read_runs, run_of
 from evenspin.log import meta_of, write_case
 from evenspin.log.case import META, read_meta, write_json
 from evenspin.log.meta import MOTOR_KEYS
-from evenspin.model.machine import Machine, find_model, load_machine
+from evenspin.model.machine import SIMULATED, Machine, find_model, load_machine
 from evenspin.native import load, tables
 from evenspin.report.page import Page, write_page
 from evenspin.reproduce.work import Progress, run_all
@@ -75,7 +75,7 @@ def from_simulation(model: str, choices: Choices, progress: Progress | None = No
     ]
     found = identify(by_kind(runs), snap=choices.snap, stribeck=choices.stribeck)
     path = find_model(model, Path(), lambda must, hint: InputError("identify", "MODEL", model, must, hint))
-    machine = load_machine(path)
+    machine = load_machine(path, SIMULATED)
     return Work(found, choices, machine.name, machine.plant, machine, experiments, records)
 
 

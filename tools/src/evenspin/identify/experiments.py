@@ -12,7 +12,7 @@ from evenspin.errors import InputError, NativeError
 from evenspin.identify.source import Run
 from evenspin.log.columns import LOG_COLUMNS
 from evenspin.model import InputCurve, Machine, Setup
-from evenspin.model.machine import find_model, load_machine
+from evenspin.model.machine import SIMULATED, find_model, load_machine
 from evenspin.native import tables
 from evenspin.sim import Record, simulate
 
@@ -45,7 +45,7 @@ def plan(model: str, kinds: Sequence[str], top_rad_s: float = 12.0, noise_nm: fl
         raise InputError("identify", "--top-speed", top_rad_s, "above 0 rad/s", "try 12")
     if not 0.0 <= noise_nm < 1e3:
         raise InputError("identify", "--noise", noise_nm, "at least 0 N m", "try 0.01")
-    machine = load_machine(find_model(model, Path(), _refuse(model)))
+    machine = load_machine(find_model(model, Path(), _refuse(model)), SIMULATED)
     base = _base(machine, noise_nm)
     made: list[Experiment] = []
     if "friction" in kinds:
@@ -81,12 +81,15 @@ def by_kind(runs: Sequence[Run]) -> dict[str, list[Run]]:
     return sorted_runs
 
 
+STARTED = {"auto_run": 1.0}  # whoever performs an experiment starts the drive
+
+
 def torque_per_a(experiment: Experiment) -> float:
     return 1.5 * experiment.setup.plant["pole_pairs"] * experiment.setup.plant["psi_wb"]
 
 
 def _base(machine: Machine, noise_nm: float) -> Setup:
-    drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
+    drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive) | STARTED
     noise_a = noise_nm / machine.torque_per_a_nm / PHASES_TO_Q
     return Setup(
         name=f"identify {machine.name}",

@@ -16,7 +16,7 @@ from evenspin.identify.source import Run, read_runs, run_of
 from evenspin.log import meta_of, write_case
 from evenspin.log.case import META, read_meta, write_json
 from evenspin.log.meta import MOTOR_KEYS
-from evenspin.model.machine import Machine, find_model, load_machine
+from evenspin.model.machine import SIMULATED, Machine, find_model, load_machine
 from evenspin.native import tables
 from evenspin.report.figures import Picture
 from evenspin.report.page import Page, write_page
@@ -55,7 +55,8 @@ class Work:
 
 def machine_of(model: str) -> tuple[Machine, dict[str, float]]:
     """A model, and all parameters of its drive."""
-    machine = load_machine(find_model(model, Path(), lambda must, hint: InputError(WHERE, "MODEL", model, must, hint)))
+    path = find_model(model, Path(), lambda must, hint: InputError(WHERE, "MODEL", model, must, hint))
+    machine = load_machine(path, SIMULATED)
     return machine, {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
 
 

@@ -11,7 +11,7 @@ from evenspin.identify.friction import Friction, friction_points, identify_frict
 from evenspin.identify.inertia import Inertia, identify_inertia
 from evenspin.identify.source import Run
 from evenspin.identify.spectrum import MAX_LINES, Spectrum, identify_lines
-from evenspin.model.machine import Machine
+from evenspin.model.machine import SIMULATED, Machine
 from evenspin.native import tables
 from evenspin.tableview import TableView, number
 
@@ -97,7 +97,7 @@ def drive_text(found: Identified, comment: str = "# drive parameters of robust d
 def model_text(found: Identified, name: str, plant: Mapping[str, float], base: Machine | None) -> str:
     """A model file: the machine as it was, with what was found in place of what was assumed."""
     estimates, fields = found.estimates, tables().model
-    values = {key: value for key, value in plant.items() if value != fields[key].default}
+    values = {key: value for key, value in plant.items() if key in SIMULATED or value != fields[key].default}
     for key in ("inertia_kgm2", "viscous_nms"):
         if key in estimates:
             values[key] = estimates[key].value

@@ -14,6 +14,7 @@ from evenspin.errors import MISSING, InputError
 from evenspin.log.case import META, read_case, read_meta
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv
+from evenspin.model.machine import Machine
 from evenspin.sim.record import Record
 
 Array = NDArray[np.float64]
@@ -54,6 +55,15 @@ def read_runs(paths: Sequence[Path], torque: str = "measured", torque_per_a_nm: 
         k_t = torque_per_a_nm if torque_per_a_nm is not None else _torque_per_a(path, meta)
         runs += [run_of(record, name, k_t, torque, path) for name, record in records.items()]
     return runs
+
+
+def torque_from(machine: Machine | None, torque_per_a_nm: float | None) -> str:
+    """Where the torque of an ampere comes from, on which every result in N m rests."""
+    if torque_per_a_nm is not None:
+        return f"Torque per ampere: {torque_per_a_nm:g} N m/A, as given."
+    if machine is not None:
+        return f"Torque per ampere: {machine.calculated_with(('pole_pairs', 'psi_wb'))}"
+    return "Torque per ampere: from pole_pairs and psi_wb of meta.json, nominal values that nobody measured here."
 
 
 def check_torque(torque: str) -> None:

@@ -10,13 +10,18 @@ method = "fal-forc"
 
 [effects.current_gain]  # keys of docs/effects.md
 gain_a = 1.1
+
+The numbers of MOTOR must be there, those of SIMULATED for a simulation. `base = "guo2024"` at the top takes what
+[plant] does not state from the [plant] of a built-in model, and nothing else. What is left has a neutral value: no
+noise, no load, slots and ratings not known. The drive is told the motor data of [plant] (DRIVE_FROM_PLANT) unless
+[drive] states them.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,25 +35,77 @@ from evenspin.native import tables
 DATA = Path(__file__).resolve().parents[1] / "data"
 
 # The drive knows its motor unless the file says otherwise.
-DRIVE_FROM_PLANT = {"pole_pairs": "pole_pairs", "encoder_counts": "counts_per_rev"}
+DRIVE_FROM_PLANT = {
+    "pole_pairs": "pole_pairs",
+    "encoder_counts": "counts_per_rev",
+    "motor_resistance_ohm": "resistance_ohm",
+    "motor_ld_h": "ld_h",
+    "motor_lq_h": "lq_h",
+    "motor_psi_wb": "psi_wb",
+    "observer_inertia_kgm2": "inertia_kgm2",
+    "observer_viscous_nms": "viscous_nms",
+    "rdc_inertia_kgm2": "inertia_kgm2",
+    "rdc_viscous_nms": "viscous_nms",
+}
+# Numbers that have no neutral value: another machine's would be silently wrong.
+TORQUE = ("pole_pairs", "psi_wb", "inertia_kgm2", "viscous_nms")
+MOTOR = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
+SIMULATED = (*MOTOR, "dc_link_v", "counts_per_rev")
+RATINGS = ("rated_current_a", "rated_torque_nm")
+UNKNOWN = (*RATINGS, "slots")  # 0: not known
+DRIVE_TABLE = "[drive] of the model"
+DEFAULT_ORIGIN = "default, of another motor"
 
 Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A model file. `plant` is complete; `drive` and `effects` have what differs from the defaults."""
+    """A model file. `plant` is complete; `drive` and `effects` have what differs from the defaults.
+
+    `plant_from` and `drive_from` say for each number that the file or its base states where it stands.
+    """
 
     document: Document
     name: str
     plant: Numbers
     drive: Numbers
     effects: Mapping[str, Numbers]
+    base: str = ""
+    plant_from: Mapping[str, str] = field(default_factory=dict)
+    drive_from: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def torque_per_a_nm(self) -> float:
         """Torque constant 1.5 p psi, N m per A of q-axis current."""
         return 1.5 * self.plant["pole_pairs"] * self.plant["psi_wb"]
+
+    def calculated_with(self, names: Sequence[str], given: Mapping[str, str] | None = None) -> str:
+        """One line: numbers of [plant] and [drive] with where each comes from; `given`: the option that replaced it."""
+        parts = []
+        for name in names:
+            of_plant = name in self.plant
+            fields, told = (tables().model, self.plant_from) if of_plant else (tables().params, self.drive_from)
+            value = self.plant[name] if of_plant else self.drive.get(name, fields[name].default)
+            unit = f" {fields[name].unit}" if fields[name].unit else ""
+            number = f"{name} = {value:.6g}{unit}"
+            if given and name in given:
+                parts.append(f"{name}: {given[name]}")
+            elif name in told:
+                parts.append(f"{number} ({told[name]})")
+            else:
+                parts.append(f"{number} ({'0, not given' if of_plant else DEFAULT_ORIGIN})")
+        return f"Calculated with {'; '.join(parts)}."
+
+    def need(self, names: Sequence[str]) -> None:
+        """Refuse a model that leaves any of these numbers open, naming all that are missing."""
+        missing = [name for name in names if name not in self.plant_from]
+        given = f"{len(names) - len(missing)} of {len(names)} numbers"
+        if missing:
+            hint = 'give them in [plant], or base = "guo2024" at the top to take the rest from that one'
+            must = f"complete: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+            line = self.document.line_of(["plant"])
+            raise InputError(self.document.path, "plant", given, must, hint, line)
 
 
 @functools.cache
@@ -72,6 +129,7 @@ def machine_schema() -> type[Strict]:
     fields: dict[str, Any] = {
         "name": (str, pydantic.Field(description="the name of the model, in quotes")),
         "description": (str, pydantic.Field("", description="text in quotes")),
+        "base": (str, pydantic.Field("", description="the name of a built-in model, in quotes")),
         "plant": (plant_schema() | None, pydantic.Field(None, description="a table [plant]")),
         "drive": (drive_schema() | None, pydantic.Field(None, description="a table [drive]")),
         "effects": (effects_schema() | None, pydantic.Field(None, description="tables [effects.NAME]")),
@@ -79,14 +137,53 @@ def machine_schema() -> type[Strict]:
     return pydantic.create_model("Machine", __base__=Strict, **fields)
 
 
-def load_machine(path: Path) -> Machine:
-    """Read and check a model file."""
+def load_machine(path: Path, needs: Sequence[str] = MOTOR) -> Machine:
+    """Read and check a model file; `needs`: numbers of [plant] that it or its base must state."""
     document = read_document(path)
     file: Any = check(machine_schema(), document)
-    plant = {name: field.default for name, field in tables().model.items()} | given_numbers(file.plant, tables().model)
-    drive = {name: plant[source] for name, source in DRIVE_FROM_PLANT.items() if plant[source] > 0}
-    drive |= given_numbers(file.drive, tables().params)
-    return Machine(document, file.name, plant, drive, effect_numbers(file.effects))
+    given = given_numbers(file.plant, tables().model)
+    base = _base_plant(document, file.base)
+    plant = {name: 0.0 if name in UNKNOWN else field.default for name, field in tables().model.items()} | base | given
+    plant_from = {name: f"[plant] {name} of the base {file.base}" for name in base}
+    plant_from |= {name: f"[plant] {name} of the model" for name in given}
+    drive, drive_from = {}, {}
+    for name, source in DRIVE_FROM_PLANT.items():
+        limits = tables().params[name]
+        if source in plant_from and plant[source] > 0 and limits.minimum <= plant[source] <= limits.maximum:
+            drive[name], drive_from[name] = plant[source], plant_from[source]
+    stated = given_numbers(file.drive, tables().params)
+    drive |= stated
+    drive_from |= dict.fromkeys(stated, DRIVE_TABLE)
+    machine = Machine(
+        document, file.name, plant, drive, effect_numbers(file.effects), file.base, plant_from, drive_from
+    )
+    machine.need(needs)
+    return machine
+
+
+def _base_plant(document: Document, base: str) -> dict[str, float]:
+    """[plant] of the model that this one stands on."""
+    known = builtin_models()
+    if not base:
+        return {}
+    if base not in known:
+        raise document.error(["base"], "a built-in model", did_you_mean(base, known))
+    other: Any = check(machine_schema(), read_document(known[base]))
+    return given_numbers(other.plant, tables().model)
+
+
+def check_supply(machine: Machine, drive: Numbers) -> None:
+    """Refuse a drive that must trip on its own supply at once; `drive`: what was given to it."""
+    for limit, beyond in (("over_voltage_v", float.__gt__), ("under_voltage_v", float.__lt__)):
+        value = float(drive.get(limit, tables().params[limit].default))
+        supply = float(machine.plant["dc_link_v"])
+        if beyond(supply, value):
+            way = "at least" if limit == "over_voltage_v" else "at most"
+            of = "the default" if limit not in drive else "given"
+            must = f"{way} dc_link_v ({supply:g} V), or the drive trips at once"
+            hint = f"give {limit} in [drive]"
+            line = machine.document.line_of(["drive", limit])
+            raise InputError(machine.document.path, f"drive.{limit}", f"{value:g} V ({of})", must, hint, line)
 
 
 def effect_numbers(group: Any) -> dict[str, dict[str, float]]:

@@ -41,7 +41,9 @@ from evenspin.errors import EvenspinError, InputError, NativeError, did_you_mean
 from evenspin.model.document import Document, read_document
 from evenspin.model.machine import (
     DATA,
+    SIMULATED,
     Machine,
+    check_supply,
     drive_schema,
     effect_numbers,
     effects_schema,
@@ -122,9 +124,12 @@ class Scenario:
     machine: Machine
     setup: Setup
 
-    def with_changes(self, drive: Mapping[str, float] | None = None, seed: int | None = None) -> Setup:
-        """The same run with other drive parameters or another seed."""
-        setup = replace(self.setup, drive={**self.setup.drive, **(drive or {})})
+    def with_changes(self, drive: Mapping[str, float | str] | None = None, seed: int | None = None) -> Setup:
+        """The same run with other drive parameters, words or numbers, or another seed."""
+        given = {name: _number_of(name, value) for name, value in (drive or {}).items()}
+        told = dict.fromkeys(given, "given for this run")
+        setup = self.setup
+        setup = replace(setup, drive={**setup.drive, **given}, drive_from={**setup.drive_from, **told})
         return setup if seed is None else replace(setup, seed=seed)
 
     def blame(self, error: NativeError) -> EvenspinError:
@@ -137,6 +142,16 @@ class Scenario:
                     must = limit.removeprefix("must be ") if "must be " in limit else f"another value ({limit})"
                     return document.error(keys, must, "correct the value")
         return error
+
+
+def _number_of(name: str, value: float | str) -> float:
+    """A parameter as the library takes it."""
+    if name not in tables().params:
+        raise InputError("drive", name, value, "a parameter of the drive", did_you_mean(name, tables().params))
+    field = tables().params[name]
+    if isinstance(value, str) and value not in field.choices:
+        raise InputError("drive", name, value, field.allowed(), "correct the value")
+    return field.to_number(value)
 
 
 # ---- what a file may hold ------------------------------------------------------------------------------------------
@@ -195,14 +210,16 @@ def load_scenario(path: Path) -> Scenario:
     document = read_document(path)
     file: Any = check(scenario_schema(), document)
     model = find_model(file.model, path.parent, lambda must, hint: document.error(["model"], must, hint))
-    machine = load_machine(model)
+    machine = load_machine(model, SIMULATED)
     events = _ordered_events(document, file)
     _check_rate(document, file, machine)
     drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
     effects = {name: dict(params) for name, params in machine.effects.items()}
     for name, params in effect_numbers(file.effects).items():
         effects[name] = effects.get(name, {}) | params
-    drive |= given_numbers(file.drive, tables().params)
+    stated = given_numbers(file.drive, tables().params)
+    drive |= stated
+    check_supply(machine, {**machine.drive, **stated})
     _check_target(document, events, drive)
     setup = Setup(
         name=file.name,
@@ -214,6 +231,8 @@ def load_scenario(path: Path) -> Scenario:
         duration_s=file.duration_s,
         log_rate_hz=file.log_rate_hz,
         seed=file.seed,
+        drive_from={**machine.drive_from, **dict.fromkeys(stated, "[drive] of the scenario")},
+        base=machine.base,
     )
     return Scenario(document, machine, setup)
 

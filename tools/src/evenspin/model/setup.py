@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +46,8 @@ class Setup:
     duration_s: float
     log_rate_hz: float
     seed: int
+    drive_from: Mapping[str, str] = field(default_factory=dict)  # where it is stated; else it is a default
+    base: str = ""  # model that [plant] was completed from
 
     @property
     def pwm_hz(self) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
+from evenspin.model.machine import SIMULATED, UNKNOWN
 from evenspin.native import Field, tables
 
 MADE = "<!-- Made by `evenspin docs` from the tables of the library. Do not edit. -->"
@@ -31,8 +33,15 @@ def _parameters() -> str:
 
 
 def _model() -> str:
-    text = "Every number of the simulated machine. In a model file they go into the table `[plant]`."
-    return _page("Plant model", text, _field_table(tables().model.values()))
+    text = (
+        "Every number of the simulated machine. In a model file they go into the table `[plant]`. The numbers of a "
+        "motor have no default: a model without them is an error that lists them, unless `base = \"guo2024\"` at the "
+        "top of the file (any built-in model) says whose `[plant]` gives the rest. The drive is told the motor data of "
+        "`[plant]` (`motor_*`, `observer_*`, `rdc_*` of inertia and viscous friction, `pole_pairs`, `encoder_counts`) "
+        "unless `[drive]` states them: what it assumes may differ from what the machine is."
+    )
+    words = dict.fromkeys(SIMULATED, "to be given") | dict.fromkeys(UNKNOWN, "not known")
+    return _page("Plant model", text, _field_table(tables().model.values(), words))
 
 
 def _effects() -> str:
@@ -62,10 +71,12 @@ def _page(title: str, text: str, body: str) -> str:
     return f"{MADE}\n\n# {title}\n\n{text}\n\n{body}\n"
 
 
-def _field_table(fields: Iterable[Field]) -> str:
-    rows = [
-        f"| `{f.name}` | {_escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {_escape(f.doc)} |" for f in fields
-    ]
+def _field_table(fields: Iterable[Field], words: Mapping[str, str] = MappingProxyType({})) -> str:
+    """`words`: in place of a default."""
+    rows = []
+    for f in fields:
+        default = words.get(f.name, f.to_text(f.default))
+        rows.append(f"| `{f.name}` | {_escape(f.unit)} | {default} | {_range(f)} | {_escape(f.doc)} |")
     return "\n".join(["| name | unit | default | range | |", "| --- | --- | --- | --- | --- |", *rows])
 
 

@@ -14,13 +14,18 @@ from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
 from evenspin.log.case import write_json
 from evenspin.memory import AngleTable
 from evenspin.memory.picture import memory_picture
-from evenspin.model.scenario import CONTROL
+from evenspin.model.scenario import CONTROL, RPM
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.report.figures import Curve, pictures
 from evenspin.report.page import Page, write_page
+from evenspin.run.outcome import outcome_of
 from evenspin.sim import Record, truth_signals
 from evenspin.tableview import TableView, number
+
+OBSERVERS = ("dob", "ro", "aro")
+DEFAULT = "default, not measured"
+RO_SAMPLES = 6144  # of the firmware: DRIVE_OBSERVER_CAPACITY in firmware/app/drive.h
 
 COLUMNS = {
     "start_s": "from s",
@@ -59,7 +64,11 @@ def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable |
         "seed": setup.seed,
         "duration_s": setup.duration_s,
         "log_rate_hz": setup.log_rate_hz,
+        "outcome": outcome_of(setup, record).as_json(),
         "fault": _first_fault(record),
+        "notice": _notice(setup),
+        "base": setup.base,
+        "motor_data": motor_data(setup),
         "rejected_count": int(record["rejected_count"][-1]),
         "observer_news": _news(setup, record, learned),
         "position_control": _controls_position(setup),
@@ -100,8 +109,11 @@ def page_of(
         ("method", summary["method"]),
         ("duration", f"{setup.duration_s:g} s, a row every {1000.0 / setup.log_rate_hz:g} ms"),
         ("effects", "; ".join(effects) or "none"),
+        ("motor", f"what [plant] does not state is that of {setup.base}" if setup.base else "as [plant] states it"),
+        ("the drive assumes", "; ".join(_shown(*each) for each in summary["motor_data"].items()) or "no motor data"),
         ("numeric", summary["numeric"]),
         ("seed", str(setup.seed)),
+        ("result", summary["outcome"]["text"] or "it ran"),
         ("fault", f"{fault['name']} at {fault['t_s']:g} s: {fault['cause']}" if fault else "none"),
     )
     drawn = [memory_picture(learned)] if learned is not None and not learned.empty else []
@@ -119,6 +131,47 @@ def segment_table(summary: Mapping[str, Any]) -> TableView:
     rows = [tuple(number(piece[key]) for key in COLUMNS) for piece in summary["segments"]]
     text = "From one change to the next: ripple of the steady state at its end, overshoot and dip since its start."
     return TableView(f"{summary['scenario']}, {summary['method']}", text, tuple(COLUMNS.values()), rows, left=0)
+
+
+def motor_data(setup: Setup) -> dict[str, dict[str, Any]]:
+    """Motor data that this drive calculates with, and where each number comes from."""
+    params = tables().params
+    used: list[str] = []
+    if params["method"].to_text(setup.drive["method"]) in OBSERVERS:
+        used += ["motor_psi_wb", "observer_inertia_kgm2", "observer_viscous_nms"]
+    if params["current_controller"].to_text(setup.drive["current_controller"]) == "deadbeat":
+        used += ["motor_resistance_ohm", "motor_ld_h", "motor_lq_h", "motor_psi_wb"]
+    if _controls_position(setup) and params["position_method"].to_text(setup.drive["position_method"]) == "rdc":
+        used += ["motor_psi_wb", "rdc_inertia_kgm2", "rdc_viscous_nms", "rdc_coulomb_nm"]
+    return {
+        name: {"value": setup.drive[name], "unit": params[name].unit, "from": setup.drive_from.get(name, DEFAULT)}
+        for name in dict.fromkeys(used)
+    }
+
+
+def assumed(summary: Mapping[str, Any]) -> str:
+    """One line about motor data that nobody gave; empty when there are none."""
+    names = [name for name, each in summary["motor_data"].items() if each["from"] == DEFAULT]
+    return f"{', '.join(names)}: {DEFAULT}; give {'it' if len(names) == 1 else 'them'} in [drive]" if names else ""
+
+
+def _shown(name: str, each: Mapping[str, Any]) -> str:
+    return f"{name} = {each['value']:.6g} {each['unit']} ({each['from']})"
+
+
+def _notice(setup: Setup) -> str:
+    """A method that rests for the whole run because a turn is longer than its memory."""
+    if tables().params["method"].to_text(setup.drive["method"]) != "ro":
+        return ""
+    curve = setup.inputs.get("speed_ref_rad_s")
+    fastest = max((abs(value) for value in curve.value), default=0.0) if curve is not None else 0.0
+    slowest = 2.0 * math.pi * setup.pwm_hz / RO_SAMPLES
+    if not 0.0 < fastest < slowest:
+        return ""
+    return (
+        f"ro is off: a turn at {fastest / RPM:.4g} r/min is longer than its memory of {RO_SAMPLES} samples; "
+        f"it needs {slowest / RPM:.4g} r/min, aro has no such limit"
+    )
 
 
 def _news(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:

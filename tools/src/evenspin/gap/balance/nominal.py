@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.model.machine import Machine, find_model, load_machine
+from evenspin.model.machine import TORQUE, Machine, find_model, load_machine
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def read_nominal(given: str | Path) -> Nominal:
     def refuse(must: str, hint: str) -> InputError:
         return InputError("gap", "--model", str(given), must, hint)
 
-    machine = load_machine(find_model(str(given), Path(), refuse))
+    machine = load_machine(find_model(str(given), Path(), refuse), TORQUE)
     kt = machine.torque_per_a_nm * machine.effects.get("torque_constant", {}).get("factor", 1.0)
     if not kt > 0.0:
         raise refuse("a model with psi_wb above 0", "a torque balance needs torque per ampere")
