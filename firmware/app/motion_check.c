@@ -109,7 +109,7 @@ static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
     const num_t           margin = d->setup.motion.margin;
     const bool            forwards = torque > (num_t)0;
     const num_t           along = forwards ? d->speed.meas : num_neg(d->speed.meas);
-    bool                  anew = (forwards != m->forwards) || (num_abs(torque) < num_mul(AT_LIMIT_SHARE, d->setup.speed_pi.out_max)) ||
+    bool                  anew = (forwards != m->forwards) || (num_abs(torque) <= num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max)) ||
                 (num_sub(along, m->slowest) > margin) || lacks_voltage(d, v, forwards, along);
 
     if (!anew && (m->samples >= d->setup.motion.samples) && (angle_size(d->tracking.theta_m - m->from) >= d->setup.motion.way)) {

@@ -104,7 +104,7 @@ void test_alignment_current_rises_on_a_vector_a_quarter_turn_before_its_begin(vo
 
 void test_alignment_current_is_cut_to_the_limits_of_the_drive(void)
 {
-    p.align_current_a = 90.0f;
+    p.align_current_a = 15.0f; /* more than over_current_a is refused before */
     p.iq_limit_a = 2.0f;
     into_pull();
     bench_periods(2500U);

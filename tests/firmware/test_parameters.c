@@ -213,6 +213,7 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
         PARAM_pole_pairs, PARAM_encoder_counts, PARAM_encoder_offset_rad, PARAM_encoder_reversed,
         PARAM_over_current_a, PARAM_over_voltage_v, PARAM_under_voltage_v, PARAM_over_speed_rad_s, PARAM_voltage_limit_v, PARAM_offset_limit_a,
         PARAM_encoder_jump_rad, PARAM_encoder_jump_periods, PARAM_lost_sample_limit, PARAM_non_finite_limit, PARAM_stall_samples,
+        PARAM_speed_deviation_s, PARAM_zero_check,
         PARAM_position_min_turn, PARAM_position_max_turn, PARAM_following_error_rad, PARAM_following_error_samples,
         PARAM_method, PARAM_position_method, PARAM_speed_source, PARAM_speed_divider, PARAM_speed_inline, PARAM_rc_lead, PARAM_rc_order,
         PARAM_rc_memory, PARAM_rc_cells, PARAM_aro_cells, PARAM_position_cells, PARAM_observer_fir1_order, PARAM_observer_fir1_hz,

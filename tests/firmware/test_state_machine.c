@@ -793,7 +793,8 @@ void test_state_machine_encoder_that_may_have_lost_counts_is_aligned_anew_with_t
 void test_state_machine_faults_that_a_wrong_zero_makes_are_followed_by_an_alignment(void)
 {
     for (int f = FAULT_none + 1; f < FAULT_COUNT; f++) {
-        const bool doubt = (f == FAULT_encoder_lost) || (f == FAULT_encoder_error) || (f == FAULT_stall) || (f == FAULT_over_speed);
+        const bool doubt = (f == FAULT_encoder_lost) || (f == FAULT_encoder_error) || (f == FAULT_stall) || (f == FAULT_over_speed) ||
+                           (f == FAULT_speed_deviation) || (f == FAULT_electrical_zero);
         TEST_ASSERT_EQUAL_MESSAGE(doubt, drive_fault_voids_zero((drive_fault_t)f), faults_info((uint16_t)f)->name);
     }
 }
