@@ -252,5 +252,5 @@ def test_a_compressed_file_that_is_cut_off_is_one_line(case: Path) -> None:
     (case / "staircase_load.csv.gz").unlink()
     (case / "staircase_load.csv.gz").write_bytes(raw[: len(raw) // 2])
 
-    with pytest.raises(InputError, match="readable CSV file"):
+    with pytest.raises(InputError, match="complete .gz file; copy it again"):
         checked_case(case)

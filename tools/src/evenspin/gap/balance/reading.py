@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.gap.balance.table import HINT, header_of, read_text, rows_of
+from evenspin.gap.balance.table import HINT, header_of, rows_of
+from evenspin.log.textfile import read_text
 
 Array = NDArray[np.float64]
 
@@ -58,7 +59,7 @@ def gaps_of(t_s: Array, period_s: float) -> Array:
 
 def read_log(path: Path) -> Log:
     """Read, mend and check; whatever the file is, the answer is a Log or an InputError."""
-    text = read_text(path)
+    text = read_text(path, HINT)
     header = header_of(text)
     names = _columns(path, header)
     repairs: list[str] = []
