@@ -18,6 +18,7 @@ from evenspin.compare import LOCKED, VALIDATION, Replay
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.repair import repaired
 from evenspin.log.case import META, Case, read_case
+from evenspin.log.meta_numbers import HINT, MetaNumbers, value_of
 from evenspin.sim.record import Record
 
 EXPERIMENTS = (
@@ -32,7 +33,6 @@ EXPERIMENTS = (
 )
 LOADED = ("staircase_load", "load_step", "validation")  # nothing without their torque reading
 LEAST_ROWS = 200
-HINT = "docs/log-format.md describes meta.json"
 POSITIVE = (
     ("motor", "pole_pairs"),
     ("motor", "resistance_ohm"),
@@ -82,33 +82,25 @@ def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
 
 def _check_meta(folder: Path, meta: Mapping[str, Any]) -> Iterator[str]:
     path = folder / META
+    numbers = MetaNumbers(path, meta)
     for keys in POSITIVE:
-        value = _value(meta, keys)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not (math.isfinite(value) and value > 0.0):
-            raise InputError(path, ".".join(keys), value, "a number above 0", HINT)
+        numbers.positive(*keys)
+    numbers.voltage_limit_v()
     pwm_hz = meta["pwm_hz"]
     for key, limit in (("current_loop", 1.5), ("speed_loop", math.inf)):
         periods = meta[key]["ts_s"] * pwm_hz
         if abs(periods - round(periods)) > PERIODS * max(periods, 1.0) or not 0.5 < periods < limit:
             must = "one PWM period" if limit < math.inf else "a whole number of PWM periods"
             raise InputError(path, f"{key}.ts_s", meta[key]["ts_s"], f"{must} of {1.0 / pwm_hz:g} s", HINT)
-    delay = _value(meta, ("current_loop", "computation_delay_periods"))
+    delay = value_of(meta, ("current_loop", "computation_delay_periods"))
     if delay is not MISSING and delay != 1:
         raise InputError(path, "current_loop.computation_delay_periods", delay, "1", HINT)
-    kind = _value(meta, ("speed_filter", "type"))
+    kind = value_of(meta, ("speed_filter", "type"))
     if kind is not MISSING and kind != "tracking_pll":
         hint = "a log of another drive: evenspin gap LOG.csv --model model.toml"
         raise InputError(path, "speed_filter.type", kind, '"tracking_pll"', hint)
-    slots = _value(meta, ("motor", "slots"))
-    if slots is MISSING or slots is None or slots == 0:
+    if numbers.slots() == 0:
         yield "motor.slots is not in meta.json: cogging is looked for at order 6 p only"
-
-
-def _value(meta: Mapping[str, Any], keys: tuple[str, ...]) -> Any:
-    value: Any = meta
-    for key in keys:
-        value = value.get(key, MISSING) if isinstance(value, Mapping) else MISSING
-    return value
 
 
 def _files(folder: Path, case: Case) -> Iterator[str]:
