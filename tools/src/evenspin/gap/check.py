@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from evenspin.compare import LOCKED, VALIDATION, Replay
+from evenspin.compare.sound import check_record, check_time, dead_channel, drive_of
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.repair import repaired
 from evenspin.log.case import META, Case, read_case
 from evenspin.log.meta_numbers import HINT, MetaNumbers, value_of
+from evenspin.plausible.currents import ODD, park_share
 from evenspin.sim.record import Record
 
 EXPERIMENTS = (
@@ -48,11 +50,6 @@ POSITIVE = (
     ("speed_loop", "ts_s"),
 )
 PERIODS = 0.02  # a sampling time may differ from a whole number of PWM periods by this share
-PARK_SHARE = 0.2  # of the current that may be at odds with the angle
-PARK_RIGHT = 0.05
-POLE_PAIRS_MOST = 60
-SPEED_SHARE = 0.05
-RPM = 60.0 / math.tau
 DC_LINK_SHARE = 0.05
 REST_SHARE = 0.05  # of the fastest speed: more at the start is not at rest
 STILL_COUNTS = 8.0
@@ -65,19 +62,41 @@ def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
     said = list(_check_meta(folder, case.meta))
     said += _files(folder, case)
     records: dict[str, Record] = {}
+    dead: dict[str, str] = {}
+    drive = drive_of(folder, case.meta)
     for name, record in case.experiments.items():
         if name not in EXPERIMENTS:
             said.append(f"{name} is not an experiment of the format: left out")
             continue
         mended = repaired(record, said, name)
-        if mended is not None and _usable(case, name, mended, said):
+        if mended is None or not _has_rows(name, mended, said):
+            continue
+        why = dead_channel(name, mended, drive)
+        if why is not None:
+            dead[name] = why
+            said.append(f"{name}: {why}: left out")
+            continue
+        check_time(case, name, mended)
+        replay = Replay(case.path, case.meta, name, mended)  # it names what is missing in meta.json
+        check_record(case, name, mended, drive, speed_mode=not replay.locked and replay.released_at() is None)
+        if _starts_at_rest(name, mended, said):
             records[name] = mended
-    if all(name in VALIDATION for name in records):
-        why = "; ".join(said[-3:]) or f"record one of {', '.join(EXPERIMENTS[:6])}"
-        raise InputError(folder, "experiments", list(records), "at least one record to fit", why)
+    _enough(case, records, dead, said)
     case = replace(case, experiments=records)
     said += _contradictions(case)
     return case, tuple(said)
+
+
+def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], said: list[str]) -> None:
+    """Something to fit, and a shaft that turns in some record if it should have."""
+    turning = [name for name in dead if name not in LOCKED]
+    if turning and all(name in LOCKED for name in records):
+        data = f"in {len(turning)} of {len(turning)} records of a turning shaft: {dead[turning[0]]}"
+        hint = "repair the channel and record again"
+        raise InputError(case.file(turning[0]), "columns", data, "signals of a drive that runs", hint)
+    if all(name in VALIDATION for name in records):
+        why = "; ".join(said[-3:]) or f"record one of {', '.join(EXPERIMENTS[:6])}"
+        raise InputError(case.path, "experiments", list(records), "at least one record to fit", why)
 
 
 def _check_meta(folder: Path, meta: Mapping[str, Any]) -> Iterator[str]:
@@ -114,31 +133,25 @@ def _files(folder: Path, case: Case) -> Iterator[str]:
             yield f"{path.name} is not in meta.json: not read"
 
 
-def _usable(case: Case, name: str, record: Record, said: list[str]) -> bool:
-    """Whether a record can be simulated. Replay names what is missing in meta.json."""
+def _has_rows(name: str, record: Record, said: list[str]) -> bool:
     if len(record) < LEAST_ROWS:
         said.append(f"{name}: {len(record)} rows are too few (at least {LEAST_ROWS}): left out")
         return False
     if name in LOADED and np.isnan(record["load_torque_nm"]).all():
         said.append(f"{name}: load_torque_nm was not measured, and without it nothing can be simulated: left out")
         return False
-    periods = float(np.median(np.diff(record["t_s"]))) * float(case.meta["pwm_hz"])
-    if abs(periods - round(periods)) > PERIODS * max(periods, 1.0) or periods < 0.5:
-        raise InputError(
-            case.path, f"{name}: t_s", f"{periods:.3g} PWM periods between rows", "a whole number of them",
-            f"pwm_hz = {case.meta['pwm_hz']:g} in meta.json contradicts the log",
-        )  # fmt: skip
-    top = float(np.max(np.abs(record["speed_rad_s"])))
-    if name not in LOCKED and abs(float(record["speed_rad_s"][0])) > max(REST_SHARE * top, 0.5):
-        said.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
-        return False
-    Replay(case.path, case.meta, name, record)
     return True
 
 
+def _starts_at_rest(name: str, record: Record, said: list[str]) -> bool:
+    top = float(np.max(np.abs(record["speed_rad_s"])))
+    if name in LOCKED or abs(float(record["speed_rad_s"][0])) <= max(REST_SHARE * top, 0.5):
+        return True
+    said.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
+    return False
+
+
 def _contradictions(case: Case) -> Iterator[str]:
-    _check_park(case)
-    yield from _check_speed(case)
     motor = case.meta["motor"]
     counts = float(case.meta["encoder"]["counts_per_rev"])
     for name, record in case.experiments.items():
@@ -146,9 +159,12 @@ def _contradictions(case: Case) -> Iterator[str]:
             moved = float(np.ptp(np.unwrap(record["theta_m_rad"])))
             if counts > 0.0 and moved > STILL_COUNTS * math.tau / counts:
                 yield f"{name}: the rotor is said to be locked, but it turned by {moved:.3g} rad"
-    off = _park_share(case, int(motor["pole_pairs"]))
-    if off > PARK_SHARE:
-        yield f"id_a and iq_a do not follow from ia_a, ib_a and the angle ({100 * off:.0f} % of the current is at odds)"
+        off = park_share({key: record[key] for key in record.names}, int(motor["pole_pairs"]))
+        if off > ODD:
+            yield (
+                f"{name}: id_a and iq_a do not follow from ia_a, ib_a and the angle "
+                f"({100 * off:.0f} % of the current is at odds)"
+            )
     yield from _check_counts(case, counts)
     dc_v = float(np.median(np.concatenate([record["vdc_v"] for record in case.experiments.values()])))
     if not abs(dc_v / case.meta["dc_link_v"] - 1.0) < DC_LINK_SHARE:
@@ -162,51 +178,6 @@ def _contradictions(case: Case) -> Iterator[str]:
     top_a = max((float(np.max(np.abs(r["iq_ref_a"]))) for r in turning), default=0.0)
     if top_a > 1.01 * limit_a:
         yield f"iq_ref_a reaches {top_a:.4g} A; speed_loop.iq_limit_a in meta.json is {limit_a:g} A"
-
-
-def _check_park(case: Case) -> None:
-    """Wrong pole pairs show where the currents do not turn with the angle."""
-    said = int(case.meta["motor"]["pole_pairs"])
-    if _park_share(case, said) <= PARK_SHARE:
-        return
-    fits = {p: _park_share(case, p) for p in range(1, POLE_PAIRS_MOST + 1)}
-    best = min(fits, key=lambda p: fits[p])
-    if best != said and fits[best] < PARK_RIGHT:
-        must = f"{best}, as ia_a, ib_a, id_a, iq_a and theta_m_rad of the log say"
-        raise InputError(case.path / META, "motor.pole_pairs", said, must, "correct it")
-
-
-def _park_share(case: Case, pole_pairs: int) -> float:
-    """rms of what the transform of the phase currents leaves of id and iq, over the rms of those."""
-    left = total = 0.0
-    for record in case.experiments.values():
-        angle = pole_pairs * record["theta_m_rad"]
-        alpha, beta = record["ia_a"], (record["ia_a"] + 2.0 * record["ib_a"]) / math.sqrt(3.0)
-        d = np.cos(angle) * alpha + np.sin(angle) * beta
-        q = np.cos(angle) * beta - np.sin(angle) * alpha
-        left += float(np.sum((d - record["id_a"]) ** 2 + (q - record["iq_a"]) ** 2))
-        total += float(np.sum(record["id_a"] ** 2 + record["iq_a"] ** 2))
-    return math.sqrt(left / total) if total > 0.0 else 0.0
-
-
-def _check_speed(case: Case) -> Iterator[str]:
-    """A speed in another unit than the angle's."""
-    travelled = logged = 0.0
-    for name, record in case.experiments.items():
-        if name in LOCKED:
-            continue
-        step_s = float(np.median(np.diff(record["t_s"])))
-        turn = np.abs(np.diff(np.unwrap(record["theta_m_rad"])))
-        speed = np.abs(record["speed_rad_s"][1:])
-        fast = speed > 0.1 * float(np.max(speed, initial=0.0))
-        travelled += float(np.sum(turn[fast]))
-        logged += float(np.sum(speed[fast])) * step_s
-    ratio = logged / travelled if travelled > 0.0 and logged > 0.0 else 1.0
-    given = f"{ratio:.3g} times what theta_m_rad tells"
-    if abs(ratio / RPM - 1.0) < SPEED_SHARE:
-        raise InputError(case.path, "speed_rad_s", given, "in rad/s", "it seems to be in r/min: convert it")
-    if abs(ratio - 1.0) > SPEED_SHARE:
-        yield f"speed_rad_s is {given}"
 
 
 def _check_counts(case: Case, counts: float) -> Iterator[str]:

@@ -13,6 +13,7 @@ ANGLE, LOAD = "theta_m_rad", "load_torque_nm"
 BAD_SHARE = 0.02  # of the values of a column that may be filled in
 GAP_ROWS = 5  # a gap of so many rows is bridged; at a longer one the record ends
 TURN = 2.0 * np.pi
+MOST = 1e9  # no signal of a drive is larger, in any unit
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ def repaired(record: Record, said: list[str], name: str) -> Record | None:
         return Record(record.names, record.units, values)
     values = _bridged(values, time, said, name)
     for i, column in enumerate(record.names):
-        bad = ~np.isfinite(values[:, i])
+        bad = ~(np.abs(values[:, i]) < MOST)
         count = int(np.count_nonzero(bad))
         if count == 0 or (column == LOAD and count == len(values)):
             continue

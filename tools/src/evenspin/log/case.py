@@ -25,6 +25,10 @@ class Case:
     meta: Mapping[str, Any]
     experiments: Mapping[str, Record]
 
+    def file(self, name: str) -> Path:
+        """Where this experiment was read from."""
+        return _find(self.path, name) or self.path / f"{name}.csv"
+
 
 def write_case(folder: Path, meta: Mapping[str, Any], records: Mapping[str, Record]) -> None:
     """Write meta.json and the log of each experiment into an existing folder."""

@@ -84,4 +84,3 @@ def _open_to_write(path: Path) -> IO[str]:
     if path.suffix == ".gz":
         return io.TextIOWrapper(gzip.GzipFile(path, "wb", mtime=0), encoding="ascii", newline="\n")
     return path.open("w", encoding="ascii", newline="\n")
-

@@ -1,0 +1,100 @@
+"""Whether a record of a case can be what its columns say, before anything is simulated or compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evenspin.compare.resimulate import LOCKED
+from evenspin.errors import InputError
+from evenspin.log.case import META, Case
+from evenspin.log.meta_numbers import MetaNumbers
+from evenspin.plausible.currents import check_currents, wrong_pole_pairs
+from evenspin.plausible.dead import dead_record
+from evenspin.plausible.drive import Drive, check_references, check_torque, check_voltages
+from evenspin.plausible.kinematics import check_motion
+from evenspin.sim.record import Record
+
+MOST_PERIODS = 200.0  # of the PWM between two rows: 20 ms at 10 kHz
+PERIODS = 0.02  # a sampling time may differ from a whole number of PWM periods by this share
+TIMES = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("minutes", 60.0))
+WILD = 3.0  # times the limit: a drive with such a current has lost control, and no relation holds
+ALWAYS_LOADED = ("staircase_load",)
+
+
+def drive_of(path: Path, meta: Mapping[str, Any]) -> Drive:
+    numbers = MetaNumbers(path / META, meta)
+    motor = {
+        key: numbers.number("motor", key)
+        for key in (
+            "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms",
+            "rated_current_a", "rated_torque_nm",
+        )
+    }  # fmt: skip
+    return Drive(
+        pole_pairs=int(numbers.number("motor", "pole_pairs")),
+        iq_limit_a=numbers.number("speed_loop", "iq_limit_a"),
+        counts_per_rev=numbers.number("encoder", "counts_per_rev"),
+        **motor,
+    )
+
+
+def check_time(case: Case, name: str, record: Record) -> None:
+    """Rows are a whole number of PWM periods apart, and not too many."""
+    pwm_hz = MetaNumbers(case.path / META, case.meta).positive("pwm_hz")
+    step_s = float(np.median(np.diff(record["t_s"])))
+    if _is_possible(step_s * pwm_hz):
+        return
+    given = f"{step_s * pwm_hz:.3g} PWM periods between rows"
+    unit = next((unit for unit, seconds in TIMES if _is_possible(step_s * seconds * pwm_hz)), None)
+    if unit is not None:
+        must = f"1 .. {MOST_PERIODS:g} of {1.0 / pwm_hz:g} s (pwm_hz in meta.json)"
+        raise InputError(case.file(name), "t_s", given, must, f"it looks like {unit}: convert it to seconds")
+    raise InputError(
+        case.file(name), "t_s", given, f"a whole number of them, at most {MOST_PERIODS:g}",
+        f"pwm_hz = {pwm_hz:g} in meta.json contradicts the log",
+    )  # fmt: skip
+
+
+def _is_possible(periods: float) -> bool:
+    whole = abs(periods - round(periods)) <= PERIODS * max(periods, 1.0)
+    return whole and 0.5 <= periods <= MOST_PERIODS
+
+
+def dead_channel(name: str, record: Record, drive: Drive) -> str | None:
+    """Why the record says nothing; None where it does."""
+    return dead_record(_columns(record), name in LOCKED, drive.pole_pairs, drive.counts_per_rev)
+
+
+def check_record(case: Case, name: str, record: Record, drive: Drive, speed_mode: bool) -> None:
+    """A column that is another one, in another unit or of another sign is an error that names it."""
+    columns, locked = _columns(record), name in LOCKED
+    found = None
+    if not locked:
+        found = check_motion(
+            columns["t_s"], columns["theta_m_rad"], columns["speed_rad_s"], drive.pole_pairs, drive.counts_per_rev
+        )
+    if found is None:
+        pole_pairs = wrong_pole_pairs(columns, drive.pole_pairs)
+        if pole_pairs is not None:
+            must = f"{pole_pairs}, as ia_a, ib_a, id_a, iq_a and theta_m_rad of {case.file(name).name} say"
+            electrical = "correct it, or theta_m_rad and speed_rad_s are electrical: divide by the pole pairs"
+            hint = electrical if pole_pairs == 1 else "correct it"
+            raise InputError(case.path / META, "motor.pole_pairs", drive.pole_pairs, must, hint)
+    found = found or check_currents(columns, drive.pole_pairs)
+    found = found or check_references(columns, drive, speed_mode and not locked)
+    under_control = float(np.max(np.abs(columns["iq_a"]))) < WILD * max(drive.iq_limit_a, drive.rated_current_a)
+    if under_control:
+        found = found or check_voltages(columns, drive)
+    if under_control and not locked and found is None:
+        measured = bool(np.isfinite(columns["load_torque_nm"]).any())
+        found = check_torque(columns, drive, measured, name in ALWAYS_LOADED)
+    if found is not None:
+        raise found.error(case.file(name))
+
+
+def _columns(record: Record) -> dict[str, Any]:
+    return {name: record[name] for name in record.names}
