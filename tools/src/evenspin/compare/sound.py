@@ -13,15 +13,17 @@ from evenspin.errors import InputError
 from evenspin.log.case import META, Case
 from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.plausible.currents import check_currents, wrong_pole_pairs
-from evenspin.plausible.dead import dead_record
+from evenspin.plausible.dead import dead_record, unusable_columns
 from evenspin.plausible.drive import Drive, check_references, check_torque, check_voltages
-from evenspin.plausible.kinematics import check_motion
+from evenspin.plausible.kinematics import check_motion, exchanged_speed
 from evenspin.sim.record import Record
 
 MOST_PERIODS = 200.0  # of the PWM between two rows: 20 ms at 10 kHz
 PERIODS = 0.02  # a sampling time may differ from a whole number of PWM periods by this share
 TIMES = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("minutes", 60.0))
 WILD = 3.0  # times the limit: a drive with such a current has lost control, and no relation holds
+NOT_SPEEDS = ("speed_ref_rad_s", "id_a", "iq_a", "vd_v", "vq_v", "iq_ref_a", "load_torque_nm")
+OPTIONAL = ("vdc_v", "load_torque_nm")  # nan in every row where they were not measured
 ALWAYS_LOADED = ("staircase_load",)
 
 
@@ -64,9 +66,17 @@ def _is_possible(periods: float) -> bool:
     return whole and 0.5 <= periods <= MOST_PERIODS
 
 
+def unusable(record: Record) -> str | None:
+    """Why the record cannot even be mended."""
+    return unusable_columns(_columns(record), OPTIONAL)
+
+
 def dead_channel(name: str, record: Record, drive: Drive) -> str | None:
     """Why the record says nothing; None where it does."""
-    return dead_record(_columns(record), name in LOCKED, drive.pole_pairs, drive.counts_per_rev)
+    columns = _columns(record)
+    if not np.any(columns["vdc_v"]):
+        return "vdc_v is 0 in every row: a dead channel (nan says that it was not measured)"
+    return dead_record(columns, name in LOCKED, drive.pole_pairs, drive.counts_per_rev)
 
 
 def check_record(case: Case, name: str, record: Record, drive: Drive, speed_mode: bool) -> None:
@@ -74,10 +84,10 @@ def check_record(case: Case, name: str, record: Record, drive: Drive, speed_mode
     columns, locked = _columns(record), name in LOCKED
     found = None
     if not locked:
-        found = check_motion(
-            columns["t_s"], columns["theta_m_rad"], columns["speed_rad_s"], drive.pole_pairs, drive.counts_per_rev
-        )
-    if found is None:
+        motion = columns["t_s"], columns["theta_m_rad"], columns["speed_rad_s"]
+        found = exchanged_speed(*motion, {key: columns[key] for key in NOT_SPEEDS})
+        found = found or check_motion(*motion, drive.pole_pairs, drive.counts_per_rev)
+    if found is None and not locked:  # an angle that stands fits some number of pole pairs by chance
         pole_pairs = wrong_pole_pairs(columns, drive.pole_pairs)
         if pole_pairs is not None:
             must = f"{pole_pairs}, as ia_a, ib_a, id_a, iq_a and theta_m_rad of {case.file(name).name} say"

@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 
 from evenspin.compare import LOCKED, VALIDATION, Replay
-from evenspin.compare.sound import check_record, check_time, dead_channel, drive_of
+from evenspin.compare.sound import check_record, check_time, dead_channel, drive_of, unusable
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.repair import repaired
 from evenspin.log.case import META, Case, read_case
 from evenspin.log.meta_numbers import HINT, MetaNumbers, value_of
 from evenspin.plausible.currents import ODD, park_share
+from evenspin.plausible.drive import Drive
+from evenspin.plausible.finding import ChannelError
 from evenspin.sim.record import Record
 
 EXPERIMENTS = (
@@ -61,39 +63,50 @@ def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
     case = read_case(folder)
     said = list(_check_meta(folder, case.meta))
     said += _files(folder, case)
-    records: dict[str, Record] = {}
-    dead: dict[str, str] = {}
     drive = drive_of(folder, case.meta)
-    for name, record in case.experiments.items():
-        if name not in EXPERIMENTS:
-            said.append(f"{name} is not an experiment of the format: left out")
-            continue
-        mended = repaired(record, said, name)
-        if mended is None or not _has_rows(name, mended, said):
-            continue
-        why = dead_channel(name, mended, drive)
-        if why is not None:
-            dead[name] = why
-            said.append(f"{name}: {why}: left out")
-            continue
-        check_time(case, name, mended)
-        replay = Replay(case.path, case.meta, name, mended)  # it names what is missing in meta.json
-        check_record(case, name, mended, drive, speed_mode=not replay.locked and replay.released_at() is None)
-        if _starts_at_rest(name, mended, said):
-            records[name] = mended
+    alive, dead = _alive(case, drive, said)
+    _enough(case, alive, dead, said)
+    records: dict[str, Record] = {}
+    for name, record in alive.items():
+        check_time(case, name, record)
+        replay = Replay(case.path, case.meta, name, record)  # it names what is missing in meta.json
+        check_record(case, name, record, drive, speed_mode=not replay.locked and replay.released_at() is None)
+        if _starts_at_rest(name, record, said):
+            records[name] = record
     _enough(case, records, dead, said)
     case = replace(case, experiments=records)
     said += _contradictions(case)
     return case, tuple(said)
 
 
+def _alive(case: Case, drive: Drive, said: list[str]) -> tuple[dict[str, Record], dict[str, str]]:
+    """Mended records, and why others say nothing."""
+    alive: dict[str, Record] = {}
+    dead: dict[str, str] = {}
+    for name, record in case.experiments.items():
+        if name not in EXPERIMENTS:
+            said.append(f"{name} is not an experiment of the format: left out")
+            continue
+        why = unusable(record)
+        if why is None:
+            mended = repaired(record, said, name)
+            if mended is None or not _has_rows(name, mended, said):
+                continue
+            why = dead_channel(name, mended, drive)
+        if why is None:
+            alive[name] = mended
+        else:
+            dead[name] = why
+            said.append(f"{name}: {why}: left out")
+    return alive, dead
+
+
 def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], said: list[str]) -> None:
     """Something to fit, and a shaft that turns in some record if it should have."""
-    turning = [name for name in dead if name not in LOCKED]
+    turning = [name for name in dead if name not in LOCKED] or list(dead)
     if turning and all(name in LOCKED for name in records):
-        data = f"in {len(turning)} of {len(turning)} records of a turning shaft: {dead[turning[0]]}"
-        hint = "repair the channel and record again"
-        raise InputError(case.file(turning[0]), "columns", data, "signals of a drive that runs", hint)
+        data = f"{dead[turning[0]]} ({len(dead)} of {len(case.experiments)} records say nothing)"
+        raise ChannelError(case.file(turning[0]), data, "repair it and record again")
     if all(name in VALIDATION for name in records):
         why = "; ".join(said[-3:]) or f"record one of {', '.join(EXPERIMENTS[:6])}"
         raise InputError(case.path, "experiments", list(records), "at least one record to fit", why)
@@ -166,10 +179,12 @@ def _contradictions(case: Case) -> Iterator[str]:
                 f"({100 * off:.0f} % of the current is at odds)"
             )
     yield from _check_counts(case, counts)
-    dc_v = float(np.median(np.concatenate([record["vdc_v"] for record in case.experiments.values()])))
+    measured = np.concatenate([record["vdc_v"] for record in case.experiments.values()])
+    measured = measured[np.isfinite(measured)]
+    dc_v = float(np.median(measured)) if len(measured) else case.meta["dc_link_v"]
     if not abs(dc_v / case.meta["dc_link_v"] - 1.0) < DC_LINK_SHARE:
         yield f"vdc_v is {dc_v:.4g} V, dc_link_v in meta.json {case.meta['dc_link_v']:g} V"
-    limit_v = case.meta["dc_link_v"] / math.sqrt(3.0)
+    limit_v = MetaNumbers(case.path / META, case.meta).voltage_limit_v() or case.meta["dc_link_v"] / math.sqrt(3.0)
     top_v = max(float(np.max(np.hypot(r["vd_v"], r["vq_v"]))) for r in case.experiments.values())
     if top_v > 1.02 * limit_v:
         yield f"the drive commanded {top_v:.4g} V; the limit that follows from meta.json is {limit_v:.4g} V"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -11,10 +11,13 @@ from evenspin.plausible.finding import Array, rms
 
 STUCK_SHARE = 0.2  # of the rows that one number may stand
 STUCK_ROWS = 200
-MOVED = 0.05  # of the largest current: what goes on meanwhile
+MOVED = 0.005  # of the largest current: what goes on meanwhile
 STILL_RAD = 0.02
 STILL_COUNTS = 8.0
-FLOWED = 0.05  # of the current that is asked for
+STILL_WAY = 1.0  # rad that the noise of a speed may add up to
+FLOWED = 0.3  # of the current that is asked for
+FOLLOWED = 0.5  # correlation with what is asked for
+UNFOLLOWED = 0.7  # share of the speed that its reference leaves
 DIGITS = 3  # so many different values...
 FLICKER = 0.05  # ...that change in this share of the rows are the noise of a last digit
 
@@ -43,24 +46,46 @@ def dead_record(columns: Columns, locked: bool, pole_pairs: int, counts: float) 
     if not locked and (not dead or set(dead) & {"theta_m_rad", "speed_rad_s"}) and _is_still(columns, counts):
         return "the shaft never turned: theta_m_rad and speed_rad_s stand in all rows"
     if dead:
-        values = ", ".join(dict.fromkeys(f"{columns[name][0]:g}" for name in dead))
+        values = ", ".join(dict.fromkeys(f"{columns[name][0] + 0.0:g}" for name in dead))
         return f"{' and '.join(dead)} {'is' if len(dead) == 1 else 'are'} {values} in every row: a dead channel"
-    asked = np.hypot(columns["id_ref_a"], columns["iq_ref_a"])
-    flowed = np.hypot(columns["id_a"], columns["iq_a"])
-    if rms(flowed) < FLOWED * rms(asked):
-        return f"the current never flowed: {rms(asked):.3g} A rms are asked for, id_a and iq_a have {rms(flowed):.2g} A"
-    if is_constant(asked) and (locked or rms(flowed) > 0.0 and asked[0] == 0.0 and _turns(columns) > 1.0):
-        return f"id_ref_a and iq_ref_a are {columns['iq_ref_a'][0]:g} in every row: a dead channel, or nothing was done"
-    if not locked and np.all(columns["speed_ref_rad_s"] == 0.0) and _turns(columns) > 1.0:
-        return f"speed_ref_rad_s is 0 in every row, and the shaft made {_turns(columns):.0f} turns: a dead channel"
-    return _stuck(columns, pole_pairs)
+    return _unasked(columns, locked) or _stuck(columns, pole_pairs)
+
+
+def unusable_columns(columns: Columns, optional: Collection[str]) -> str | None:
+    """Columns without a number, or a time that stands: nothing can be mended."""
+    empty = [name for name, column in columns.items() if name not in optional and not np.isfinite(column).any()]
+    if empty:
+        return f"{' and '.join(empty)} {'has' if len(empty) == 1 else 'have'} no number in any row"
+    if len(columns["t_s"]) > 1 and is_constant(columns["t_s"]):
+        return f"t_s is {columns['t_s'][0] + 0.0:g} in every row: a dead channel"
+    return None
+
+
+def _unasked(columns: Columns, locked: bool) -> str | None:
+    """References that say nothing, or nothing that follows them."""
+    d_ref, q_ref, d, q = (columns[name] for name in ("id_ref_a", "iq_ref_a", "id_a", "iq_a"))
+    asked, flowed = np.hypot(rms(d_ref), rms(q_ref)), np.hypot(rms(d), rms(q))
+    like = float(np.mean(d * d_ref + q * q_ref)) / float(asked * flowed) if asked * flowed > 0.0 else 0.0
+    if is_constant(q_ref) and (not locked or is_constant(d_ref)):
+        names = "id_ref_a and iq_ref_a are constant" if locked else f"iq_ref_a is {q_ref[0] + 0.0:g}"
+        hint = "a dead channel, or nothing was done" if is_constant(d_ref) else "are id_ref_a and iq_ref_a exchanged?"
+        return f"{names} in every row: {hint}"
+    if flowed < FLOWED * asked and abs(like) < FOLLOWED:
+        return f"the current never flowed: {asked:.3g} A rms are asked for, id_a and iq_a have {flowed:.2g} A"
+    ref, speed = columns["speed_ref_rad_s"], columns["speed_rad_s"]
+    if locked or not is_constant(ref) or _turns(columns) < 1.0:
+        return None
+    driven = slice(0, int(np.flatnonzero(q_ref)[-1]) + 1)  # a shaft that coasts follows nothing
+    if rms((speed - ref)[driven]) > UNFOLLOWED * rms(speed[driven]):
+        return f"speed_ref_rad_s is {ref[0] + 0.0:g} in every row, and the shaft does something else: a dead channel"
+    return None
 
 
 def _is_still(columns: Columns, counts: float) -> bool:
     theta, speed = columns["theta_m_rad"], columns["speed_rad_s"]
     least = max(STILL_RAD, STILL_COUNTS * 2.0 * np.pi / counts if counts > 0.0 else 0.0)
-    way = float(np.trapezoid(np.abs(speed), columns["t_s"]))
-    return float(np.ptp(np.unwrap(theta))) < least and way < 1.0
+    way = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(columns["t_s"]))
+    return float(np.ptp(np.unwrap(theta))) < least and float(np.ptp(way)) < STILL_WAY
 
 
 def _turns(columns: Columns) -> float:

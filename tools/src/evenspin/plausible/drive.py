@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evenspin.plausible.dead import is_constant
 from evenspin.plausible.finding import Array, Finding, rms
 
 FOLLOWS = 0.35  # share that a current or a speed may leave of its reference and still be said to follow it
@@ -144,7 +145,9 @@ def check_torque(c: Columns, drive: Drive, loaded: bool, always: bool = False) -
     rows = slice(n // 2, n // 2 + len(accel))
     w = speed[rows]
     load = np.nan_to_num(c["load_torque_nm"]) if loaded else np.zeros(len(c["t_s"]))
+    still = load[0] if is_constant(load) else None
     iq, load = _mean(c["iq_a"], n)[rows], _mean(load, n)[rows]
+    load = load if still is None else np.full(len(load), still)  # without the rounding of the mean
     shaft = drive.nm_per_a * iq - drive.inertia_kgm2 * accel - drive.viscous_nms * w
     if loaded:
         found = _check_load(shaft, load, drive, always)
@@ -172,11 +175,11 @@ def check_torque(c: Columns, drive: Drive, loaded: bool, always: bool = False) -
 
 
 def _check_load(shaft: Array, load: Array, drive: Drive, always: bool) -> Finding | None:
-    if not np.any(load):
-        carried = rms(shaft) if always else float(np.std(shaft))
+    if is_constant(load):
+        carried = rms(shaft - load) if always else float(np.std(shaft))
         if carried < LOAD_SHARE * drive.rated_torque_nm:
             return None
-        data = f"0 in every row, and the current carries {carried:.2g} N m rms"
+        data = f"{load[0] + 0.0:.3g} in every row, and the current carries {carried:.2g} N m rms beside it"
         hint = "a dead sensor: write nan where it was not measured"
         return Finding("load_torque_nm", data, "the load that acted", hint)
     slope = float(shaft @ load) / float(load @ load)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.errors import InputError
+from evenspin.errors import EvenspinError, InputError, one_line
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,21 @@ class Finding:
     hint: str  # what it looks like, and what to do
 
     def error(self, where: str | Path) -> InputError:
-        return InputError(where, self.column, self.data, self.must, self.hint)
+        return ColumnError(where, self.column, self.data, self.must, self.hint)
+
+
+class ColumnError(InputError):
+    """The value is what the data of a column say, in words."""
+
+    def __str__(self) -> str:
+        return one_line(f"{self.where}: {self.key}: {self.value}: must be {self.must}; {self.hint}")
+
+
+class ChannelError(EvenspinError):
+    """A log that says nothing."""
+
+    def __init__(self, where: str | Path, data: str, hint: str) -> None:
+        super().__init__(one_line(f"{where}: {data}; {hint}"))
 
 
 def rms(x: Array) -> float:

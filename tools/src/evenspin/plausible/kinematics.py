@@ -6,7 +6,7 @@ Both ways are taken over the same stretches of the log. Where they are proportio
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ LEAST_RAD = 0.5  # a shorter way tells no unit
 BAND = 0.07  # of the factor between both ways: the same unit
 MATCH = 0.02  # of a factor to that of a known unit
 LINEAR = 0.2  # share of a way that the other one, times a factor, may leave
+LOOSE = 0.05  # share of its way that a tracking filter leaves at most, about
 STILL = 0.02  # of the other way: a channel that does not move
 APART = 0.9  # share of a way that is left where the two have nothing to do with each other
 ALIASED = 0.35  # of a turn between two rows: whole turns are not counted for sure
@@ -70,6 +71,20 @@ def check_motion(t_s: Array, theta: Array, speed: Array, pole_pairs: int = 0, co
             "theta_m_rad and speed_rad_s look swapped: exchange the two names in the header",
         )
     return _dead(ways) or (_apart(ways) if ways.left > APART else None)
+
+
+def exchanged_speed(t_s: Array, theta: Array, speed: Array, others: Mapping[str, Array]) -> Finding | None:
+    """Another column that is the rate of the angle, where speed_rad_s is not or much less so."""
+    own = _ways(t_s, theta, speed, TURN)
+    if _length(own.angle) < LEAST_RAD or _is_aliased(t_s, theta, speed):
+        return None
+    tried = {name: _ways(t_s, theta, column, TURN) for name, column in others.items()}
+    likely = {name: ways.left for name, ways in tried.items() if abs(ways.factor - 1.0) < BAND}
+    name = min(likely, key=lambda key: likely[key], default="")
+    if own.left < LOOSE or not name or likely[name] > min(LINEAR, 0.5 * own.left):
+        return None
+    data = f"the rate of theta_m_rad is {name} ({100.0 * likely[name]:.0f} % left, {100.0 * own.left:.0f} % here)"
+    return Finding("speed_rad_s", data, "the rate of the angle", f"exchange the names speed_rad_s and {name}")
 
 
 def _of_factor(
