@@ -213,7 +213,7 @@ def test_a_speed_in_rpm_is_one_line(case: Path) -> None:
 
     change_record(case, in_rpm)
 
-    with pytest.raises(InputError, match="speed_rad_s = .*looks like speed_rad_s in r/min: convert to mechanical"):
+    with pytest.raises(InputError, match="speed_rad_s: 9.53 times .*looks like speed_rad_s in r/min"):
         checked_case(case)
 
 

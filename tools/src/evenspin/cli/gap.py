@@ -26,6 +26,22 @@ class PathFirst(TyperGroup):
             args = [ONE, *args]
         return super().parse_args(ctx, args)
 
+    def invoke(self, ctx: Any) -> Any:
+        """A folder that is called like a sub-command is told apart by the `./` before it."""
+        from evenspin.errors import InputError
+
+        try:
+            return super().invoke(ctx)
+        except typer.BadParameter as error:
+            word = ctx.invoked_subcommand
+            missing = type(error).__name__ == "MissingParameter"  # typer does not export it
+            if not missing or word is None or not Path(word).exists():
+                raise
+            must = f"given as ./{word} where the folder or file of this name is meant"
+            raise InputError(
+                "gap", "command", word, must, f"or give what `evenspin gap {word} --help` asks for"
+            ) from None
+
 
 app = typer.Typer(
     cls=PathFirst,
@@ -62,6 +78,7 @@ def case(
 
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
+    _must_exist(path)
     if path.is_file():
         _balance(path, model, out, as_json, check)
         return
@@ -250,6 +267,16 @@ def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: boo
     if as_json:
         write_json(result.verdict, STDOUT)
     _check(check, "unknown" in result.verdict["verdict"], path.name)
+
+
+def _must_exist(path: Path) -> None:
+    from evenspin.errors import InputError, did_you_mean
+
+    if not path.exists():
+        words = [command.name or "" for command in app.registered_commands if command.name != ONE]
+        close = did_you_mean(str(path), words) if str(path).isidentifier() else ""
+        hint = close if close.startswith("did you mean") else f"sub-commands are {', '.join(words)}, blind"
+        raise InputError("gap", "CASE_DIR|LOG.csv", str(path), "an existing folder or file", hint)
 
 
 def _refuse_model(model: str | None) -> None:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from evenspin.compare.resimulate import LOCKED
+from evenspin.compare.resimulate import LOCKED, Replay
 from evenspin.errors import InputError
 from evenspin.log.case import META, Case
+from evenspin.log.columns import LOG_COLUMNS
 from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.plausible.currents import check_currents, wrong_pole_pairs
 from evenspin.plausible.dead import dead_record, unusable_columns
 from evenspin.plausible.drive import Drive, check_references, check_torque, check_voltages
+from evenspin.plausible.finding import ChannelError
 from evenspin.plausible.kinematics import check_motion, exchanged_speed
 from evenspin.sim.record import Record
 
@@ -24,6 +26,7 @@ TIMES = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("minutes", 60.0))
 WILD = 3.0  # times the limit: a drive with such a current has lost control, and no relation holds
 NOT_SPEEDS = ("speed_ref_rad_s", "id_a", "iq_a", "vd_v", "vq_v", "iq_ref_a", "load_torque_nm")
 OPTIONAL = ("vdc_v", "load_torque_nm")  # nan in every row where they were not measured
+NEEDED = tuple(name for name in LOG_COLUMNS if name not in OPTIONAL)
 ALWAYS_LOADED = ("staircase_load",)
 
 
@@ -77,6 +80,28 @@ def dead_channel(name: str, record: Record, drive: Drive) -> str | None:
     if not np.any(columns["vdc_v"]):
         return "vdc_v is 0 in every row: a dead channel (nan says that it was not measured)"
     return dead_record(columns, name in LOCKED, drive.pole_pairs, drive.counts_per_rev)
+
+
+def check_for_comparison(case: Case, names: Iterable[str]) -> None:
+    """Records that are compared as they are, without anything left out or mended."""
+    drive = drive_of(case.path, case.meta)
+    for name in names:
+        record = case.experiments[name]
+        why = unusable(record)
+        if why is None and len(record) > 1:
+            bad = [key for key in NEEDED if not np.isfinite(record[key]).all()]
+            if bad:
+                given = f"{int(np.count_nonzero(~np.isfinite(record[bad[0]])))} rows that are not numbers"
+                raise InputError(case.file(name), bad[0], given, "a number in every row", "`evenspin gap` mends a few")
+            if not np.all(np.diff(record["t_s"]) > 0.0):
+                given = f"{int(np.count_nonzero(np.diff(record['t_s']) <= 0.0))} rows that repeat or go back"
+                raise InputError(case.file(name), "t_s", given, "rising in every row", "sort the rows by time")
+            why = dead_channel(name, record, drive)
+        if why is not None:
+            raise ChannelError(case.file(name), why, "repair it and record again")
+        replay = Replay(case.path, case.meta, name, record)
+        check_time(case, name, record)
+        check_record(case, name, record, drive, speed_mode=not replay.locked and replay.released_at() is None)
 
 
 def check_record(case: Case, name: str, record: Record, drive: Drive, speed_mode: bool) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +78,12 @@ class MetaNumbers:
         if not (is_number(value) and value > 0.0):
             raise self.refusal(path, f'"{V_LIMIT}" or a number of volts above 0')
         return self.number(*path)
+
+    def plant(self, motor_keys: Iterable[str]) -> dict[str, float]:
+        """The numbers of the machine that are there; a motor key without a number, or with null, is not there."""
+        paths = [*(("motor", key) for key in motor_keys), ("dc_link_v",), ("pwm_hz",)]
+        given = [path for path in paths if value_of(self.content, path) not in (MISSING, None)]
+        return {path[-1]: self.number(*path) for path in given}
 
     def refusal(self, path: tuple[str, ...], must: str) -> InputError:
         return InputError(self.file, ".".join(path), value_of(self.content, path), must, HINT)

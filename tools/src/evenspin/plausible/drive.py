@@ -14,13 +14,13 @@ import numpy as np
 
 from evenspin.plausible.dead import is_constant
 from evenspin.plausible.finding import Array, Finding, rms
+from evenspin.plausible.torque import SMOOTH_S, mean_of, partial_slope
 
 FOLLOWS = 0.35  # share that a current or a speed may leave of its reference and still be said to follow it
 ODD_REFERENCE = 0.7  # share left with which it does not
 CLEAR = 0.8  # correlation that is beyond doubt
 NONE = 0.3  # correlation that is none
 FACTOR = 20.0  # that no unit is off by
-SMOOTH_S = 0.02
 EXPLAINED = 0.4  # of the torque, by acceleration
 LOAD_SHARE = 0.15  # of the rated torque that moves where the load is said to be none
 RPM = 30.0 / math.pi
@@ -140,29 +140,22 @@ def check_torque(c: Columns, drive: Drive, loaded: bool, always: bool = False) -
     n = max(1, round(SMOOTH_S / step_s))
     if len(c["t_s"]) < 20 * n:
         return None
-    speed = _mean(c["speed_rad_s"], n)
+    speed = mean_of(c["speed_rad_s"], n)
     accel = (speed[n:] - speed[:-n]) / (n * step_s)
     rows = slice(n // 2, n // 2 + len(accel))
     w = speed[rows]
     load = np.nan_to_num(c["load_torque_nm"]) if loaded else np.zeros(len(c["t_s"]))
     still = load[0] if is_constant(load) else None
-    iq, load = _mean(c["iq_a"], n)[rows], _mean(load, n)[rows]
+    iq, load = mean_of(c["iq_a"], n)[rows], mean_of(load, n)[rows]
     load = load if still is None else np.full(len(load), still)  # without the rounding of the mean
     shaft = drive.nm_per_a * iq - drive.inertia_kgm2 * accel - drive.viscous_nms * w
     if loaded:
         found = _check_load(shaft, load, drive, always)
         if found is not None:
             return found
-    base = np.column_stack((w, np.sign(w), np.ones_like(w), load))
-    part = accel - base @ np.linalg.lstsq(base, accel, rcond=None)[0]
-    torque = drive.nm_per_a * iq
-    torque = torque - base @ np.linalg.lstsq(base, torque, rcond=None)[0]
-    if rms(part) == 0.0 or rms(torque) == 0.0:
-        return None
-    inertia = float(part @ torque) / float(part @ part)
-    told = float(part @ torque) ** 2 / float(part @ part) / float(torque @ torque)
+    inertia, like = partial_slope(accel, drive.nm_per_a * iq, (w, np.sign(w), np.ones_like(w), load))
     factor = inertia / drive.inertia_kgm2
-    if told < EXPLAINED or 1.0 / FACTOR < factor < FACTOR:
+    if like**2 < EXPLAINED or 1.0 / FACTOR < factor < FACTOR:
         return None
     data = f"{factor:.3g} times what inertia_kgm2 needs for the acceleration of speed_rad_s"
     if factor < 0.0:
@@ -191,8 +184,3 @@ def _check_load(shaft: Array, load: Array, drive: Drive, always: bool) -> Findin
         hint = "it looks like mN m: convert it" if 5e-4 < slope < 2e-3 else "is it in N m?"
         return Finding("load_torque_nm", f"{1.0 / slope:.3g} times the torque that the current carries", "in N m", hint)
     return None
-
-
-def _mean(x: Array, n: int) -> Array:
-    sums = np.concatenate(([0.0], np.cumsum(x)))
-    return (sums[n:] - sums[:-n]) / n

@@ -23,6 +23,7 @@ LINEAR = 0.2  # share of a way that the other one, times a factor, may leave
 LOOSE = 0.05  # share of its way that a tracking filter leaves at most, about
 STILL = 0.02  # of the other way: a channel that does not move
 APART = 0.9  # share of a way that is left where the two have nothing to do with each other
+WRAP = 0.9  # of the range of an angle: a step back by so much is that of a whole turn
 ALIASED = 0.35  # of a turn between two rows: whole turns are not counted for sure
 GAP = 3.0  # times the usual step in time
 
@@ -71,6 +72,23 @@ def check_motion(t_s: Array, theta: Array, speed: Array, pole_pairs: int = 0, co
             "theta_m_rad and speed_rad_s look swapped: exchange the two names in the header",
         )
     return _dead(ways) or (_apart(ways) if ways.left > APART else None)
+
+
+def check_wrap(theta: Array) -> Finding | None:
+    """An angle alone tells its unit only where it jumps back by a whole turn."""
+    steps, size = np.diff(theta), float(np.ptp(theta))
+    jumps = np.abs(steps) > WRAP * size
+    if not np.any(jumps) or np.mean(jumps) > 0.2 or float(np.max(np.abs(steps[~jumps]))) > 0.5 * size:
+        return None
+    for period, unit in ((360.0, "degrees"), (1.0, "turns")):
+        if abs(size / period - 1.0) < MATCH:
+            data = f"jumps back by {period:g} at every turn"
+            return Finding("theta_m_rad", data, "in rad", f"it looks like {unit}: convert it to mechanical rad")
+    if abs(size / TURN - 1.0) < BAND:
+        return None
+    return Finding(
+        "theta_m_rad", f"jumps back by {size:.4g}", "in rad", "it looks like another unit: convert it to rad"
+    )
 
 
 def exchanged_speed(t_s: Array, theta: Array, speed: Array, others: Mapping[str, Array]) -> Finding | None:
