@@ -60,7 +60,11 @@ FINE_RAD = 2e-5  # counts finer than this drown in the digits of a CSV
 
 def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
     """The case, mended, and what to know about it."""
-    case = read_case(folder)
+    return checked(read_case(folder))
+
+
+def checked(case: Case) -> tuple[Case, tuple[str, ...]]:
+    folder = case.path
     said = list(_check_meta(folder, case.meta))
     said += _files(folder, case)
     drive = drive_of(folder, case.meta)

@@ -16,6 +16,7 @@ STILL_RAD = 0.02
 STILL_COUNTS = 8.0
 STILL_WAY = 1.0  # rad that the noise of a speed may add up to
 FLOWED = 0.3  # of the current that is asked for
+APART = 20  # rows between two angles that tell a speed
 FOLLOWED = 0.5  # correlation with what is asked for
 UNFOLLOWED = 0.7  # share of the speed that its reference leaves
 DIGITS = 3  # so many different values...
@@ -75,8 +76,11 @@ def _unasked(columns: Columns, locked: bool) -> str | None:
     ref, speed = columns["speed_ref_rad_s"], columns["speed_rad_s"]
     if locked or not is_constant(ref) or _turns(columns) < 1.0:
         return None
-    driven = slice(0, int(np.flatnonzero(q_ref)[-1]) + 1)  # a shaft that coasts follows nothing
-    if rms((speed - ref)[driven]) > UNFOLLOWED * rms(speed[driven]):
+    driven = int(np.flatnonzero(q_ref)[-1]) + 1  # a shaft that coasts follows nothing
+    angle, t_s = np.unwrap(columns["theta_m_rad"]), columns["t_s"]
+    rate = (angle[APART:] - angle[:-APART]) / (t_s[APART:] - t_s[:-APART])
+    # the angle and the speed have to say it: one of them alone may be in another unit
+    if all(rms(x[:driven] - ref[0]) > UNFOLLOWED * rms(x[:driven]) for x in (speed, rate)):
         return f"speed_ref_rad_s is {ref[0] + 0.0:g} in every row, and the shaft does something else: a dead channel"
     return None
 

@@ -148,13 +148,14 @@ def check_torque(c: Columns, drive: Drive, loaded: bool, always: bool = False) -
     still = load[0] if is_constant(load) else None
     iq, load = mean_of(c["iq_a"], n)[rows], mean_of(load, n)[rows]
     load = load if still is None else np.full(len(load), still)  # without the rounding of the mean
-    shaft = drive.nm_per_a * iq - drive.inertia_kgm2 * accel - drive.viscous_nms * w
-    if loaded:
+    inertia, like = partial_slope(accel, drive.nm_per_a * iq, (w, np.sign(w), np.ones_like(w), load))
+    factor = inertia / drive.inertia_kgm2
+    turned = like < 0.0 and like**2 > EXPLAINED
+    if loaded and not turned:
+        shaft = drive.nm_per_a * iq - drive.inertia_kgm2 * accel - drive.viscous_nms * w
         found = _check_load(shaft, load, drive, always)
         if found is not None:
             return found
-    inertia, like = partial_slope(accel, drive.nm_per_a * iq, (w, np.sign(w), np.ones_like(w), load))
-    factor = inertia / drive.inertia_kgm2
     if like**2 < EXPLAINED or 1.0 / FACTOR < factor < FACTOR:
         return None
     data = f"{factor:.3g} times what inertia_kgm2 needs for the acceleration of speed_rad_s"

@@ -78,7 +78,7 @@ def check_wrap(theta: Array) -> Finding | None:
     """An angle alone tells its unit only where it jumps back by a whole turn."""
     steps, size = np.diff(theta), float(np.ptp(theta))
     jumps = np.abs(steps) > WRAP * size
-    if not np.any(jumps) or np.mean(jumps) > 0.2 or float(np.max(np.abs(steps[~jumps]))) > 0.5 * size:
+    if not np.any(jumps) or np.mean(jumps) > 0.2 or np.mean(np.abs(steps[~jumps]) > 0.5 * size) > 0.005:
         return None
     for period, unit in ((360.0, "degrees"), (1.0, "turns")):
         if abs(size / period - 1.0) < MATCH:
