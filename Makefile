@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind clean
+.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind fuzz-logs clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -68,6 +68,12 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
 	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md
+
+FUZZ_TRIALS ?= 5000
+FUZZ_SEED   ?= 1
+
+fuzz-logs: setup ## broken case folders and logs: work that is done, or one line (5000: 25 min; a few are in `make test`)
+	@FUZZ_TRIALS=$(FUZZ_TRIALS) FUZZ_SEED=$(FUZZ_SEED) $(PYTHON) -m pytest -q tools/tests/gap/test_gap_fuzzed_logs.py
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

@@ -211,13 +211,14 @@ def plan(
 
 def _investigated(path: Path, out: Path, words: list[str], workers: int | None, steps: bool) -> CaseResult:
     from evenspin.gap.check import checked_case
-    from evenspin.gap.folder import write_result, write_steps
-    from evenspin.gap.result import investigate
     from evenspin.log import OutputFolder
-    from evenspin.sim.progress import progress_bar
 
     output = OutputFolder(out, words)
     loaded, said = checked_case(path)
+    from evenspin.gap.folder import write_result, write_steps  # they take a second to load
+    from evenspin.gap.result import investigate
+    from evenspin.sim.progress import progress_bar
+
     with progress_bar("reading", 1.0, patience_s=1.0) as bar:
 
         def tell(what: str, share: float) -> None:
