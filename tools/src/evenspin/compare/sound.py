@@ -16,7 +16,7 @@ from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.plausible.currents import check_currents, wrong_pole_pairs
 from evenspin.plausible.dead import dead_record, unusable_columns
 from evenspin.plausible.drive import Drive, check_references, check_torque, check_voltages
-from evenspin.plausible.finding import ChannelError
+from evenspin.plausible.finding import ChannelError, is_signal
 from evenspin.plausible.kinematics import check_motion, exchanged_speed
 from evenspin.sim.record import Record
 
@@ -89,9 +89,9 @@ def check_for_comparison(case: Case, names: Iterable[str]) -> None:
         record = case.experiments[name]
         why = unusable(record)
         if why is None and len(record) > 1:
-            bad = [key for key in NEEDED if not np.isfinite(record[key]).all()]
+            bad = [key for key in NEEDED if not is_signal(record[key], key).all()]
             if bad:
-                given = f"{int(np.count_nonzero(~np.isfinite(record[bad[0]])))} rows that are not numbers"
+                given = f"{int(np.count_nonzero(~is_signal(record[bad[0]], bad[0])))} rows that are not numbers"
                 raise InputError(case.file(name), bad[0], given, "a number in every row", "`evenspin gap` mends a few")
             if not np.all(np.diff(record["t_s"]) > 0.0):
                 given = f"{int(np.count_nonzero(np.diff(record['t_s']) <= 0.0))} rows that repeat or go back"

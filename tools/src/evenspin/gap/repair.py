@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.log.columns import LOG_COLUMNS
+from evenspin.plausible.finding import is_signal
 from evenspin.sim.record import Record
 
 HELD = ("speed_ref_rad_s", "id_ref_a", "iq_ref_a")  # what is commanded stays until it changes
@@ -15,7 +16,6 @@ BAD_SHARE = 0.02  # of the values of a column that may be filled in
 BACK_SHARE = 0.2  # of the rows whose time may repeat or go back
 GAP_ROWS = 5  # a gap of so many rows is bridged; at a longer one the record ends
 TURN = 2.0 * np.pi
-MOST = 1e9  # no signal of a drive is larger, in any unit
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def repaired(record: Record, said: list[str], name: str) -> Record | None:
         return Record(record.names, record.units, values)
     values = _bridged(values, time, said, name)
     for i, column in enumerate(record.names):
-        bad = ~(np.abs(values[:, i]) < MOST)
+        bad = ~is_signal(values[:, i], column)
         count = int(np.count_nonzero(bad))
         if count == 0 or (column in NOT_NEEDED and count == len(values)):
             continue

@@ -17,7 +17,7 @@ from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv
 from evenspin.plausible.currents import CURRENTS, check_currents
 from evenspin.plausible.dead import is_constant, unusable_columns
-from evenspin.plausible.finding import ChannelError
+from evenspin.plausible.finding import ChannelError, is_signal
 from evenspin.plausible.kinematics import check_motion
 from evenspin.sim.record import Record
 
@@ -75,10 +75,10 @@ def _check_signals(file: Path, record: Record, torque: str) -> None:
         why = f"{dead} is {columns[dead][0] + 0.0:g} in every row: a dead channel, or a shaft that never turned"
     if why is not None:
         raise ChannelError(file, why, "repair it and record again, or leave this log out")
-    if not all(np.isfinite(columns[name]).all() for name in (*USED, "speed_rad_s")):
+    if not all(is_signal(columns[name], name).all() for name in (*USED, "speed_rad_s")):
         return  # told for each column later
     found = check_motion(columns["t_s"], columns["theta_m_rad"], columns["speed_rad_s"])
-    if found is None and all(np.isfinite(columns[name]).all() for name in CURRENTS):
+    if found is None and all(is_signal(columns[name]).all() for name in CURRENTS):
         found = check_currents(columns, 0)
     if found is not None:
         raise found.error(file)
@@ -94,7 +94,7 @@ def run_of(record: Record, name: str, torque_per_a_nm: float, torque: str = "mea
     if len(record) < 3:
         raise InputError(path or name, name, f"{len(record)} rows", "at least 3 rows", "record longer")
     for column in ("t_s", "theta_m_rad", "iq_a", "iq_ref_a"):
-        if not np.isfinite(record[column]).all():
+        if not is_signal(record[column], column).all():
             raise InputError(path or name, column, "nan", "finite in every row", "correct the log")
     if torque == "command":
         current = np.concatenate((record["iq_ref_a"][:1], record["iq_ref_a"][:-1]))

@@ -12,6 +12,9 @@ from evenspin.errors import EvenspinError, InputError, one_line
 
 Array = NDArray[np.float64]
 
+MOST = 1e9  # no signal of a drive is larger, in any unit
+MOST_TIME = 1e16  # microseconds since 1970 are fewer
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -36,6 +39,11 @@ class ChannelError(EvenspinError):
 
     def __init__(self, where: str | Path, data: str, hint: str) -> None:
         super().__init__(one_line(f"{where}: {data}; {hint}"))
+
+
+def is_signal(column: Array, name: str = "") -> NDArray[np.bool_]:
+    """Rows with a number that a drive can have."""
+    return np.abs(column) < (MOST_TIME if name == "t_s" else MOST)
 
 
 def rms(x: Array) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from evenspin.plausible.currents import CURRENTS, check_currents
 from evenspin.plausible.dead import is_constant, is_flicker, unusable_columns
-from evenspin.plausible.finding import ChannelError, Finding
+from evenspin.plausible.finding import ChannelError, Finding, is_signal
 from evenspin.plausible.kinematics import check_motion, check_wrap, exchanged_speed
 from evenspin.plausible.torque import ANGLE_SMOOTH_S, SMOOTH_S, acceleration_factor
 
@@ -56,7 +56,7 @@ def check_beside(path: Path, columns: Mapping[str, Array]) -> None:
     """Where the log has the other currents too, they belong to iq_a and the angle."""
     if not {*CURRENTS, "theta_m_rad"} <= set(columns):
         return
-    good = np.all([np.isfinite(columns[name]) for name in (*CURRENTS, "theta_m_rad")], axis=0)
+    good = np.all([is_signal(columns[name]) for name in (*CURRENTS, "theta_m_rad")], axis=0)
     if np.count_nonzero(good) < 2 or any(is_constant(columns[name][good]) for name in CURRENTS):
         return
     found = check_currents({name: column[good] for name, column in columns.items()}, 0)

@@ -13,14 +13,13 @@ from evenspin.errors import InputError
 from evenspin.gap.balance.plausible import check_beside, check_living, check_units
 from evenspin.gap.balance.table import HINT, header_of, rows_of
 from evenspin.log.textfile import read_text
+from evenspin.plausible.finding import is_signal
 
 Array = NDArray[np.float64]
 
 KNOWN = {"t_s": "s", "iq_a": "A", "theta_m_rad": "rad", "speed_rad_s": "rad/s", "speed_ref_rad_s": "rad/s"}
 BESIDE = ("id_a", "ia_a", "ib_a", "id_ref_a", "iq_ref_a")  # only looked at: do they belong to iq_a and the angle?
 MANY_A = 1000.0  # a drive with such a current is rare, a log in mA is not
-MOST = 1e9  # no signal of a drive is larger, in any unit
-MOST_TIME = 1e16  # microseconds since 1970 are fewer
 STEMS = {  # how such a column may be called when its name or its unit is another one
     "t_s": ("time", "t", "timestamp"),
     "iq_a": ("iq", "i_q", "current", "iq_meas"),
@@ -75,8 +74,8 @@ def read_log(path: Path) -> Log:
     _enough(path, len(table))
     check_living(path, dict(zip(names, table.T, strict=True)))
     check_beside(path, dict(zip(names, table.T, strict=True)) | others)
-    most = np.array([MOST_TIME if name == "t_s" else MOST for name in names])
-    table = np.where(np.abs(table) < most, table, np.nan)
+    for name, column in zip(names, table.T, strict=True):
+        column[~is_signal(column, name)] = np.nan
     table = _left_out(path, table, np.isfinite(table).all(axis=1), "with a value that is not a number", repairs)
     t_s = table[:, names.index("t_s")]
     later = t_s > np.concatenate(([-np.inf], np.maximum.accumulate(t_s)[:-1]))
