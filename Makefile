@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint target-report blind faults motion clean
+.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint target-report blind faults motion fuzz-logs clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -85,6 +85,12 @@ MOTION_S := 10000
 
 motion: setup ## drives that work, at random, on every model: the checks of the motion must not trip (10000 s of driving: 2 min)
 	@$(PYTHON) tools/tests/motion_campaign.py --seconds $(MOTION_S)
+
+FUZZ_TRIALS ?= 5000
+FUZZ_SEED   ?= 1
+
+fuzz-logs: setup ## broken case folders and logs: work that is done, or one line (5000: 25 min; a few are in `make test`)
+	@FUZZ_TRIALS=$(FUZZ_TRIALS) FUZZ_SEED=$(FUZZ_SEED) $(PYTHON) -m pytest -q tools/tests/gap/test_gap_fuzzed_logs.py
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

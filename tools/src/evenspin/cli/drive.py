@@ -81,4 +81,3 @@ def _address(word: str) -> tuple[str, int]:
 
 def _say(text: str) -> None:
     print(f"evenspin drive: {text}", file=sys.stderr, flush=True)
-

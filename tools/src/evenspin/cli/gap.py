@@ -27,6 +27,22 @@ class PathFirst(TyperGroup):
             args = [ONE, *args]
         return super().parse_args(ctx, args)
 
+    def invoke(self, ctx: Any) -> Any:
+        """A folder that is called like a sub-command is told apart by the `./` before it."""
+        from evenspin.errors import InputError
+
+        try:
+            return super().invoke(ctx)
+        except typer.BadParameter as error:
+            word = ctx.invoked_subcommand
+            missing = type(error).__name__ == "MissingParameter"  # typer does not export it
+            if not missing or word is None or not Path(word).exists():
+                raise
+            must = f"given as ./{word} where the folder or file of this name is meant"
+            raise InputError(
+                "gap", "command", word, must, f"or give what `evenspin gap {word} --help` asks for"
+            ) from None
+
 
 app = typer.Typer(
     cls=PathFirst,
@@ -64,6 +80,7 @@ def case(
 
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
+    _must_exist(path)
     if path.is_file():
         _balance(path, model, out, as_json, check, force)
         return
@@ -204,14 +221,15 @@ def plan(
 
 def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps: bool) -> CaseResult:
     from evenspin.gap.check import checked_case
-    from evenspin.gap.folder import write_result, write_steps
-    from evenspin.gap.result import investigate
     from evenspin.output import OutputFolder
-    from evenspin.sim.progress import progress_bar
 
     made = origin(path)
     output = OutputFolder(out, made, force=force)
     loaded, said = checked_case(path)
+    from evenspin.gap.folder import write_result, write_steps  # they take a second to load
+    from evenspin.gap.result import investigate
+    from evenspin.sim.progress import progress_bar
+
     with progress_bar("reading", 1.0, patience_s=1.0) as bar:
 
         def tell(what: str, share: float) -> None:
@@ -261,6 +279,16 @@ def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: boo
     if as_json:
         write_json(result.verdict, STDOUT)
     _check(check, "unknown" in result.verdict["verdict"], path.name)
+
+
+def _must_exist(path: Path) -> None:
+    from evenspin.errors import InputError, did_you_mean
+
+    if not path.exists():
+        words = [command.name or "" for command in app.registered_commands if command.name != ONE]
+        close = did_you_mean(str(path), words) if str(path).isidentifier() else ""
+        hint = close if close.startswith("did you mean") else f"sub-commands are {', '.join(words)}, blind"
+        raise InputError("gap", "CASE_DIR|LOG.csv", str(path), "an existing folder or file", hint)
 
 
 def _refuse_model(model: str | None) -> None:

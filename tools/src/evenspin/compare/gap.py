@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from evenspin.compare.resimulate import VALIDATION, resimulate
+from evenspin.compare.sound import check_for_comparison
 from evenspin.errors import InputError
 from evenspin.log.case import Case, read_case
 
@@ -55,4 +56,5 @@ def case_gap(folder: Path, effects: Mapping[str, Mapping[str, float]] | None = N
         raise InputError(
             folder, "experiments", list(case.experiments), "with validation or validation_steps", "record one"
         )
+    check_for_comparison(case, names)
     return CaseGap(str(case.meta.get("case", folder.name)), tuple(record_gap(case, name, effects) for name in names))

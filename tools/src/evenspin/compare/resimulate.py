@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.compare.load import reading_noise, steady_load
-from evenspin.errors import MISSING, InputError, NativeError
+from evenspin.errors import InputError, NativeError
 from evenspin.log.case import META
+from evenspin.log.meta_numbers import HINT, MetaNumbers
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 from evenspin.sim.record import Record
 
 VALIDATION = ("validation", "validation_steps")
 LOCKED = ("standstill_steps", "validation_steps")  # rotor held, current mode
-HINT = "docs/log-format.md describes meta.json"
 NO_LIMIT = 1e3  # protection of a drive that is only re-simulated: out of the way
 MACHINE = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
@@ -46,7 +46,7 @@ class Replay:
     def __init__(self, folder: Path, meta: Mapping[str, Any], name: str, record: Record) -> None:
         if len(record) < 2:
             raise InputError(folder, name, f"{len(record)} rows", "at least 2 rows", "record longer")
-        numbers = _Meta(folder, meta)
+        numbers = MetaNumbers(folder / META, meta)
         self.folder, self.name, self.rows = folder, name, len(record)
         self.locked = name in LOCKED
         self.t_s = record["t_s"] - record["t_s"][0]
@@ -157,28 +157,14 @@ def resimulate(
     return Replay(folder, meta, name, record).run(signals, Unit(effects or {}))
 
 
-class _Meta:
-    """meta.json with errors that name the key."""
-
-    def __init__(self, folder: Path, content: Mapping[str, Any]) -> None:
-        self.folder, self.content = folder, content
-
-    def number(self, *path: str) -> float:
-        value: Any = self.content
-        for key in path:
-            value = value.get(key, MISSING) if isinstance(value, Mapping) else MISSING
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise InputError(self.folder / META, ".".join(path), value, "a finite number", HINT)
-        return float(value)
-
-
-def _drive(meta: _Meta, counts: float) -> dict[str, float]:
+def _drive(meta: MetaNumbers, counts: float) -> dict[str, float]:
     """The controller that the format describes, with the numbers of this drive."""
     return {
         "pole_pairs": meta.number("motor", "pole_pairs"),
         "encoder_counts": counts if counts > 0.0 else 65536.0,
         "current_kp_v_per_a": meta.number("current_loop", "kp_v_per_a"),
         "current_ki_v_per_as": meta.number("current_loop", "ki_v_per_as"),
+        "voltage_limit_v": meta.voltage_limit_v(),
         "angle_advance_periods": meta.number("current_loop", "angle_advance_periods"),
         "speed_source": 0.0,
         "pll_kp_per_s": meta.number("speed_filter", "kp"),

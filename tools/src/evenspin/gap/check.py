@@ -15,9 +15,14 @@ from typing import Any
 import numpy as np
 
 from evenspin.compare import LOCKED, VALIDATION, Replay
+from evenspin.compare.sound import check_record, check_time, dead_channel, drive_of, unusable
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.repair import repaired
 from evenspin.log.case import META, Case, read_case
+from evenspin.log.meta_numbers import HINT, MetaNumbers, value_of
+from evenspin.plausible.currents import ODD, park_share
+from evenspin.plausible.drive import Drive
+from evenspin.plausible.finding import ChannelError
 from evenspin.sim.record import Record
 
 EXPERIMENTS = (
@@ -32,7 +37,6 @@ EXPERIMENTS = (
 )
 LOADED = ("staircase_load", "load_step", "validation")  # nothing without their torque reading
 LEAST_ROWS = 200
-HINT = "docs/log-format.md describes meta.json"
 POSITIVE = (
     ("motor", "pole_pairs"),
     ("motor", "resistance_ohm"),
@@ -48,11 +52,6 @@ POSITIVE = (
     ("speed_loop", "ts_s"),
 )
 PERIODS = 0.02  # a sampling time may differ from a whole number of PWM periods by this share
-PARK_SHARE = 0.2  # of the current that may be at odds with the angle
-PARK_RIGHT = 0.05
-POLE_PAIRS_MOST = 60
-SPEED_SHARE = 0.05
-RPM = 60.0 / math.tau
 DC_LINK_SHARE = 0.05
 REST_SHARE = 0.05  # of the fastest speed: more at the start is not at rest
 STILL_COUNTS = 8.0
@@ -61,54 +60,83 @@ FINE_RAD = 2e-5  # counts finer than this drown in the digits of a CSV
 
 def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
     """The case, mended, and what to know about it."""
-    case = read_case(folder)
+    return checked(read_case(folder))
+
+
+def checked(case: Case) -> tuple[Case, tuple[str, ...]]:
+    folder = case.path
     said = list(_check_meta(folder, case.meta))
     said += _files(folder, case)
+    drive = drive_of(folder, case.meta)
+    alive, dead = _alive(case, drive, said)
+    _enough(case, alive, dead, said)
     records: dict[str, Record] = {}
-    for name, record in case.experiments.items():
-        if name not in EXPERIMENTS:
-            said.append(f"{name} is not an experiment of the format: left out")
-            continue
-        mended = repaired(record, said, name)
-        if mended is not None and _usable(case, name, mended, said):
-            records[name] = mended
-    if all(name in VALIDATION for name in records):
-        why = "; ".join(said[-3:]) or f"record one of {', '.join(EXPERIMENTS[:6])}"
-        raise InputError(folder, "experiments", list(records), "at least one record to fit", why)
+    for name, record in alive.items():
+        check_time(case, name, record)
+        replay = Replay(case.path, case.meta, name, record)  # it names what is missing in meta.json
+        check_record(case, name, record, drive, speed_mode=not replay.locked and replay.released_at() is None)
+        if _starts_at_rest(name, record, said):
+            records[name] = record
+    _enough(case, records, dead, said)
     case = replace(case, experiments=records)
     said += _contradictions(case)
     return case, tuple(said)
 
 
+def _alive(case: Case, drive: Drive, said: list[str]) -> tuple[dict[str, Record], dict[str, str]]:
+    """Mended records, and why others say nothing."""
+    alive: dict[str, Record] = {}
+    dead: dict[str, str] = {}
+    for name, record in case.experiments.items():
+        if name not in EXPERIMENTS:
+            said.append(f"{name} is not an experiment of the format: left out")
+            continue
+        why = unusable(record)
+        if why is None:
+            mended = repaired(record, said, name)
+            if mended is None or not _has_rows(name, mended, said):
+                continue
+            why = dead_channel(name, mended, drive)
+        if why is None:
+            alive[name] = mended
+        else:
+            dead[name] = why
+            said.append(f"{name}: {why}: left out")
+    return alive, dead
+
+
+def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], said: list[str]) -> None:
+    """Something to fit, and a shaft that turns in some record if it should have."""
+    turning = [name for name in dead if name not in LOCKED] or list(dead)
+    if turning and all(name in LOCKED for name in records):
+        data = f"{dead[turning[0]]} ({len(dead)} of {len(case.experiments)} records say nothing)"
+        raise ChannelError(case.file(turning[0]), data, "repair it and record again")
+    if all(name in VALIDATION for name in records):
+        why = "; ".join(said[-3:]) or f"record one of {', '.join(EXPERIMENTS[:6])}"
+        raise InputError(case.path, "experiments", list(records), "at least one record to fit", why)
+
+
 def _check_meta(folder: Path, meta: Mapping[str, Any]) -> Iterator[str]:
     path = folder / META
+    numbers = MetaNumbers(path, meta)
     for keys in POSITIVE:
-        value = _value(meta, keys)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not (math.isfinite(value) and value > 0.0):
-            raise InputError(path, ".".join(keys), value, "a number above 0", HINT)
+        numbers.positive(*keys)
+    numbers.voltage_limit_v()
     pwm_hz = meta["pwm_hz"]
     for key, limit in (("current_loop", 1.5), ("speed_loop", math.inf)):
         periods = meta[key]["ts_s"] * pwm_hz
         if abs(periods - round(periods)) > PERIODS * max(periods, 1.0) or not 0.5 < periods < limit:
             must = "one PWM period" if limit < math.inf else "a whole number of PWM periods"
             raise InputError(path, f"{key}.ts_s", meta[key]["ts_s"], f"{must} of {1.0 / pwm_hz:g} s", HINT)
-    delay = _value(meta, ("current_loop", "computation_delay_periods"))
+    delay = value_of(meta, ("current_loop", "computation_delay_periods"))
     if delay is not MISSING and delay != 1:
         raise InputError(path, "current_loop.computation_delay_periods", delay, "1", HINT)
-    kind = _value(meta, ("speed_filter", "type"))
+    kind = value_of(meta, ("speed_filter", "type"))
     if kind is not MISSING and kind != "tracking_pll":
         hint = "a log of another drive: evenspin gap LOG.csv --model model.toml"
         raise InputError(path, "speed_filter.type", kind, '"tracking_pll"', hint)
-    slots = _value(meta, ("motor", "slots"))
-    if slots is MISSING or slots is None or slots == 0:
+    if numbers.slots() == 0:
         yield "motor.slots is not in meta.json: cogging is looked for at order 6 p only"
-
-
-def _value(meta: Mapping[str, Any], keys: tuple[str, ...]) -> Any:
-    value: Any = meta
-    for key in keys:
-        value = value.get(key, MISSING) if isinstance(value, Mapping) else MISSING
-    return value
 
 
 def _files(folder: Path, case: Case) -> Iterator[str]:
@@ -122,31 +150,25 @@ def _files(folder: Path, case: Case) -> Iterator[str]:
             yield f"{path.name} is not in meta.json: not read"
 
 
-def _usable(case: Case, name: str, record: Record, said: list[str]) -> bool:
-    """Whether a record can be simulated. Replay names what is missing in meta.json."""
+def _has_rows(name: str, record: Record, said: list[str]) -> bool:
     if len(record) < LEAST_ROWS:
         said.append(f"{name}: {len(record)} rows are too few (at least {LEAST_ROWS}): left out")
         return False
     if name in LOADED and np.isnan(record["load_torque_nm"]).all():
         said.append(f"{name}: load_torque_nm was not measured, and without it nothing can be simulated: left out")
         return False
-    periods = float(np.median(np.diff(record["t_s"]))) * float(case.meta["pwm_hz"])
-    if abs(periods - round(periods)) > PERIODS * max(periods, 1.0) or periods < 0.5:
-        raise InputError(
-            case.path, f"{name}: t_s", f"{periods:.3g} PWM periods between rows", "a whole number of them",
-            f"pwm_hz = {case.meta['pwm_hz']:g} in meta.json contradicts the log",
-        )  # fmt: skip
-    top = float(np.max(np.abs(record["speed_rad_s"])))
-    if name not in LOCKED and abs(float(record["speed_rad_s"][0])) > max(REST_SHARE * top, 0.5):
-        said.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
-        return False
-    Replay(case.path, case.meta, name, record)
     return True
 
 
+def _starts_at_rest(name: str, record: Record, said: list[str]) -> bool:
+    top = float(np.max(np.abs(record["speed_rad_s"])))
+    if name in LOCKED or abs(float(record["speed_rad_s"][0])) <= max(REST_SHARE * top, 0.5):
+        return True
+    said.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
+    return False
+
+
 def _contradictions(case: Case) -> Iterator[str]:
-    _check_park(case)
-    yield from _check_speed(case)
     motor = case.meta["motor"]
     counts = float(case.meta["encoder"]["counts_per_rev"])
     for name, record in case.experiments.items():
@@ -154,14 +176,19 @@ def _contradictions(case: Case) -> Iterator[str]:
             moved = float(np.ptp(np.unwrap(record["theta_m_rad"])))
             if counts > 0.0 and moved > STILL_COUNTS * math.tau / counts:
                 yield f"{name}: the rotor is said to be locked, but it turned by {moved:.3g} rad"
-    off = _park_share(case, int(motor["pole_pairs"]))
-    if off > PARK_SHARE:
-        yield f"id_a and iq_a do not follow from ia_a, ib_a and the angle ({100 * off:.0f} % of the current is at odds)"
+        off = park_share({key: record[key] for key in record.names}, int(motor["pole_pairs"]))
+        if off > ODD:
+            yield (
+                f"{name}: id_a and iq_a do not follow from ia_a, ib_a and the angle "
+                f"({100 * off:.0f} % of the current is at odds)"
+            )
     yield from _check_counts(case, counts)
-    dc_v = float(np.median(np.concatenate([record["vdc_v"] for record in case.experiments.values()])))
+    measured = np.concatenate([record["vdc_v"] for record in case.experiments.values()])
+    measured = measured[np.isfinite(measured)]
+    dc_v = float(np.median(measured)) if len(measured) else case.meta["dc_link_v"]
     if not abs(dc_v / case.meta["dc_link_v"] - 1.0) < DC_LINK_SHARE:
         yield f"vdc_v is {dc_v:.4g} V, dc_link_v in meta.json {case.meta['dc_link_v']:g} V"
-    limit_v = case.meta["dc_link_v"] / math.sqrt(3.0)
+    limit_v = MetaNumbers(case.path / META, case.meta).voltage_limit_v() or case.meta["dc_link_v"] / math.sqrt(3.0)
     top_v = max(float(np.max(np.hypot(r["vd_v"], r["vq_v"]))) for r in case.experiments.values())
     if top_v > 1.02 * limit_v:
         yield f"the drive commanded {top_v:.4g} V; the limit that follows from meta.json is {limit_v:.4g} V"
@@ -170,51 +197,6 @@ def _contradictions(case: Case) -> Iterator[str]:
     top_a = max((float(np.max(np.abs(r["iq_ref_a"]))) for r in turning), default=0.0)
     if top_a > 1.01 * limit_a:
         yield f"iq_ref_a reaches {top_a:.4g} A; speed_loop.iq_limit_a in meta.json is {limit_a:g} A"
-
-
-def _check_park(case: Case) -> None:
-    """Wrong pole pairs show where the currents do not turn with the angle."""
-    said = int(case.meta["motor"]["pole_pairs"])
-    if _park_share(case, said) <= PARK_SHARE:
-        return
-    fits = {p: _park_share(case, p) for p in range(1, POLE_PAIRS_MOST + 1)}
-    best = min(fits, key=lambda p: fits[p])
-    if best != said and fits[best] < PARK_RIGHT:
-        must = f"{best}, as ia_a, ib_a, id_a, iq_a and theta_m_rad of the log say"
-        raise InputError(case.path / META, "motor.pole_pairs", said, must, "correct it")
-
-
-def _park_share(case: Case, pole_pairs: int) -> float:
-    """rms of what the transform of the phase currents leaves of id and iq, over the rms of those."""
-    left = total = 0.0
-    for record in case.experiments.values():
-        angle = pole_pairs * record["theta_m_rad"]
-        alpha, beta = record["ia_a"], (record["ia_a"] + 2.0 * record["ib_a"]) / math.sqrt(3.0)
-        d = np.cos(angle) * alpha + np.sin(angle) * beta
-        q = np.cos(angle) * beta - np.sin(angle) * alpha
-        left += float(np.sum((d - record["id_a"]) ** 2 + (q - record["iq_a"]) ** 2))
-        total += float(np.sum(record["id_a"] ** 2 + record["iq_a"] ** 2))
-    return math.sqrt(left / total) if total > 0.0 else 0.0
-
-
-def _check_speed(case: Case) -> Iterator[str]:
-    """A speed in another unit than the angle's."""
-    travelled = logged = 0.0
-    for name, record in case.experiments.items():
-        if name in LOCKED:
-            continue
-        step_s = float(np.median(np.diff(record["t_s"])))
-        turn = np.abs(np.diff(np.unwrap(record["theta_m_rad"])))
-        speed = np.abs(record["speed_rad_s"][1:])
-        fast = speed > 0.1 * float(np.max(speed, initial=0.0))
-        travelled += float(np.sum(turn[fast]))
-        logged += float(np.sum(speed[fast])) * step_s
-    ratio = logged / travelled if travelled > 0.0 and logged > 0.0 else 1.0
-    given = f"{ratio:.3g} times what theta_m_rad tells"
-    if abs(ratio / RPM - 1.0) < SPEED_SHARE:
-        raise InputError(case.path, "speed_rad_s", given, "in rad/s", "it seems to be in r/min: convert it")
-    if abs(ratio - 1.0) > SPEED_SHARE:
-        yield f"speed_rad_s is {given}"
 
 
 def _check_counts(case: Case, counts: float) -> Iterator[str]:

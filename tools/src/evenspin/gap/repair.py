@@ -6,11 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.log.columns import LOG_COLUMNS
+from evenspin.plausible.finding import is_signal
 from evenspin.sim.record import Record
 
 HELD = ("speed_ref_rad_s", "id_ref_a", "iq_ref_a")  # what is commanded stays until it changes
 ANGLE, LOAD = "theta_m_rad", "load_torque_nm"
+NOT_NEEDED = (LOAD, "vdc_v")  # nan in every row where they were not measured
 BAD_SHARE = 0.02  # of the values of a column that may be filled in
+BACK_SHARE = 0.2  # of the rows whose time may repeat or go back
 GAP_ROWS = 5  # a gap of so many rows is bridged; at a longer one the record ends
 TURN = 2.0 * np.pi
 
@@ -22,13 +25,16 @@ def repaired(record: Record, said: list[str], name: str) -> Record | None:
     values = record.values.copy()
     time = LOG_COLUMNS.index("t_s")
     values = _forward_only(values, time, said, name)
+    if len(values) < (1.0 - BACK_SHARE) * len(record):
+        said.append(f"{name}: t_s repeats or goes back too often: the record is left out")
+        return None
     if len(values) < 2:
         return Record(record.names, record.units, values)
     values = _bridged(values, time, said, name)
     for i, column in enumerate(record.names):
-        bad = ~np.isfinite(values[:, i])
+        bad = ~is_signal(values[:, i], column)
         count = int(np.count_nonzero(bad))
-        if count == 0 or (column == LOAD and count == len(values)):
+        if count == 0 or (column in NOT_NEEDED and count == len(values)):
             continue
         if count > BAD_SHARE * len(values) and column == LOAD:
             values[bad, i] = 0.0

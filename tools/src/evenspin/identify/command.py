@@ -14,6 +14,7 @@ from evenspin.identify.source import check_torque, read_runs, run_of
 from evenspin.log import meta_of, write_case
 from evenspin.log.case import META, read_meta, write_json
 from evenspin.log.meta import MOTOR_KEYS
+from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.model.machine import SIMULATED, Machine, find_model, load_machine
 from evenspin.native import load, tables
 from evenspin.report.page import Page, write_page
@@ -57,9 +58,7 @@ def from_logs(paths: Sequence[Path], choices: Choices) -> Work:
     found = identify(dict.fromkeys(choices.kinds, runs), snap=choices.snap, stribeck=choices.stribeck)
     folder = paths[0] if paths[0].is_dir() else paths[0].parent
     meta = read_meta(folder / META) if (folder / META).is_file() else {}
-    motor = meta.get("motor", {})
-    plant = {key: float(motor[key]) for key in MOTOR_KEYS if key in motor}
-    plant |= {key: float(meta[key]) for key in ("dc_link_v", "pwm_hz") if key in meta}
+    plant = MetaNumbers(folder / META, meta).plant(MOTOR_KEYS)
     return Work(found, choices, str(meta.get("case", paths[0].stem)), plant, None)
 
 

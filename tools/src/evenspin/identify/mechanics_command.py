@@ -16,6 +16,7 @@ from evenspin.identify.source import Run, read_runs, run_of
 from evenspin.log import meta_of, write_case
 from evenspin.log.case import META, read_meta, write_json
 from evenspin.log.meta import MOTOR_KEYS
+from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.model.machine import SIMULATED, Machine, find_model, load_machine
 from evenspin.native import tables
 from evenspin.report.figures import Picture
@@ -76,9 +77,7 @@ def from_logs(paths: Sequence[Path], torque_per_a_nm: float | None, window_s: fl
     runs = read_runs(paths, torque_per_a_nm=torque_per_a_nm)
     folder = paths[0] if paths[0].is_dir() else paths[0].parent
     meta = read_meta(folder / META) if (folder / META).is_file() else {}
-    motor = meta.get("motor", {})
-    plant = {key: float(motor[key]) for key in MOTOR_KEYS if key in motor}
-    plant |= {key: float(meta[key]) for key in ("dc_link_v", "pwm_hz") if key in meta}
+    plant = MetaNumbers(folder / META, meta).plant(MOTOR_KEYS)
     return Work(identify_mechanics(runs, window_s), runs, str(meta.get("case", paths[0].stem)), plant)
 
 

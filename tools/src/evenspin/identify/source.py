@@ -10,16 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.compare import LOCKED
 from evenspin.errors import MISSING, InputError
 from evenspin.log.case import META, read_case, read_meta
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv
 from evenspin.model.machine import Machine
+from evenspin.plausible.currents import CURRENTS, check_currents
+from evenspin.plausible.dead import is_constant, unusable_columns
+from evenspin.plausible.finding import ChannelError, is_signal
+from evenspin.plausible.kinematics import check_motion
 from evenspin.sim.record import Record
 
 Array = NDArray[np.float64]
 
 TURN_RAD = 2.0 * np.pi
+USED = ("t_s", "theta_m_rad", "iq_a", "iq_ref_a")
 TORQUE_FROM = ("measured", "command")
 
 
@@ -52,6 +58,9 @@ def read_runs(paths: Sequence[Path], torque: str = "measured", torque_per_a_nm: 
         else:
             records = {path.name.removesuffix(".gz").removesuffix(".csv"): read_csv(path, LOG_COLUMNS, LOG_UNITS)}
             meta = read_meta(path.parent / META) if torque_per_a_nm is None else {}
+        for name, record in records.items():
+            if name not in LOCKED:
+                _check_signals(path / f"{name}.csv" if path.is_dir() else path, record, torque)
         k_t = torque_per_a_nm if torque_per_a_nm is not None else _torque_per_a(path, meta)
         runs += [run_of(record, name, k_t, torque, path) for name, record in records.items()]
     return runs
@@ -66,6 +75,25 @@ def torque_from(machine: Machine | None, torque_per_a_nm: float | None) -> str:
     return "Torque per ampere: from pole_pairs and psi_wb of meta.json, nominal values that nobody measured here."
 
 
+def _check_signals(file: Path, record: Record, torque: str) -> None:
+    """A channel that is dead or in another unit would be identified as a machine."""
+    columns = {name: record[name] for name in record.names}
+    current = "iq_ref_a" if torque == "command" else "iq_a"
+    why = unusable_columns(columns, [name for name in LOG_COLUMNS if name not in USED])
+    dead = next((name for name in ("theta_m_rad", current) if why is None and is_constant(columns[name])), None)
+    if dead is not None:
+        why = f"{dead} is {columns[dead][0] + 0.0:g} in every row: a dead channel, or a shaft that never turned"
+    if why is not None:
+        raise ChannelError(file, why, "repair it and record again, or leave this log out")
+    if not all(is_signal(columns[name], name).all() for name in (*USED, "speed_rad_s")):
+        return  # told for each column later
+    found = check_motion(columns["t_s"], columns["theta_m_rad"], columns["speed_rad_s"])
+    if found is None and all(is_signal(columns[name]).all() for name in CURRENTS):
+        found = check_currents(columns, 0)
+    if found is not None:
+        raise found.error(file)
+
+
 def check_torque(torque: str) -> None:
     if torque not in TORQUE_FROM:
         raise InputError("identify", "--torque", torque, "measured or command", "measured is the usual one")
@@ -76,7 +104,7 @@ def run_of(record: Record, name: str, torque_per_a_nm: float, torque: str = "mea
     if len(record) < 3:
         raise InputError(path or name, name, f"{len(record)} rows", "at least 3 rows", "record longer")
     for column in ("t_s", "theta_m_rad", "iq_a", "iq_ref_a"):
-        if not np.isfinite(record[column]).all():
+        if not is_signal(record[column], column).all():
             raise InputError(path or name, column, "nan", "finite in every row", "correct the log")
     if torque == "command":
         current = np.concatenate((record["iq_ref_a"][:1], record["iq_ref_a"][:-1]))
@@ -116,7 +144,7 @@ def _torque_per_a(path: Path, meta: Mapping[str, Any]) -> float:
     motor = meta.get("motor", {})
     try:
         value = 1.5 * float(motor["pole_pairs"]) * float(motor["psi_wb"])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         value = 0.0
     if not value > 0.0:
         given = motor.get("psi_wb", MISSING) if isinstance(motor, Mapping) else MISSING

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evenspin.errors import MISSING, InputError, reason
+from evenspin.errors import InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv, write_csv
+from evenspin.log.textfile import HINT, META_BYTES, read_text
 from evenspin.sim.record import Record
 
 META = "meta.json"
-HINT = "`evenspin run` writes this format"
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +24,10 @@ class Case:
     path: Path
     meta: Mapping[str, Any]
     experiments: Mapping[str, Record]
+
+    def file(self, name: str) -> Path:
+        """Where this experiment was read from."""
+        return _find(self.path, name) or self.path / f"{name}.csv"
 
 
 def write_case(folder: Path, meta: Mapping[str, Any], records: Mapping[str, Record]) -> None:
@@ -45,11 +49,10 @@ def read_case(folder: Path) -> Case:
 
 def read_meta(path: Path) -> dict[str, Any]:
     try:
-        meta = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(path, "file", MISSING, "an existing file", HINT) from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(path, "file", reason(error), "JSON", HINT) from None
+        meta = json.loads(read_text(path, HINT, META_BYTES, "JSON"))
+    except (ValueError, RecursionError) as error:
+        said = "(nested too deeply)" if isinstance(error, RecursionError) else str(error)
+        raise InputError(path, "file", said, "JSON", HINT) from None
     names = meta.get("experiments") if isinstance(meta, dict) else None
     if not isinstance(names, list) or not all(isinstance(name, str) and name == Path(name).name for name in names):
         raise InputError(path, "experiments", names, "a list of names", HINT)

@@ -11,11 +11,11 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.errors import MISSING, InputError, did_you_mean
+from evenspin.errors import InputError, did_you_mean
+from evenspin.log.textfile import HINT, line_blocks, read_text
 from evenspin.sim.record import Record
 
 ROWS_AT_ONCE = 4096
-HINT = "`evenspin run` writes this format"
 
 
 def write_csv(path: Path, names: Sequence[str], values: NDArray[np.float64]) -> None:
@@ -30,35 +30,39 @@ def write_csv(path: Path, names: Sequence[str], values: NDArray[np.float64]) -> 
 
 def read_csv(path: Path, names: Sequence[str], units: Sequence[str]) -> Record:
     """Read these columns; the file may have more, in any order. What cannot be read is an InputError."""
-    try:
-        with _open_to_read(path) as file:
-            return _parse(path, file, tuple(names), tuple(units))
-    except FileNotFoundError:
-        raise InputError(path, "file", MISSING, "an existing file", HINT) from None
-    except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise InputError(path, "file", str(error), "a readable CSV file", HINT) from None
-
-
-def _parse(path: Path, file: IO[str], names: tuple[str, ...], units: tuple[str, ...]) -> Record:
-    header = file.readline().strip().split(",")
+    text = read_text(path)
+    first = text.split("\n", 1)[0]
+    header = [name.strip() for name in first.strip().split(",")]
     for name in names:
         if name not in header:
             raise InputError(path, "column", name, "in the header", did_you_mean(name, header), 1)
+        if header.count(name) > 1:
+            raise InputError(path, "column", name, "in the header once", "remove the other", 1)
     columns = [header.index(name) for name in names]
-    text = file.read()
-    if not text.strip():
+    parts = [_parsed(path, number, lines, header, columns) for number, lines in line_blocks(text, len(first) + 1, 2)]
+    values = np.concatenate(parts) if parts else np.empty((0, len(names)))
+    if not len(values):
         raise InputError(path, "rows", 0, "at least 1", HINT, 2)
+    return Record(tuple(names), tuple(units), values)
+
+
+def _parsed(
+    path: Path, number: int, lines: Sequence[str], header: Sequence[str], columns: Sequence[int]
+) -> NDArray[np.float64]:
+    """These columns of some lines, of which the first has this number."""
+    if not any(line.strip() for line in lines):
+        return np.empty((0, len(columns)))
     try:
-        values = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None)
+        values = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
     except ValueError:
-        raise _first_bad_cell(path, text, header) from None
+        raise _first_bad_cell(path, number, lines, header) from None
     if values.shape[1] != len(header):
-        raise InputError(path, "columns", values.shape[1], f"{len(header)} as in the header", HINT, 2)
-    return Record(names, units, np.ascontiguousarray(values[:, columns]))
+        raise InputError(path, "columns", values.shape[1], f"{len(header)} as in the header", HINT, number)
+    return values[:, columns]
 
 
-def _first_bad_cell(path: Path, text: str, header: list[str]) -> InputError:
-    for number, line in enumerate(text.splitlines(), start=2):
+def _first_bad_cell(path: Path, first: int, lines: Sequence[str], header: Sequence[str]) -> InputError:
+    for number, line in enumerate(lines, start=first):
         cells = line.split(",")
         if line and len(cells) != len(header):
             return InputError(path, "columns", len(cells), f"{len(header)} as in the header", HINT, number)
@@ -80,7 +84,3 @@ def _open_to_write(path: Path) -> IO[str]:
     if path.suffix == ".gz":
         return io.TextIOWrapper(gzip.GzipFile(path, "wb", mtime=0), encoding="ascii", newline="\n")
     return path.open("w", encoding="ascii", newline="\n")
-
-
-def _open_to_read(path: Path) -> IO[str]:
-    return gzip.open(path, "rt", encoding="utf-8") if path.suffix == ".gz" else path.open(encoding="utf-8")

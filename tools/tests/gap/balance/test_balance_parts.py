@@ -69,7 +69,7 @@ def test_a_pure_delay_of_the_speed_is_found_and_undone(tmp_path: Path) -> None:
     speed = 50.0 * np.sin(2.0 * np.pi * 2.0 * T_S)
     theta = -50.0 / (4.0 * np.pi) * np.cos(4.0 * np.pi * T_S)
     late = 50.0 * np.sin(4.0 * np.pi * (T_S - 2.3e-3))
-    columns = {"t_s": T_S, "theta_m_rad": theta, "speed_rad_s": late, "iq_a": np.zeros_like(T_S)}
+    columns = {"t_s": T_S, "theta_m_rad": theta, "speed_rad_s": late, "iq_a": 1e-3 * np.gradient(speed, T_S)}
     log = read_log(recordings.write(tmp_path / "log.csv", columns))
     grid = grid_of(log)
 

@@ -21,7 +21,7 @@ def log(**changes: np.ndarray | None) -> dict[str, np.ndarray]:
     columns = {
         "t_s": t_s,
         "theta_m_rad": 6.0 * t_s,
-        "speed_rad_s": np.full(ROWS, 6.0),
+        "speed_rad_s": 6.0 - 0.05 * np.cos(40.0 * t_s),  # one that stands in every row would be a dead channel
         "iq_a": 0.1 + 0.01 * np.sin(40.0 * t_s),
     }
     columns.update({name: value for name, value in changes.items() if value is not None})

@@ -190,8 +190,9 @@ def test_a_line_that_is_not_tied_to_the_shaft_is_unknown(tmp_path: Path) -> None
     assert any("10.5" in text for text in verdict["unexplained"])
 
 
-def test_a_motor_that_does_not_turn_is_refused(tmp_path: Path) -> None:
-    columns = {name: np.zeros(2000) for name in ("theta_m_rad", "speed_rad_s", "iq_a")}
+def test_a_motor_that_hardly_turns_is_refused(tmp_path: Path) -> None:
+    t_s = 1e-3 * np.arange(2000)
+    columns = {"theta_m_rad": 0.1 * np.sin(t_s), "speed_rad_s": 0.1 * np.cos(t_s), "iq_a": -0.1 * np.sin(t_s)}
 
     with pytest.raises(InputError, match="one turn"):
         verdict_of(tmp_path, {"t_s": 1e-3 * np.arange(2000)} | columns)
@@ -212,7 +213,7 @@ def test_angle_and_speed_that_disagree_are_refused(tmp_path: Path) -> None:
     columns = recordings.sweep({})
     columns["theta_m_rad"] = np.degrees(np.unwrap(columns["theta_m_rad"]))
 
-    with pytest.raises(InputError, match="not in rad"):
+    with pytest.raises(InputError, match="theta_m_rad in degrees"):
         verdict_of(tmp_path, columns)
 
 

@@ -10,11 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.gap.balance.table import HINT, header_of, read_text, rows_of
+from evenspin.gap.balance.plausible import check_beside, check_living, check_units
+from evenspin.gap.balance.table import HINT, header_of, rows_of
+from evenspin.log.textfile import read_text
+from evenspin.plausible.finding import is_signal
 
 Array = NDArray[np.float64]
 
 KNOWN = {"t_s": "s", "iq_a": "A", "theta_m_rad": "rad", "speed_rad_s": "rad/s", "speed_ref_rad_s": "rad/s"}
+BESIDE = ("id_a", "ia_a", "ib_a", "id_ref_a", "iq_ref_a")  # only looked at: do they belong to iq_a and the angle?
+MANY_A = 1000.0  # a drive with such a current is rare, a log in mA is not
 STEMS = {  # how such a column may be called when its name or its unit is another one
     "t_s": ("time", "t", "timestamp"),
     "iq_a": ("iq", "i_q", "current", "iq_meas"),
@@ -58,12 +63,19 @@ def gaps_of(t_s: Array, period_s: float) -> Array:
 
 def read_log(path: Path) -> Log:
     """Read, mend and check; whatever the file is, the answer is a Log or an InputError."""
-    text = read_text(path)
+    text = read_text(path, HINT)
     header = header_of(text)
     names = _columns(path, header)
+    beside = [name for name in BESIDE if header.count(name) == 1]
     repairs: list[str] = []
-    table = rows_of(path, text, [header.index(name) for name in names], repairs)
+    table = rows_of(path, text, [header.index(name) for name in (*names, *beside)], repairs)
+    others = dict(zip(beside, table[:, len(names) :].T, strict=True))
+    table = table[:, : len(names)]
     _enough(path, len(table))
+    check_living(path, dict(zip(names, table.T, strict=True)))
+    check_beside(path, dict(zip(names, table.T, strict=True)) | others)
+    for name, column in zip(names, table.T, strict=True):
+        column[~is_signal(column, name)] = np.nan
     table = _left_out(path, table, np.isfinite(table).all(axis=1), "with a value that is not a number", repairs)
     t_s = table[:, names.index("t_s")]
     later = t_s > np.concatenate(([-np.inf], np.maximum.accumulate(t_s)[:-1]))
@@ -71,8 +83,9 @@ def read_log(path: Path) -> Log:
     _enough(path, len(table))
     values = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
     period_s = float(np.median(np.diff(values["t_s"])))
+    check_units(path, values)
     if period_s > 1.0 / LEAST_RATE_HZ:
-        hint = "is the time in milliseconds? t_s is in seconds" if period_s > 0.1 else "record faster"
+        hint = "is the time in milliseconds or microseconds? t_s is in seconds" if period_s > 0.1 else "record faster"
         raise InputError(path, "t_s", f"{period_s:g} between rows", f"at most {1.0 / LEAST_RATE_HZ:g} s", hint)
     theta = values.get("theta_m_rad")
     if theta is not None:
@@ -189,10 +202,15 @@ def _limits(values: Mapping[str, Array]) -> tuple[str, ...]:
     said = []
     if "theta_m_rad" not in values:
         said.append("no theta_m_rad: nothing can be told about what repeats with the angle")
+        said.append("speed_rad_s is taken to be in rad/s, and t_s in s: without theta_m_rad the log cannot tell")
     if "speed_rad_s" not in values:
         said.append("no speed_rad_s: speed and acceleration come from the angle alone")
+        said.append("theta_m_rad is taken to be mechanical and in rad: without speed_rad_s the log cannot tell")
     if "speed_ref_rad_s" not in values:
         said.append("no speed_ref_rad_s: the speed controller cannot be found, so no closed loop is simulated")
+    top_a = float(np.max(np.abs(values["iq_a"])))
+    if top_a > MANY_A:
+        said.append(f"iq_a reaches {top_a:.4g} A: if that is in mA, every current of this answer is too")
     said.append(
         "no torque constant, voltage or load sensor is used: torque is in ampere equivalents, and a torque_constant, "
         "winding_resistance, dead_time or inductance error cannot be seen"

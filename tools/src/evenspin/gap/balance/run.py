@@ -13,6 +13,7 @@ from evenspin.gap.balance.analysis import Analysis, analyse
 from evenspin.gap.balance.model_file import model_text
 from evenspin.gap.balance.naming import Verdict, judge
 from evenspin.gap.balance.nominal import read_nominal
+from evenspin.gap.balance.plausible import check_against
 from evenspin.gap.balance.reading import read_log
 from evenspin.gap.balance.story import page_of, summary_of, tables_of
 from evenspin.gap.balance.verdict_file import verdict_json
@@ -50,7 +51,11 @@ def run_balance(
         command: noted in the report.
     """
     nominal = read_nominal(model) if model is not None else None
-    analysis = analyse(read_log(log_path), nominal, progress)
+    log = read_log(log_path)
+    if nominal is not None:
+        names = ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")
+        check_against(log_path, {name: getattr(log, name) for name in names}, nominal)
+    analysis = analyse(log, nominal, progress)
     verdict = judge(analysis)
     content = verdict_json(analysis, verdict)
     if out_dir is not None:

@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-import gzip
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.errors import MISSING, InputError
+from evenspin.errors import InputError
+from evenspin.log.textfile import line_blocks
 
 Array = NDArray[np.float64]
 
 HINT = "docs/log-format.md names columns and units"
-
-
-def read_text(path: Path) -> str:
-    try:
-        if path.suffix == ".gz":
-            with gzip.open(path, "rt", encoding="utf-8-sig") as file:
-                return file.read()
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(path, "file", MISSING, "an existing file", HINT) from None
-    except EOFError:
-        raise InputError(path, "file", "(cut off)", "a complete .gz file", "copy it again") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(path, "file", str(error), "a readable CSV file", HINT) from None
 
 
 def header_of(text: str) -> list[str]:
@@ -38,20 +23,32 @@ def header_of(text: str) -> list[str]:
 
 def rows_of(path: Path, text: str, wanted: Sequence[int], repairs: list[str]) -> Array:
     """The columns with these numbers, a row per line."""
-    width = len(header_of(text))
-    lines = [line for line in text.split("\n")[1:] if line.strip()]
-    if lines and _cut_off(lines[-1], width, ends=text.endswith("\n")):
-        repairs.append(f"the last line (line {len(lines) + 1}) is cut off: left out")
-        lines.pop()
-    if not lines:
+    header = header_of(text)
+    start, end = text.find("\n") + 1, len(text.rstrip())
+    if start == 0 or end <= start:
         raise InputError(path, "rows", 0, "at least one", HINT, 2)
+    last = text.rfind("\n", 0, end) + 1
+    if _cut_off(text[last:end], len(header), ends=text.endswith("\n")):
+        repairs.append(f"the last line (line {text.count(chr(10), 0, last) + 1}) is cut off: left out")
+        text = text[:last]
+    parts: list[Array] = []
+    for number, block in line_blocks(text, start, 2):
+        lines = [(number + i, line) for i, line in enumerate(block) if line.strip()]
+        if lines:
+            parts.append(_block(path, lines, header, wanted))
+    if not parts:
+        raise InputError(path, "rows", 0, "at least one", HINT, 2)
+    return np.concatenate(parts)
+
+
+def _block(path: Path, lines: Sequence[tuple[int, str]], header: Sequence[str], wanted: Sequence[int]) -> Array:
     try:
-        values = np.loadtxt(io.StringIO("\n".join(lines)), delimiter=",", ndmin=2, comments=None)
+        values = np.loadtxt([line for _, line in lines], delimiter=",", ndmin=2, comments=None)
     except ValueError:
-        return _row_by_row(path, lines, width, wanted)
-    if values.shape[1] != width:
-        raise InputError(path, "columns", values.shape[1], f"{width} as in the header", HINT, 2)
-    return np.ascontiguousarray(values[:, list(wanted)])
+        return _row_by_row(path, lines, header, wanted)
+    if values.shape[1] != len(header):
+        raise InputError(path, "columns", values.shape[1], f"{len(header)} as in the header", HINT, lines[0][0])
+    return values[:, list(wanted)]
 
 
 def _cut_off(line: str, width: int, *, ends: bool) -> bool:
@@ -60,18 +57,20 @@ def _cut_off(line: str, width: int, *, ends: bool) -> bool:
     return len(cells) < width or (not ends and _number(cells[-1]) is None)
 
 
-def _row_by_row(path: Path, lines: Sequence[str], width: int, wanted: Sequence[int]) -> Array:
+def _row_by_row(path: Path, lines: Sequence[tuple[int, str]], header: Sequence[str], wanted: Sequence[int]) -> Array:
     """Slow and exact: an empty cell is not-a-number, anything else that is not a number is refused."""
     values = np.full((len(lines), len(wanted)), np.nan)
-    for row, line in enumerate(lines):
+    for row, (line_number, line) in enumerate(lines):
         cells = line.split(",")
-        if len(cells) != width:
-            raise InputError(path, "columns", len(cells), f"{width} as in the header", "correct the line", row + 2)
+        if len(cells) != len(header):
+            must = f"{len(header)} as in the header"
+            raise InputError(path, "columns", len(cells), must, "correct the line", line_number)
         for place, column in enumerate(wanted):
             cell = cells[column].strip()
             number = np.nan if not cell else _number(cell)
             if number is None:
-                raise InputError(path, "cell", cell, "a number", "correct the cell", row + 2)
+                hint = f"correct the cell of {header[column]}"
+                raise InputError(path, "cell", cell, "a number", hint, line_number)
             values[row, place] = number
     return values
 
