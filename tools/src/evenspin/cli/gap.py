@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from evenspin.cli.options import JsonFlag, OutFolder
 from evenspin.cli.output import STDOUT, command_line, console, write_json
-from evenspin.gap.blind.command import app as blind
+from evenspin.cli.gap_blind import app as blind
 
 if TYPE_CHECKING:
     from evenspin.gap.result import CaseResult

@@ -17,7 +17,7 @@ from evenspin.log.meta import MOTOR_KEYS
 from evenspin.model.machine import Machine, find_model, load_machine
 from evenspin.native import load, tables
 from evenspin.report.page import Page, write_page
-from evenspin.reproduce.work import Progress, run_all
+from evenspin.sim.many import Progress, run_all
 from evenspin.sim import Record
 
 
