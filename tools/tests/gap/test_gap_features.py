@@ -11,7 +11,7 @@ from evenspin.gap.evidence import SOFT, Judge, Noise, robust_cost
 from evenspin.gap.features import SIGNALS, FeatureSet, known_orders, slot_order
 from evenspin.gap.hypotheses import COMPOSITE, hypotheses
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
-from evenspin.gap.search import _probe_points
+from evenspin.gap.screening import probe_points
 from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 
@@ -228,7 +228,7 @@ def test_the_log_format_says_the_tolerances():
 def test_the_second_order_of_a_misalignment_is_probed_beside_the_first_to_which_it_is_relative():
     misalignment = hypotheses(MOTOR, 4000.0)["misalignment"]
 
-    first, _, second, _ = _probe_points(misalignment, np.zeros(4))
+    first, _, second, _ = probe_points(misalignment, np.zeros(4))
 
     assert misalignment.to_params(first)["second_rel"] == 0.0
     assert misalignment.to_params(second) == pytest.approx(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evenspin.gap.candidate import Model
 from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.investigate import Floor, Investigation
-from evenspin.gap.search import Model
 
 MOTOR = {"rated_current_a": 5.0, "rated_torque_nm": 1.0, "pole_pairs": 4, "slots": 12}
 NOTHING = np.zeros(0)

@@ -87,12 +87,16 @@ def two_hypotheses(*motor_and_encoder: Any) -> dict[str, Hypothesis]:
 
 
 @pytest.fixture(scope="session")
-def result(small_case: Path) -> CaseResult:
+def investigation(small_case: Path) -> core.Investigation:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(core, "hypotheses", two_hypotheses)
-        case, said = checked_case(small_case)
-        investigation = core.Investigation(case, 2)
-        return result_of(case, investigation, investigation.run(), said)
+        return core.Investigation(checked_case(small_case)[0], 2)
+
+
+@pytest.fixture(scope="session")
+def result(small_case: Path, investigation: core.Investigation) -> CaseResult:
+    case, said = checked_case(small_case)
+    return result_of(case, investigation, investigation.run(), said)
 
 
 @pytest.fixture(scope="session")
@@ -103,10 +107,10 @@ def written(result: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 
 @pytest.fixture(scope="session")
-def unknown(result: CaseResult) -> CaseResult:
+def unknown(result: CaseResult, investigation: core.Investigation) -> CaseResult:
     """The same, had the best explanation not been good enough."""
     finding = replace(result.finding, unknown=True, named=())
-    return result_of(result.case, result.investigation, finding)
+    return result_of(result.case, investigation, finding)
 
 
 def test_the_hidden_effect_is_named_with_its_size(result: CaseResult) -> None:
@@ -189,9 +193,11 @@ def test_unknown_names_nothing_and_changes_nothing(unknown: CaseResult, tmp_path
     assert load_machine(tmp_path / "model.toml").effects == {}
 
 
-def test_without_validation_records_the_gap_is_not_known_and_that_is_said(result: CaseResult, tmp_path: Path) -> None:
+def test_without_validation_records_the_gap_is_not_known_and_that_is_said(
+    result: CaseResult, investigation: core.Investigation, tmp_path: Path
+) -> None:
     case = replace(result.case, experiments={"staircase_load": result.case.experiments["staircase_load"]})
-    blindly = result_of(case, result.investigation, result.finding)
+    blindly = result_of(case, investigation, result.finding)
 
     write_result(tmp_path, blindly, "evenspin gap")
     said = json.loads((tmp_path / "verdict.json").read_text())
@@ -215,9 +221,8 @@ def test_the_report_shows_warnings_before_the_story(result: CaseResult) -> None:
 
 
 def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: CaseResult) -> None:
-    forward = result.investigation.forward
-    spots = ranked(forward, result.residual_before, result.residual_after)
-    heat = heat_map(forward, result.residual_before, result.residual_after)
+    spots = ranked(result.subjects, result.residual_before, result.residual_after)
+    heat = heat_map(result.subjects, result.residual_before, result.residual_after)
 
     assert sum(spot.share for spot in spots) == pytest.approx(1.0)
     assert spots[0].signal in ("iq_a", "speed_rad_s")  # friction is a torque
@@ -279,12 +284,12 @@ def test_the_plan_covers_every_experiment_and_its_records_are_a_sound_case(
     assert math.isclose(sum(e.setup.duration_s for e in experiments), 43.08, abs_tol=0.01)
 
 
-def test_deviations_beyond_the_tolerance_are_said(result: CaseResult) -> None:
+def test_deviations_beyond_the_tolerance_are_said(result: CaseResult, investigation: core.Investigation) -> None:
     far = np.zeros(len(SIGMA))
     far[0] = 5.0 * SIGMA[0]
     finding = replace(result.finding, model=replace(result.finding.model, delta=far))
 
-    said = result_of(result.case, result.investigation, finding).warnings
+    said = result_of(result.case, investigation, finding).warnings
 
     assert any("resistance: this unit is 5.0 standard deviations" in warning for warning in said)
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from evenspin.cli.gap_blind import app as blind
 from evenspin.cli.options import JsonFlag, OutFolder
 from evenspin.cli.output import STDOUT, command_line, console, write_json
-from evenspin.cli.gap_blind import app as blind
 
 if TYPE_CHECKING:
     from evenspin.gap.result import CaseResult

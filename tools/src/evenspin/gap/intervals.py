@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.gap.candidate import Model
+from evenspin.gap.fitting import Fitter
 from evenspin.gap.hypotheses import Hypothesis
 from evenspin.gap.knowledge import known
-from evenspin.gap.search import Model, Search
 from evenspin.gap.tolerance import SIGMA, unit_of
 
 Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ class Intervals:
         return said
 
 
-def intervals(search: Search, model: Model) -> Intervals:
+def intervals(fitter: Fitter, model: Model) -> Intervals:
     """95 % intervals of the vocabulary's parameters of every effect in the model.
 
     Features repeat one another, so that the covariance of the fit is too small. Sound units with the same effects are
@@ -69,28 +70,28 @@ def intervals(search: Search, model: Model) -> Intervals:
     """
     if not model.z:
         return Intervals((), 1.0)
-    columns = search.columns(model)
-    left = search.forward.measured - model.features
-    covariance = search.judge.fit(left, search.nuisance, columns).covariance
-    inflation = _inflation(search, model, columns, covariance)
+    columns = fitter.columns(model)
+    left = fitter.forward.measured - model.features
+    covariance = fitter.judge.fit(left, fitter.nuisance, columns).covariance
+    inflation = _inflation(fitter, model, columns, covariance)
     found: list[Interval] = []
     at = 0
     for name, z in model.z.items():
         size = len(z)
         part = covariance[at : at + size, at : at + size] * inflation**2
         at += size
-        found += with_model_share(_of_effect(search.library[name], z, part))
+        found += with_model_share(_of_effect(fitter.library[name], z, part))
     return Intervals(tuple(found), inflation)
 
 
-def _inflation(search: Search, model: Model, columns: Array, covariance: Array) -> float:
+def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) -> float:
     random = np.random.default_rng(31)
     deltas = random.normal(0.0, SIGMA, (UNITS, len(SIGMA)))
-    effects = search.effects(model.z)
+    effects = fitter.effects(model.z)
     units = [unit_of(effects, delta, 8000 + i, float(random.random())) for i, delta in enumerate(deltas)]
     scatter = []
-    for run in search.forward.many(units):
-        amount = search.judge.fit(run - model.features, search.nuisance, columns).amount
+    for run in fitter.forward.many(units):
+        amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns).amount
         scatter.append(amount**2 / np.diag(covariance))
     return max(LEAST_INFLATION, math.sqrt(float(np.mean(np.minimum(scatter, 1e4)))))
 

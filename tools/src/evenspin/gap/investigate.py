@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.gap.candidate import Lead, Model
 from evenspin.gap.evidence import model_features
+from evenspin.gap.fitting import Fitter
 from evenspin.gap.forward import Forward
 from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.leftover import Line, leftover_lines
+from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
-from evenspin.gap.search import Lead, Model, Search
+from evenspin.gap.search import Search
 from evenspin.gap.slotting import heard_order
 from evenspin.gap.tolerance import SIGMA, unit_of
-from evenspin.gap.valleys import neighbours
 from evenspin.log.case import Case
 
 EFFECTS_MAX = 3
@@ -91,12 +93,12 @@ class Investigation:
         self.forward = Forward(case, workers)
         motor, encoder = case.meta["motor"], case.meta["encoder"]
         counts = float(encoder["counts_per_rev"])
-        self.library = hypotheses(motor, counts)
         self.say("noise and tolerance", 0.02)
-        self.search = Search(self.forward, self.library)
-        if "cogging" in self.library:
-            heard = heard_order(motor, self.forward.labels, self.search.nothing.residual)
-            self.library["cogging"] = hypotheses(motor, counts, heard)["cogging"]
+        fitter = Fitter.nominal(self.forward, hypotheses(motor, counts))
+        nothing = fitter.model({})
+        heard = heard_order(motor, self.forward.labels, nothing.residual)
+        self.library = hypotheses(motor, counts, heard)
+        self.search = Search(replace(fitter, library=self.library), nothing)
         self.validation = Validation(case)
         self.tried: list[Model] = []
         self.beam: list[Model] = []  # first explanations, best first
@@ -126,7 +128,7 @@ class Investigation:
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
         unknown = floor.excess(best.cost) > floor.limit or _lines_speak(lines)
-        before = search.judge.fit(self.forward.measured - nothing.features, search.nuisance).cost
+        before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
         return Finding(
             best,
             () if unknown else named,
@@ -147,7 +149,7 @@ class Investigation:
         cost = math.inf
         for _ in range(SETTLE_MAX):
             self.search.reconsider(model)
-            found = self.search.refine(self.search.rejudged(model), 4)
+            found = self.search.refine(self.search.fitter.judged(model), 4)
             still = all(np.array_equal(z, model.z[name]) for name, z in found.z.items())
             model, floor = found, self.floor(found)
             if still or not floor.is_significant(model.cost) or model.cost > 0.97 * cost:
@@ -196,7 +198,7 @@ class Investigation:
         found = min(good, key=lambda m: m.likelihood_cost, default=None)
         if found is None:
             return None
-        explained = self.search.rejudged(self.search.nothing).cost - best.cost
+        explained = self.search.fitter.judged(self.search.nothing).cost - best.cost
         imperfect = best.cost - found.cost < IMPERFECT_SHARE * explained and not self._is_far_off(found, best)
         if not unexplained and imperfect:
             return None  # no more than what a large effect leaves that is modelled a little differently
@@ -211,7 +213,7 @@ class Investigation:
     def _validates(self, without: Model, with_it: Model) -> bool:
         """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
         bound = TOLERATED * SIGMA
-        units = (unit_of(self.search.effects(m.z), np.clip(m.delta, -bound, bound)) for m in (without, with_it))
+        units = (unit_of(self.search.fitter.effects(m.z), np.clip(m.delta, -bound, bound)) for m in (without, with_it))
         before, after = (self.validation.outcome(unit).gap for unit in units)
         return not after > before * (1.0 + WORSE_SHARE)
 
@@ -230,7 +232,7 @@ class Investigation:
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
             found = self.search.refine(lead, beat=best + floor.mean)
-            simpler = [self.search.refine(twin, at_home=True) for twin in self._simpler(found)]
+            simpler = [self.search.refine(twin, downhill=True) for twin in self._simpler(found)]
             out += [found, *simpler]
             best = min(best, *(m.own_cost for m in (found, *simpler)))
         self.tried += out
@@ -274,7 +276,7 @@ class Investigation:
         least = self._least_gain({name})
         if gain < least or gain > WEAK_GAIN or self.library[name].is_tolerance:
             return gain >= least
-        before, after = self.search.second_look(without, with_it)
+        before, after = self.search.fitter.second_look(without, with_it)
         return before - after > SECOND_SHARE * least
 
     def _is_far_off(self, model: Model, without: Model) -> bool:
@@ -291,14 +293,14 @@ class Investigation:
         if not names:
             return best, weights
         if len(names) == 1:
-            empty = self.search.rejudged(self.search.nothing)
+            empty = self.search.fitter.judged(self.search.nothing)
             gain = empty.cost - best.cost
             # under the noise level and tolerances around itself it may be less than it seemed at first
             keep = self._stands(names[0], gain, empty, best) and self._all_large(best)
             return (best, {names[0]: gain}) if keep else (empty, {})
         for name in names:
             rest = {k: z for k, z in best.z.items() if k != name}
-            without = self.search.refine(Lead(rest, 0.0), 5, at_home=True)
+            without = self.search.refine(Lead(rest, 0.0), 5, downhill=True)
             if without.cost - best.cost < SURE_GAIN:
                 without = min(without, self.search.refine(Lead(rest, 0.0), 5), key=lambda m: m.cost)
             self.tried.append(without)
@@ -310,20 +312,22 @@ class Investigation:
     # ---- what is left -----------------------------------------------------------------------------------------------
 
     def floor(self, model: Model) -> Floor:
-        effects = self.search.effects(model.z)
+        fitter = self.search.fitter
+        effects = fitter.effects(model.z)
         random = np.random.default_rng(29)
         deltas = random.normal(0.0, SIGMA, (SOUND_UNITS, len(SIGMA)))
         units = [unit_of(effects, d, 7000 + i, float(random.random())) for i, d in enumerate(deltas)]
         (probes,) = model_features(self.forward, [effects])
         expected = probes.mean(axis=0)
-        costs = [self.search.judge.fit(run - expected, self.search.nuisance).cost for run in self.forward.many(units)]
+        costs = [fitter.judge.fit(run - expected, fitter.nuisance).cost for run in self.forward.many(units)]
         return Floor(float(np.mean(costs)), float(np.std(costs, ddof=1)))
 
     def lines(self, model: Model) -> tuple[Line, ...]:
-        effects = self.search.effects(model.z)
+        fitter = self.search.fitter
+        effects = fitter.effects(model.z)
         units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / 6.0) for i in range(6)]
         near = neighbours(self.library, model.z, 8)  # a limit cycle may begin a little beside the place that was found
-        units += [unit_of(self.search.effects(z), model.delta, 60 + i, (i + 0.5) / 8.0) for i, z in enumerate(near)]
+        units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / 8.0) for i, z in enumerate(near)]
         return tuple(leftover_lines(self.forward, units))
 
 

@@ -16,6 +16,7 @@ from evenspin.gap.pictures import (
     tried_costs,
     what_pictures,
     where_pictures,
+    words_of,
 )
 from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
 from evenspin.gap.verdict import because
@@ -80,7 +81,7 @@ def tables_of(result: CaseResult) -> list[TableView]:
 
 
 def _where(result: CaseResult) -> Chapter:
-    spots = ranked(result.investigation.forward, result.residual_before, result.residual_after)[:SPOTS]
+    spots = ranked(result.subjects, result.residual_before, result.residual_after)[:SPOTS]
     text = (
         "The log is boiled down to features: mean, trend and angle orders of every steady stretch, short bins "
         "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal "
@@ -122,9 +123,7 @@ def _what(result: CaseResult) -> Chapter:
 
 def _effects(result: CaseResult) -> TableView:
     rows = []
-    library = result.investigation.library
     for name in result.finding.named:
-        z = result.finding.model.z[name]
         also = inseparable(result, name)
         rows.append(
             (
@@ -133,7 +132,7 @@ def _effects(result: CaseResult) -> TableView:
                 ", ".join(also) or "nothing",
                 f"{result.confidence[name]:.3f}",
                 f"{result.finding.weights.get(name, math.nan):.0f}",
-                f"{library[name].magnitude(z):.1f}",
+                f"{result.sizes[name]:.1f}",
             )
         )
     text = (
@@ -146,13 +145,12 @@ def _effects(result: CaseResult) -> TableView:
 
 def _candidates(result: CaseResult) -> TableView:
     """For and against each explanation that was tried."""
-    names, costs = tried_costs(result)
     finding = result.finding
     weights = {frozenset(names): weight for names, weight in result.other}
     chosen = frozenset(finding.model.names)
     rows, marks = [], []
-    for words, cost in zip(names, costs, strict=True):
-        key = frozenset(words.split(" + ")) - {"nothing"}
+    for names, cost in tried_costs(result):
+        key = frozenset(names)
         excess = finding.floor.excess(cost)
         if key == chosen:
             why = "does not explain the log" if finding.unknown else "chosen" if key else "enough"
@@ -160,7 +158,7 @@ def _candidates(result: CaseResult) -> TableView:
             why = "its addition does not earn a place: too little gain, or within tolerance"
         else:
             why = f"leaves {cost - finding.model.cost:.0f} more"
-        rows.append((words, why, f"{cost:.0f}", f"{excess:.0f}", number(weights.get(key))))
+        rows.append((words_of(names), why, f"{cost:.0f}", f"{excess:.0f}", number(weights.get(key))))
         marks.append(("bad" if finding.unknown else "good") if key == chosen else "")
     text = (
         f"Sound units have a cost of {finding.floor.mean:.0f} +- {finding.floor.sigma:.0f} (from simulation); what is "

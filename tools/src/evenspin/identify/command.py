@@ -17,8 +17,8 @@ from evenspin.log.meta import MOTOR_KEYS
 from evenspin.model.machine import Machine, find_model, load_machine
 from evenspin.native import load, tables
 from evenspin.report.page import Page, write_page
-from evenspin.sim.many import Progress, run_all
 from evenspin.sim import Record
+from evenspin.sim.many import Progress, run_all
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
+from evenspin.cli.gap_blind import app
 from evenspin.errors import CheckFailedError, InputError
 from evenspin.gap.blind import cases as making
-from evenspin.cli.gap_blind import app
 from evenspin.gap.blind.truth import Truth, read_truth
 from typer.testing import CliRunner
 
