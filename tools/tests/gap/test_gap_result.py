@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from evenspin.compare import Unit
 from evenspin.gap import investigate as core
+from evenspin.gap.acceptance import Floor
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
 from evenspin.gap.hypotheses import Hypothesis, hypotheses
@@ -386,7 +387,7 @@ def test_a_batch_of_nothing_is_one_line(evenspin: Callable[..., Any], tmp_path: 
     assert (said.status, said.err.count("\n")) == (2, 1)
 
 
-SOUND = core.Floor(mean=6800.0, sigma=200.0)
+SOUND = Floor(mean=6800.0, sigma=200.0)
 
 
 def sure(result: CaseResult, weights: dict[str, float], cost: float = 6800.0, **changes: Any) -> dict[str, float]:
@@ -419,12 +420,12 @@ def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseR
 
 def test_more_than_noise_is_said_before_it_makes_a_verdict_unknown() -> None:
     """Known effects of another simulator left 1.37 times the cost of sound units, foreign ones without a line twice."""
-    floor = core.Floor(7000.0, 300.0)
+    floor = Floor(7000.0, 300.0)
 
     assert not floor.is_significant(7000.0 + 6 * 299.0)
     assert floor.is_significant(1.37 * 7000.0)
     assert floor.excess(1.37 * 7000.0) < floor.limit < floor.excess(2.0 * 7000.0)
-    assert core.Floor(7000.0, 1000.0).limit == 6000.0
+    assert Floor(7000.0, 1000.0).limit == 6000.0
 
 
 def test_another_explanation_that_does_without_the_name_takes_its_weight(result: CaseResult) -> None:

@@ -12,16 +12,12 @@ from numpy.typing import NDArray
 
 from evenspin.compare import RecordGap, Replay, Unit
 from evenspin.gap.candidate import Model
+from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
-from evenspin.gap.investigate import (
-    GAIN_MIN,
-    TOLERATED,
-    Finding,
-    Investigation,
-    alternatives,
-)
+from evenspin.gap.investigate import Investigation
 from evenspin.gap.knowledge import Blind, blind_spots, known
 from evenspin.gap.outcome import Outcome, Validation
+from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
 from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case

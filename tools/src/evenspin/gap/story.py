@@ -7,7 +7,6 @@ import math
 from evenspin.compare import GAP_SIGNALS
 from evenspin.compare.gap import GAP_UNITS
 from evenspin.gap.intervals import told_parameters
-from evenspin.gap.investigate import GAIN_MIN, LINE_RATIO
 from evenspin.gap.knowledge import known
 from evenspin.gap.pictures import (
     left_pictures,
@@ -19,6 +18,7 @@ from evenspin.gap.pictures import (
     words_of,
 )
 from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
+from evenspin.gap.thresholds import GAIN_MIN, LINE_RATIO
 from evenspin.gap.verdict import because
 from evenspin.gap.where import Spot, ranked
 from evenspin.native import tables

@@ -8,8 +8,8 @@ from typing import Any
 
 from evenspin.compare import RecordGap
 from evenspin.gap.intervals import MODEL_SHARE, told_parameters
-from evenspin.gap.investigate import LINE_RATIO
 from evenspin.gap.result import CaseResult, floor_of, inseparable
+from evenspin.gap.thresholds import LINE_RATIO
 from evenspin.gap.tolerance import TOLERANCES
 
 VERDICT = "verdict.json"

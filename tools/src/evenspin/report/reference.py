@@ -24,21 +24,21 @@ def _parameters() -> str:
         "Every parameter of the drive. In a model or scenario file they go into the table `[drive]`; the choices are "
         "given as their word, the switches as `true` or `false`."
     )
-    return _page("Drive parameters", text, _field_table(tables().params.values()))
+    return page("Drive parameters", text, _field_table(tables().params.values()))
 
 
 def _model() -> str:
     text = "Every number of the simulated machine. In a model file they go into the table `[plant]`."
-    return _page("Plant model", text, _field_table(tables().model.values()))
+    return page("Plant model", text, _field_table(tables().model.values()))
 
 
 def _effects() -> str:
     text = "Non-ideal effects of the simulated machine. In a model or scenario file each has a table `[effects.NAME]`."
     parts = []
     for effect in tables().effects.values():
-        about = f"Acts on: {effect.acts_on}. {_escape(effect.doc)}\n\nShows as: {_escape(effect.signature)}"
+        about = f"Acts on: {effect.acts_on}. {escape(effect.doc)}\n\nShows as: {escape(effect.signature)}"
         parts.append(f"## {effect.name}\n\n{about}\n\n{_field_table(effect.params.values())}")
-    return _page("Effects", text, "\n\n".join(parts))
+    return page("Effects", text, "\n\n".join(parts))
 
 
 def _faults() -> str:
@@ -47,21 +47,22 @@ def _faults() -> str:
         "The number is what the signal `fault` shows."
     )
     rows = [
-        f"| {number} | `{fault.name}` | {_escape(fault.cause)} | {_escape(fault.check)} |"
+        f"| {number} | `{fault.name}` | {escape(fault.cause)} | {escape(fault.check)} |"
         for number, fault in enumerate(tables().faults)
         if number > 0
     ]
     table = "\n".join(["| no. | name | cause | check first |", "| --- | --- | --- | --- |", *rows])
-    return _page("Faults", text, table)
+    return page("Faults", text, table)
 
 
-def _page(title: str, text: str, body: str) -> str:
+def page(title: str, text: str, body: str) -> str:
+    """A page of the manual that a command makes."""
     return f"{MADE}\n\n# {title}\n\n{text}\n\n{body}\n"
 
 
 def _field_table(fields: Iterable[Field]) -> str:
     rows = [
-        f"| `{f.name}` | {_escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {_escape(f.doc)} |" for f in fields
+        f"| `{f.name}` | {escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {escape(f.doc)} |" for f in fields
     ]
     return "\n".join(["| name | unit | default | range | |", "| --- | --- | --- | --- | --- |", *rows])
 
@@ -72,5 +73,6 @@ def _range(field: Field) -> str:
     return "" if field.kind == "flag" else f"{field.minimum:g} .. {field.maximum:g}"
 
 
-def _escape(text: str) -> str:
+def escape(text: str) -> str:
+    """Text for a cell of a table."""
     return text.replace("|", "\\|")
