@@ -68,7 +68,7 @@ class FeatureSet:
         a = np.stack(columns, axis=1)
         gram = a.T @ a
         gram[np.diag_indices_from(gram)] *= 1.0 + 1e-9  # a rotor that stands makes columns equal
-        return np.linalg.solve(gram, a.T @ signals[s.start : s.end]).ravel()
+        return np.asarray(np.linalg.solve(gram, a.T @ signals[s.start : s.end]), dtype=np.float64).ravel()
 
 
 def _folded(cycles: float, nyquist: float) -> float:

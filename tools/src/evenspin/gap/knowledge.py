@@ -51,7 +51,8 @@ def known(name: str) -> Known:
     if entry is None:
         effect = tables().effects[name]
         return Known(name, tuple(effect.params), effect.signature, "any", (), "")
-    return Known(name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()})
+    fields: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in entry.items()}
+    return Known(name, **fields)
 
 
 def vocabulary() -> tuple[str, ...]:

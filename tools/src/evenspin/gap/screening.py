@@ -141,5 +141,5 @@ def _explained(gram: Array, right: Array, columns: NDArray[np.int_]) -> tuple[fl
     g = gram[np.ix_(columns, columns)].copy()
     g[np.diag_indices_from(g)] *= 1.0 + 1e-9
     g[np.diag_indices_from(g)] += 1e-12
-    x = np.linalg.solve(g, right[columns])
+    x = np.asarray(np.linalg.solve(g, right[columns]), dtype=np.float64)
     return float(right[columns] @ x), x

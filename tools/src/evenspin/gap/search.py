@@ -47,8 +47,9 @@ class Search:
         `downhill`: only downhill from where the lead is, also for effects whose cost has many minima. A model was
         refined before and goes on downhill in any case.
         """
-        only_down = downhill or isinstance(lead, Model)
-        strategy = Downhill() if only_down else strategy_for(self.fitter, lead)
+        if downhill or isinstance(lead, Model):
+            return Downhill().refine(self.fitter, lead, steps, beat)
+        strategy = strategy_for(self.fitter, lead)
         return strategy.refine(self.fitter, lead, steps, beat)
 
     def _signatures(self, model: Model) -> list[Signature]:
