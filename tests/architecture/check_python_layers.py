@@ -26,7 +26,7 @@ PACKAGE = "evenspin"
 ORDER = (
     ("errors",),
     ("native", "tableview"),
-    ("model", "blocks"),
+    ("model", "blocks", "effects"),
     ("sim",),
     ("log", "analysis", "doctor"),
     ("report", "cycles", "drive"),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evenspin.effects import Scale, hypotheses
 from evenspin.gap.acceptance import Acceptance, Floor
 from evenspin.gap.candidate import Model
-from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.reference import pages
 from evenspin.gap.thresholds import TABLE
 
@@ -24,7 +24,7 @@ def _found(library, *names: str) -> Model:
 
 @pytest.fixture
 def rules() -> Acceptance:
-    return Acceptance(hypotheses(MOTOR, 4000.0))
+    return Acceptance(hypotheses(Scale.of(MOTOR, 4000.0)))
 
 
 def test_play_on_a_shaft_that_twists_is_also_tried_without_the_play(rules) -> None:

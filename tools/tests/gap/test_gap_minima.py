@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evenspin.effects import Coordinate, Hypothesis, Scale, hypotheses
 from evenspin.gap.candidate import Lead, Model, noise_price
 from evenspin.gap.evidence import Judge, Noise
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.hypotheses import Coordinate, Hypothesis, hypotheses
 from evenspin.gap.minima import NEAR, MinimaSearch, neighbours
 from evenspin.gap.strategies import Detents, Downhill, LocalMinima, strategy_for
 from evenspin.gap.tolerance import SIGMA
@@ -148,7 +148,7 @@ def test_each_lead_gets_the_strategy_that_its_effects_need(fitter):
 
 
 def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaft():
-    library = hypotheses(MOTOR, 4000.0)
+    library = hypotheses(Scale.of(MOTOR, 4000.0))
     backlash = library["backlash"]
     place = np.array(backlash.starts[0])
 

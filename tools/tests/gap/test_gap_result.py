@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 from evenspin.compare import Unit
+from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.gap import investigate as core
 from evenspin.gap.acceptance import Floor
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
-from evenspin.gap.hypotheses import Hypothesis, hypotheses
 from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
 from evenspin.gap.outcome import Validation, floor_gap
 from evenspin.gap.plan import meta, perform, plan
@@ -83,8 +83,8 @@ def small_case(machine_file: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     return folder
 
 
-def two_hypotheses(*motor_and_encoder: Any) -> dict[str, Hypothesis]:
-    return {k: h for k, h in hypotheses(*motor_and_encoder).items() if k in ("coulomb_friction", "viscous_friction")}
+def two_hypotheses(scale: Scale) -> dict[str, Hypothesis]:
+    return {k: h for k, h in hypotheses(scale).items() if k in ("coulomb_friction", "viscous_friction")}
 
 
 @pytest.fixture(scope="session")
@@ -234,7 +234,7 @@ def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: Cas
 def test_the_interval_of_a_polar_pair_is_that_of_the_plane(result: CaseResult) -> None:
     """sine and cosine of like variance s^2: amplitude has s, phase s / amplitude."""
     motor = result.case.meta["motor"]
-    cogging = hypotheses(motor, 4000.0)["cogging"]
+    cogging = hypotheses(Scale.of(motor, 4000.0))["cogging"]
     s = 1e-3
 
     found = {i.parameter: i for i in _of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}

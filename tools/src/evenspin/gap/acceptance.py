@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
+from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Lead, Model
-from evenspin.gap.hypotheses import Hypothesis
 from evenspin.gap.thresholds import (
     DECISIVE_SHARE,
     EXCESS_SHARE,
@@ -24,6 +24,7 @@ from evenspin.gap.thresholds import (
     UNKNOWN_SHARE,
     WEAK_GAIN,
 )
+from evenspin.gap.tolerance import TOLERANCE_EFFECTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +52,11 @@ class Acceptance:
     """The rules for the effects of a library."""
 
     library: Mapping[str, Hypothesis]
+    tolerated: Collection[str] = TOLERANCE_EFFECTS  # effects that are a tolerance, only larger
 
     def least_gain(self, names: Collection[str]) -> float:
         """A deviation that a tolerance can take up costs no more than its prior: (size over sigma) squared."""
-        return GAIN_BEYOND_TOLERANCE if names and all(self.library[n].is_tolerance for n in names) else GAIN_MIN
+        return GAIN_BEYOND_TOLERANCE if names and all(n in self.tolerated for n in names) else GAIN_MIN
 
     def all_large(self, model: Model) -> bool:
         """Every effect is larger than what tolerance and format call no effect."""
@@ -65,8 +67,7 @@ class Acceptance:
         if floor.is_significant(model.cost):
             return lead.gain > PROMISE_UNEXPLAINED * GAIN_MIN
         large = all(
-            self.library[name].magnitude(z)
-            > (PROMISE_SIZE_TOLERANCE if self.library[name].is_tolerance else PROMISE_SIZE)
+            self.library[name].magnitude(z) > (PROMISE_SIZE_TOLERANCE if name in self.tolerated else PROMISE_SIZE)
             for name, z in lead.z.items()
         )
         return large and lead.gain > PROMISE_EXPLAINED * self.least_gain(set(lead.z) - set(model.z))
@@ -90,13 +91,11 @@ class Acceptance:
     def is_far_off(self, model: Model, without: Model) -> bool:
         """What is new is a tolerance so far off that no unit is: its prior says so, however little it costs."""
         more = set(model.z) - set(without.z)
-        return all(
-            self.library[name].is_tolerance and self.library[name].magnitude(model.z[name]) > FAR_OFF for name in more
-        )
+        return all(name in self.tolerated and self.library[name].magnitude(model.z[name]) > FAR_OFF for name in more)
 
     def needs_second_look(self, name: str, gain: float) -> bool:
         """The gain is enough, but so small that a search may have picked it by chance."""
-        return self.least_gain({name}) <= gain <= WEAK_GAIN and not self.library[name].is_tolerance
+        return self.least_gain({name}) <= gain <= WEAK_GAIN and name not in self.tolerated
 
     def holds(self, name: str, gain: float) -> bool:
         return gain >= self.least_gain({name})

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model, Z
 from evenspin.gap.evidence import Effects, Judge, Noise, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
-from evenspin.gap.hypotheses import Hypothesis
 from evenspin.gap.tolerance import unit_of
 
 Array = NDArray[np.float64]

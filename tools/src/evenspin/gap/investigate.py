@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.effects import Scale, hypotheses
 from evenspin.gap.acceptance import Acceptance, Floor
 from evenspin.gap.candidate import Lead, Model
 from evenspin.gap.evidence import model_features
 from evenspin.gap.finding import Finding
 from evenspin.gap.fitting import Fitter
 from evenspin.gap.forward import Forward
-from evenspin.gap.hypotheses import hypotheses
 from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
@@ -56,10 +56,10 @@ class Investigation:
         motor, encoder = case.meta["motor"], case.meta["encoder"]
         counts = float(encoder["counts_per_rev"])
         self.say("noise and tolerance", 0.02)
-        fitter = Fitter.nominal(self.forward, hypotheses(motor, counts))
+        fitter = Fitter.nominal(self.forward, hypotheses(Scale.of(motor, counts)))
         nothing = fitter.model({})
         heard = heard_order(motor, self.forward.labels, nothing.residual)
-        self.library = hypotheses(motor, counts, heard)
+        self.library = hypotheses(Scale.of(motor, counts, heard))
         self.search = Search(replace(fitter, library=self.library), nothing)
         self.rules = Acceptance(self.library)
         self.validation = Validation(case)

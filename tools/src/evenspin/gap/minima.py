@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Z
 from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.hypotheses import Hypothesis
 
 Array = NDArray[np.float64]
 SEEDS = 3  # of the starts are looked around

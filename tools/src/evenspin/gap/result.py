@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.compare import RecordGap, Replay, Unit
+from evenspin.gap.blind_spots import Blind, blind_spots
 from evenspin.gap.candidate import Model
 from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import Investigation
-from evenspin.gap.knowledge import Blind, blind_spots, known
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
 from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case
+from evenspin.native import tables
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
@@ -192,5 +193,7 @@ def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
 
 
 def separator(name: str) -> str:
-    entry = known(name)
-    return f"{entry.experiment}: {entry.separator}" if entry.separator else entry.experiment
+    """The experiments that make an effect identifiable, and what tells it from its neighbours."""
+    effect = tables().effects[name]
+    shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items()) or "any"
+    return f"{shown}: {effect.told_apart}" if effect.told_apart else shown

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Lead, Model
 from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.hypotheses import Hypothesis
 from evenspin.gap.tolerance import SIGMA
 
 Array = NDArray[np.float64]

@@ -6,8 +6,7 @@ import math
 
 from evenspin.compare import GAP_SIGNALS
 from evenspin.compare.gap import GAP_UNITS
-from evenspin.gap.intervals import told_parameters
-from evenspin.gap.knowledge import known
+from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.pictures import (
     left_pictures,
     much_pictures,
@@ -173,11 +172,12 @@ def _weighed(result: CaseResult) -> TableView:
     names = list(result.finding.model.names)
     for other in (*(names for names, _ in result.other[:3]), *(model.names for model in result.finding.tried[:2])):
         names += [name for name in other if name not in names]
-    names += [n for name in result.finding.named for n in known(name).confused_with if n not in names]
+    effects = tables().effects
+    names += [n for name in result.finding.named for n in effects[name].confused_with if n not in names]
     rows = [
-        (name, known(name).signature, ", ".join(known(name).confused_with) or "-", separator(name))
+        (name, effects[name].signature, ", ".join(effects[name].confused_with) or "-", separator(name))
         for name in dict.fromkeys(names)
-        if name in tables().effects
+        if name in effects
     ]
     header = ("effect", "shows as", "confused with", "experiment that separates them, and how")
     return TableView("What would separate them", "The effects in question and their neighbours.", header, rows, left=4)
@@ -264,7 +264,7 @@ def _numbers(result: CaseResult, name: str) -> str:
     halves = {interval.parameter: interval.half for interval in result.intervals.of(name)}
     fields = tables().effects[name].params
     said = []
-    for key, value in told_parameters(name, result.effects[name]).items():
+    for key, value in reported_parameters(name, result.effects[name]).items():
         unit = fields[key].unit if key in fields else ""
         half = f" +- {halves[key]:.2g}" if halves.get(key) else ""
         said.append(f"{key} = {value:.4g}{half}{' ' + unit if unit else ''}")
