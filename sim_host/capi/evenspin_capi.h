@@ -39,8 +39,16 @@ typedef struct {
     const char *acts_on; /* "torque", "current_sensor", "angle_sensor", "inverter", "model", ... */
     const char *doc;
     const char *signature; /* how it shows in a log, for the person who looks for it */
+    const char *told_apart; /* what separates it from effects that look alike; "" when nobody said */
+    bool        scenario_only; /* never the explanation of a log */
     int         param_count;
 } es_effect_t;
+
+typedef struct {
+    const char *role; /* "amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail" */
+    double      example; /* shows clearly in a drive of some hundred watts */
+    bool        vector, optional; /* see SIM_VECTOR and SIM_OPTIONAL */
+} es_role_t;
 
 typedef struct {
     const char *name;
@@ -59,6 +67,10 @@ bool es_input_info(int index, es_field_t *out);
 int  es_effect_count(void);
 bool es_effect_info(int index, es_effect_t *out);
 bool es_effect_param_info(int effect, int param, es_field_t *out);
+bool es_effect_param_role(int effect, int param, es_role_t *out);
+const char *es_effect_neighbour(int effect, int index); /* an effect that looks alike; NULL: no more */
+/* an experiment of the log format in which the effect shows, and the condition ("": any); false: no more */
+bool es_effect_shown_by(int effect, int index, const char **experiment, const char **condition);
 int  es_fault_count(void);
 bool es_fault_info(int index, es_fault_t *out);
 int  es_command_count(void); /* commands of the bench link (firmware/link/protocol.def) */

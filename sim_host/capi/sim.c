@@ -167,7 +167,8 @@ bool es_effect_info(int index, es_effect_t *out)
         return false;
     }
     const sim_effect_t *const e = sim_effects[index];
-    const es_effect_t         row = {e->name, e->acts_on, e->doc, e->signature, e->param_count};
+    const char *const         apart = (e->told_apart != NULL) ? e->told_apart : "";
+    const es_effect_t         row = {e->name, e->acts_on, e->doc, e->signature, apart, e->scenario_only, e->param_count};
     *out = row;
     return true;
 }
@@ -178,6 +179,33 @@ bool es_effect_param_info(int effect, int param, es_field_t *out)
     }
     const sim_effect_param_t *const p = &sim_effects[effect]->param[param];
     return fill(out, p->name, p->unit, "float", p->doc, "", p->min, p->max, p->off);
+}
+
+bool es_effect_param_role(int effect, int param, es_role_t *out)
+{
+    static const char *const ROLE[] = {"amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail"};
+    if ((effect < 0) || (effect >= sim_effect_total) || (param < 0) || (param >= sim_effects[effect]->param_count) || (out == NULL)) {
+        return false;
+    }
+    const sim_effect_param_t *const p = &sim_effects[effect]->param[param];
+    const es_role_t row = {ROLE[p->role], p->example, (p->flags & SIM_VECTOR) != 0U, (p->flags & SIM_OPTIONAL) != 0U};
+    *out = row;
+    return true;
+}
+const char *es_effect_neighbour(int effect, int index)
+{
+    const bool there = (effect >= 0) && (effect < sim_effect_total) && (index >= 0) && (index < SIM_EFFECT_NEIGHBOURS);
+    return there ? sim_effects[effect]->confused_with[index] : NULL;
+}
+bool es_effect_shown_by(int effect, int index, const char **experiment, const char **condition)
+{
+    if ((effect < 0) || (effect >= sim_effect_total) || (index < 0) || (index >= SIM_EFFECT_NEIGHBOURS) || (experiment == NULL) ||
+        (condition == NULL) || (sim_effects[effect]->shown_by[index].experiment == NULL)) {
+        return false;
+    }
+    *experiment = sim_effects[effect]->shown_by[index].experiment;
+    *condition = sim_effects[effect]->shown_by[index].condition;
+    return true;
 }
 
 int es_fault_count(void) { return FAULT_COUNT; }
@@ -208,6 +236,21 @@ uint32_t es_schema_hash(void) { return schema_hash(); }
 static bool refuse(es_sim_t *s, const char *what, double value, const char *why)
 {
     (void)snprintf(s->error, sizeof s->error, "%s = %g: %s", (what != NULL) ? what : "(no name)", value, why);
+    return false;
+}
+
+static bool is_effect(const char *name)
+{
+    int e = 0;
+    while ((e < sim_effect_total) && (strcmp(name, sim_effects[e]->name) != 0)) {
+        e++;
+    }
+    return e < sim_effect_total;
+}
+
+static bool refuse_effect(es_sim_t *s, const char *name, const char *why)
+{
+    (void)snprintf(s->error, sizeof s->error, "effects.%s: %s", name, why);
     return false;
 }
 
@@ -518,7 +561,8 @@ bool es_sim_start(es_sim_t *sim)
     const double edges = (sim->model.counts_per_rev > 0.0) ? sim->model.counts_per_rev : (double)sim->params.encoder_counts;
     const char  *bad = sim_plant_start(&sim->board.plant, &sim->model, (const double (*)[SIM_EFFECT_PARAMS])sim->effect, edges, sim->seed);
     if (bad != NULL) {
-        return refuse(sim, bad, 0.0, "does not fit the plant");
+        return is_effect(bad) ? refuse_effect(sim, bad, "another effect has the shaft already: leave one of the two out")
+                              : refuse(sim, bad, 0.0, "does not fit the plant");
     }
     static _Thread_local uint16_t storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
     memcpy(storage, sim->board.storage, sizeof storage);

@@ -45,12 +45,15 @@ const sim_effect_t effect_inductance_saturation = {
            "sqrt(id^2 + iq^2), lowers both inductances, and the lowered ones make the cross-coupling and the reluctance torque, too; by slope "
            "those of each axis do.",
     .signature = "Current steps rise faster at high current; d voltage -w Lq iq grows less than the load.",
+    .confused_with = {"current_filter", "current_loop_delay"},
+    .shown_by = {{"standstill_steps", "at rated current and above"}},
+    .told_apart = "Depends on the amplitude of the step.",
     .param_count = 3,
     .param = {
-        {"i_sat_a", "A", "Current at which the differential inductance has halved; 0: none.", 0.0, 0.0, 10000.0},
-        {"by_amplitude", "", "0: each axis saturates with its own current; 1: both with the amplitude; between: a mixture.", 0.0, 0.0, 1.0},
+        {"i_sat_a", "A", "Current at which the differential inductance has halved; 0: none.", 0.0, 0.0, 10000.0, SIM_AMPLITUDE, 8.0},
+        {"by_amplitude", "", "0: each axis saturates with its own current; 1: both with the amplitude; between: a mixture.", 0.0, 0.0, 1.0, SIM_DETAIL, 0.0},
         {"by_slope", "", "0: an axis' linkage is the integral of its inductance; 1: the inductance at its current times that; between: a mixture.", 0.0,
-         0.0, 1.0},
+         0.0, 1.0, SIM_DETAIL, 0.0},
     },
     .linkage_wb = linkage_wb,
 };

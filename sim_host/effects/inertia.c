@@ -10,9 +10,12 @@ const sim_effect_t effect_inertia = {
     .acts_on = "model",
     .doc = "Inertia over its nominal value.",
     .signature = "q current and overshoot during steps; time scale of the coast-down. Not in the back-EMF.",
+    .confused_with = {"torque_constant", "two_mass"},
+    .shown_by = {{"staircase", ""}, {"coast_down", ""}, {"load_step", ""}},
+    .told_apart = "The torque constant changes the back-EMF and iq under a measured load as well.",
     .param_count = 1,
     .param = {
-        {"factor", "", "Factor on the nominal value.", 1.0, 0.01, 100.0},
+        {"factor", "", "Factor on the nominal value.", 1.0, 0.01, 100.0, SIM_FACTOR, 1.5},
     },
     .model = model,
 };

@@ -4,7 +4,8 @@
  *
  * One effect is one file in sim_host/effects/, which defines `const sim_effect_t effect_<name>` in `<name>.c`. The build
  * collects the files, so that a new file is a new effect: for the simulator, the command line, the documentation and
- * the gap workflow. A hook that is NULL does not act; hooks of effects that are off cost nothing.
+ * the gap workflow, which searches its parameters by their roles. A hook that is NULL does not act; hooks of effects
+ * that are off cost nothing. The build refuses more than SIM_EFFECTS_MAX effects, and a second one with a linkage_wb.
  */
 #ifndef SIM_HOST_PLANT_EFFECT_H
 #define SIM_HOST_PLANT_EFFECT_H
@@ -12,6 +13,7 @@
 #include "sim_host/plant/model.h"
 
 #define SIM_EFFECT_PARAMS 18
+#define SIM_EFFECT_NEIGHBOURS 4
 #define SIM_DELAY_PERIODS 8
 
 /** The shaft as an effect sees it. */
@@ -46,16 +48,43 @@ typedef struct {
     bool   has_play;       /**< ...which then can push but not pull, even with a play of 0. */
 } sim_parts_t;
 
+/** What a parameter is, for whoever searches it or reports it. */
+typedef enum {
+    SIM_AMPLITUDE = 0, /**< How large the effect is: none at `off`. */
+    SIM_PHASE,         /**< Angle, rad, of the amplitude before it: an angle that is 2 pi off is the same one. */
+    SIM_FACTOR,        /**< On a number of the nominal machine; 1: as nominal. */
+    SIM_ORDER,         /**< Cycles per turn: follows from the machine and is not searched. */
+    SIM_SIGN,          /**< +1 or -1. */
+    SIM_SHARE,         /**< Part of a whole, 0 to 1. */
+    SIM_QUANTITY,      /**< A number of its own, such as a frequency or a speed, that means nothing while the effect is off. */
+    SIM_DETAIL         /**< How the effect is modelled: fitted along, not reported. */
+} sim_role_t;
+
+#define SIM_VECTOR 1U   /**< Together with the others that have this flag: only the length of all says how large one is. */
+#define SIM_OPTIONAL 2U /**< May be nothing although the effect acts. */
+
 typedef struct {
     const char *name, *unit, *doc;
     double      off, min, max;
+    sim_role_t  role;
+    double      example; /**< Shows clearly in a drive of some hundred watts. */
+    unsigned    flags;
 } sim_effect_param_t;
+
+/** An experiment of the log format, and under which condition an effect shows in it ("": any). */
+typedef struct {
+    const char *experiment, *condition;
+} sim_shown_by_t;
 
 typedef struct {
     const char        *name;
     const char        *acts_on;   /**< For people: "torque", "current_sensor", ... */
     const char        *doc;
     const char        *signature; /**< How it shows in a log. */
+    const char        *confused_with[SIM_EFFECT_NEIGHBOURS]; /**< Effects that look alike; NULL: no more. */
+    sim_shown_by_t     shown_by[SIM_EFFECT_NEIGHBOURS];      /**< Experiments that make it identifiable. */
+    const char        *told_apart;    /**< What separates it from those that look alike. */
+    bool               scenario_only; /**< Never the explanation of a log: a sum of others, or a fault on purpose. */
     bool               at_load;   /**< torque_nm acts on the load, where that is not one piece with the rotor. */
     int                param_count;
     sim_effect_param_t param[SIM_EFFECT_PARAMS];

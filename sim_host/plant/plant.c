@@ -8,7 +8,16 @@
 
 #define BRIDGE_STEPS 2 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 
-static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PARAMS])
+static bool has_shaft(const sim_parts_t *x) { return (x->resonance_hz > 0.0) || x->has_play; }
+
+static bool is_other_shaft(const sim_parts_t *a, const sim_parts_t *b)
+{
+    return (a->resonance_hz != b->resonance_hz) || (a->load_ratio != b->load_ratio) || (a->damping_ratio != b->damping_ratio) ||
+           (a->load_friction_share != b->load_friction_share) || (a->has_play != b->has_play) || (a->play_rad != b->play_rad);
+}
+
+/* @return the name of an effect for which there is no place beside another one, or NULL. */
+static const char *collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PARAMS])
 {
     for (int e = 0; (e < sim_effect_total) && (s->acting_count < SIM_EFFECTS_MAX); e++) {
         const sim_effect_t *const effect = sim_effects[e];
@@ -28,7 +37,11 @@ static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PA
             effect->model(a->p, &s->model);
         }
         if (effect->parts != NULL) {
+            const sim_parts_t before = s->parts;
             effect->parts(a->p, &s->parts);
+            if (has_shaft(&before) && is_other_shaft(&before, &s->parts)) {
+                return effect->name;
+            }
         }
         if (effect->linkage_wb != NULL) {
             s->saturation = a;
@@ -52,6 +65,7 @@ static void collect_effects(sim_plant_t *s, const double (*values)[SIM_EFFECT_PA
             s->angle[s->angle_count++] = a;
         }
     }
+    return NULL;
 }
 
 /* With a load behind a coupling `model.viscous_nms` is what is left for the rotor. */
@@ -92,7 +106,10 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
             return sim_model_info(i)->name;
         }
     }
-    collect_effects(s, values);
+    const char *const crowded = collect_effects(s, values);
+    if (crowded != NULL) {
+        return crowded;
+    }
     s->period_s = 1.0 / s->model.pwm_hz;
     if (s->model.rotor_locked == 0.0) { /* what hangs on a locked rotor does not show */
         sim_coupling_start(&s->coupling, s->model.inertia_kgm2, s->parts.load_ratio, s->parts.resonance_hz,

@@ -111,7 +111,7 @@ typedef struct {
  * Start the machine.
  * @param values  SIM_EFFECT_PARAMS numbers for each effect of the table, in its order.
  * @param edges_per_rev encoder edges per turn for the edge timer (an ideal encoder has them, too).
- * @return NULL, or the name of the model field that does not fit.
+ * @return NULL, or the name of what does not fit: a field of the model, or an effect on a shaft that another one has.
  */
 const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (*values)[SIM_EFFECT_PARAMS], double edges_per_rev,
                             uint64_t seed);

@@ -45,7 +45,9 @@ LAYERS = (
     Layer("hal", ("hal",), None),
     Layer("firmware/link", ("firmware/link",), FREESTANDING),
     Layer(
-        "firmware/app", ("control", "hal", "firmware"), FREESTANDING | {"string.h"},
+        "firmware/app",
+        ("control", "hal", "firmware"),
+        FREESTANDING | {"string.h"},
         closed=("hal/f28379d", "firmware/link", "firmware/services"),
     ),
     Layer("firmware/services", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}, closed=("hal/f28379d",)),

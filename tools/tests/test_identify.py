@@ -14,7 +14,7 @@ from evenspin.identify.result import KINDS, drive_parameters, identify
 from evenspin.identify.source import Run, run_of
 from evenspin.identify.spectrum import identify_lines
 from evenspin.model import load_machine
-from evenspin.reproduce.work import run_all
+from evenspin.sim.many import run_all
 
 B, COULOMB, STATIC, V_S, SHAPE, J = 0.02, 0.3, 0.4, 0.8, 1.5, 4e-3
 TS = 1e-3

@@ -38,9 +38,14 @@ void machine_set(const char *effect, const char *param, double value)
     TEST_FAIL_MESSAGE(param);
 }
 
+const char *machine_try_start(void)
+{
+    return sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, 1U);
+}
+
 void machine_start(void)
 {
-    const char *const refused = sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, 1U);
+    const char *const refused = machine_try_start();
     TEST_ASSERT_NULL_MESSAGE(refused, refused);
 }
 

@@ -30,6 +30,8 @@ int  machine_effect(const char *effect);
 void machine_set(const char *effect, const char *param, double value);
 /** Start with model and effect_values; the test fails when the model is refused. */
 void machine_start(void);
+/** Start in the same way. @return what was refused, or NULL. */
+const char *machine_try_start(void);
 
 /** Duties that make the vector (alpha, beta) volts on the dc link of the model. */
 void machine_duties(double alpha_v, double beta_v, double duty[3]);

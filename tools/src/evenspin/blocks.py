@@ -563,7 +563,8 @@ class MotionProfile:
         if not abs(target_rad) < _FAR_RAD:
             raise BlockError("target_rad", target_rad, f"must be within +-{_FAR_RAD:g}")
         done = self._library.lib.es_profile_step(self._handle, target_rad, self._out)
-        return Setpoint(*self._out, done)
+        position, speed, acceleration = self._out
+        return Setpoint(position, speed, acceleration, done)
 
     def reset(self, position_rad: float = 0.0) -> None:
         """Stand there."""

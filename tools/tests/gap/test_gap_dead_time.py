@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evenspin.gap.hypotheses import hypotheses
-from evenspin.gap.intervals import told_parameters
+from evenspin.effects import Scale, hypotheses
+from evenspin.gap.intervals import reported_parameters
 
 MOTOR = {"pole_pairs": 4, "rated_current_a": 5.0, "rated_torque_nm": 1.0, "slots": 12}
 
 
 @pytest.fixture
 def dead_time():
-    return hypotheses(MOTOR, 4000.0)["dead_time"]
+    return hypotheses(Scale.of(MOTOR, 4000.0))["dead_time"]
 
 
 def test_every_inverter_may_lose_in_its_own_way_near_zero_current(dead_time):
     params = dead_time.to_params(np.array([2e-6, 0.1, 1.0]))
     assert params == {"dead_time_s": 2e-6, "soft_a": 0.1, "by_edges": 1.0}
-    assert told_parameters("dead_time", params) == {"dead_time_s": 2e-6}
+    assert reported_parameters("dead_time", params) == {"dead_time_s": 2e-6}
 
 
 def test_without_a_dead_time_its_shape_is_off_so_that_the_simulator_leaves_the_effect_out(dead_time):

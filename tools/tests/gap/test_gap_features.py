@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+import pkgutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+from evenspin.effects import Scale, hypotheses, known_orders
+from evenspin.effects.cogging import slot_order
+from evenspin.effects.hypothesis import by_roles
 from evenspin.gap.evidence import SOFT, Judge, Noise, robust_cost
-from evenspin.gap.features import SIGNALS, FeatureSet, known_orders, slot_order
-from evenspin.gap.hypotheses import COMPOSITE, hypotheses
+from evenspin.gap.features import SIGNALS, FeatureSet
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
-from evenspin.gap.search import _probe_points
+from evenspin.gap.screening import probe_points
 from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 
 RATE_HZ = 2000.0
 MOTOR = {"pole_pairs": 3, "slots": 18, "rated_current_a": 5.0, "rated_torque_nm": 2.0}
+SCALE = Scale.of(MOTOR, 4000.0)
+EXPLANATIONS = {name for name, effect in tables().effects.items() if not effect.scenario_only}
 
 
 def steady(speed_rad_s=20.0, rows=1600, orders=(1.0, 3.0, 6.0)):
@@ -74,7 +79,7 @@ def test_bins_are_means_over_their_rows():
 )
 def test_cogging_repeats_with_the_least_common_multiple_of_slots_and_poles(pole_pairs, slots, order):
     assert slot_order(pole_pairs, slots) == order
-    assert float(order) in known_orders({"pole_pairs": pole_pairs, "slots": slots})
+    assert float(order) in known_orders(Scale(5.0, 1.0, pole_pairs, slots, 4000.0))
 
 
 class FakeReplay:
@@ -177,12 +182,12 @@ def test_the_cost_of_small_residuals_is_chi_square_and_of_large_ones_their_logar
 
 
 def test_every_effect_of_the_table_is_a_hypothesis_but_sums_of_others():
-    assert set(hypotheses(MOTOR, 4000.0)) == set(tables().effects) - set(COMPOSITE)
+    assert set(hypotheses(SCALE)) == EXPLANATIONS
 
 
-@pytest.mark.parametrize("name", sorted(set(tables().effects) - set(COMPOSITE)))
+@pytest.mark.parametrize("name", sorted(EXPLANATIONS))
 def test_every_start_and_probe_of_a_hypothesis_is_within_the_ranges_of_its_effect(name):
-    hypothesis = hypotheses(MOTOR, 4000.0)[name]
+    hypothesis = hypotheses(SCALE)[name]
     fields = tables().effects[name].params
     for start in hypothesis.starts:
         z = np.array(start, dtype=float)
@@ -193,8 +198,51 @@ def test_every_start_and_probe_of_a_hypothesis_is_within_the_ranges_of_its_effec
                 assert fields[param].minimum <= value <= fields[param].maximum, (param, value)
 
 
+def test_an_effect_without_a_module_is_searched_by_the_roles_of_its_parameters():
+    """Cogging as somebody would search it who knows nothing but its file."""
+    cogging = by_roles("cogging", SCALE)
+    stribeck = by_roles("stribeck_friction", SCALE)
+    gains = by_roles("current_gain", SCALE)
+
+    assert len(cogging.coordinates) == 2 and cogging.magnitude(np.zeros(2)) == 0.0
+    assert cogging.to_params(np.array([0.0, 0.3])) == pytest.approx(
+        {"amplitude_nm": 0.3, "phase_rad": math.pi / 2.0, "order": 24.0}
+    )
+    assert stribeck.to_params(np.array([0.1, 0.0])) == {"torque_nm": 0.1, "speed_rad_s": 1.0, "shape": 2.0}
+    assert gains.to_params(np.array([0.0, math.log(1.1)])) == pytest.approx({"gain_a": 1.0, "gain_b": 1.1})
+
+
+def test_orders_at_which_effects_show_come_from_the_effects_the_plainest_first():
+    """p = 4 and 9 slots: shaft 1 and 2, electrical 4 and 8, sixth electrical 24, slots and poles 72, slots alone 9."""
+    assert known_orders(Scale(5.0, 1.0, 4, 9, 4000.0)) == (1.0, 2.0, 4.0, 8.0, 24.0, 72.0, 9.0)
+    assert known_orders(Scale(5.0, 1.0, 4, 0, 4000.0)) == (1.0, 2.0, 4.0, 8.0, 24.0)
+
+
+def test_every_module_of_an_effect_is_named_like_one():
+    import evenspin.effects
+
+    modules = {module.name for module in pkgutil.iter_modules(evenspin.effects.__path__)}
+    assert modules - set(tables().effects) == {"hypothesis", "registry"}
+
+
+def test_every_effect_that_may_explain_a_log_says_how_it_shows_and_what_it_looks_like():
+    from evenspin.gap.check import EXPERIMENTS
+
+    for name in EXPLANATIONS:
+        effect = tables().effects[name]
+        assert effect.told_apart and effect.shown_by and effect.confused_with, name
+        assert set(effect.shown_by) <= set(EXPERIMENTS), name
+        assert set(effect.confused_with) <= EXPLANATIONS - {name}, name
+
+
+def test_the_example_of_every_effect_is_within_its_range_and_does_something():
+    for effect in tables().effects.values():
+        assert all(p.minimum <= p.example <= p.maximum for p in effect.params.values()), effect.name
+        assert any(p.example != p.default for p in effect.params.values()), effect.name
+
+
 def test_amplitude_and_phase_are_those_of_the_sine_and_cosine_parts():
-    cogging = hypotheses(MOTOR, 4000.0)["cogging"]
+    cogging = hypotheses(SCALE)["cogging"]
     phase = 2.1
 
     params = cogging.to_params(0.3 * np.array([math.cos(phase), math.sin(phase)]))
@@ -203,7 +251,7 @@ def test_amplitude_and_phase_are_those_of_the_sine_and_cosine_parts():
 
 
 def test_the_edge_of_a_tolerance_has_the_magnitude_one():
-    library = hypotheses(MOTOR, 4000.0)
+    library = hypotheses(SCALE)
 
     for name, tolerance in (("inertia", 0.012), ("winding_resistance", 0.012), ("torque_constant", 0.004)):
         assert library[name].magnitude(np.array([math.log(1.0 + 3.0 * tolerance)])) == pytest.approx(1.0, rel=0.03)
@@ -226,9 +274,9 @@ def test_the_log_format_says_the_tolerances():
 
 
 def test_the_second_order_of_a_misalignment_is_probed_beside_the_first_to_which_it_is_relative():
-    misalignment = hypotheses(MOTOR, 4000.0)["misalignment"]
+    misalignment = hypotheses(SCALE)["misalignment"]
 
-    first, _, second, _ = _probe_points(misalignment, np.zeros(4))
+    first, _, second, _ = probe_points(misalignment, np.zeros(4))
 
     assert misalignment.to_params(first)["second_rel"] == 0.0
     assert misalignment.to_params(second) == pytest.approx(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evenspin.gap.hypotheses import hypotheses
-from evenspin.gap.investigate import Floor, Investigation
-from evenspin.gap.search import Model
+from evenspin.effects import Scale, hypotheses
+from evenspin.gap.acceptance import Acceptance, Floor
+from evenspin.gap.candidate import Model
+from evenspin.gap.reference import pages
+from evenspin.gap.thresholds import TABLE
 
 MOTOR = {"rated_current_a": 5.0, "rated_torque_nm": 1.0, "pole_pairs": 4, "slots": 12}
 NOTHING = np.zeros(0)
@@ -21,26 +23,24 @@ def _found(library, *names: str) -> Model:
 
 
 @pytest.fixture
-def investigation() -> Investigation:
-    bare = Investigation.__new__(Investigation)  # without a log
-    bare.library = hypotheses(MOTOR, 4000.0)
-    return bare
+def rules() -> Acceptance:
+    return Acceptance(hypotheses(Scale.of(MOTOR, 4000.0)))
 
 
-def test_play_on_a_shaft_that_twists_is_also_tried_without_the_play(investigation) -> None:
-    found = _found(investigation.library, "backlash", "inertia")
+def test_play_on_a_shaft_that_twists_is_also_tried_without_the_play(rules) -> None:
+    found = _found(rules.library, "backlash", "inertia")
 
-    (lead,) = investigation._simpler(found)
+    (lead,) = rules.simpler(found)
 
-    play, twist = (investigation.library[n].to_params(m[n]) for n, m in (("backlash", found.z), ("two_mass", lead.z)))
+    play, twist = (rules.library[n].to_params(m[n]) for n, m in (("backlash", found.z), ("two_mass", lead.z)))
     assert set(lead.z) == {"inertia", "two_mass"}
     assert lead.z["inertia"] is found.z["inertia"]
     assert twist == {key: pytest.approx(play[key]) for key in twist}
     assert set(play) - set(twist) == {"gap_rad"}
 
 
-def test_what_holds_nothing_simpler_is_tried_alone(investigation) -> None:
-    assert investigation._simpler(_found(investigation.library, "two_mass", "cogging")) == []
+def test_what_holds_nothing_simpler_is_tried_alone(rules) -> None:
+    assert rules.simpler(_found(rules.library, "two_mass", "cogging")) == []
 
 
 def _of_cost(cost: float) -> Model:
@@ -56,9 +56,27 @@ def _of_cost(cost: float) -> Model:
     ],
 )
 def test_only_what_takes_most_of_an_excess_away_needs_no_validation_record(
-    investigation, monkeypatch, before: float, after: float, asked: bool
+    rules, before: float, after: float, asked: bool
 ) -> None:
     """Where a loop rings, no simulation follows a validation record, the right one no better than others."""
-    monkeypatch.setattr(investigation, "_validates", lambda without, with_it: False)
+    assert rules.is_decisive(_of_cost(before), _of_cost(after), FLOOR) == (not asked)
 
-    assert investigation._is_trusted(_of_cost(before), _of_cost(after), FLOOR) == (not asked)
+
+def test_every_threshold_of_the_rules_stands_in_the_table_with_its_reasons() -> None:
+    import evenspin.gap.thresholds as module
+
+    constants = {
+        name: value for name, value in vars(module).items() if name.isupper() and isinstance(value, int | float)
+    }
+
+    assert {t.name: t.value for t in TABLE} == constants
+    assert all(t.unit and t.separates and t.set_on and t.too_low and t.too_high for t in TABLE)
+    (page,) = pages().values()
+    assert all(f"| `{t.name}` | {t.value:g} " in page for t in TABLE)
+
+
+def test_a_small_gain_needs_a_second_look_and_a_tolerance_does_not(rules) -> None:
+    assert rules.needs_second_look("cogging", 100.0)
+    assert not rules.needs_second_look("cogging", 2000.0)  # by chance, gains of 100 come up on healthy units
+    assert not rules.needs_second_look("inertia", 100.0)
+    assert rules.holds("inertia", 9.0) and not rules.holds("cogging", 9.0)  # three sigmas of a prior cost 9

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 from evenspin.compare import Unit
+from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.gap import investigate as core
+from evenspin.gap.acceptance import Floor
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
-from evenspin.gap.hypotheses import Hypothesis, hypotheses
 from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
 from evenspin.gap.outcome import Validation, floor_gap
 from evenspin.gap.plan import meta, perform, plan
@@ -82,17 +83,21 @@ def small_case(machine_file: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     return folder
 
 
-def two_hypotheses(*motor_and_encoder: Any) -> dict[str, Hypothesis]:
-    return {k: h for k, h in hypotheses(*motor_and_encoder).items() if k in ("coulomb_friction", "viscous_friction")}
+def two_hypotheses(scale: Scale) -> dict[str, Hypothesis]:
+    return {k: h for k, h in hypotheses(scale).items() if k in ("coulomb_friction", "viscous_friction")}
 
 
 @pytest.fixture(scope="session")
-def result(small_case: Path) -> CaseResult:
+def investigation(small_case: Path) -> core.Investigation:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(core, "hypotheses", two_hypotheses)
-        case, said = checked_case(small_case)
-        investigation = core.Investigation(case, 2)
-        return result_of(case, investigation, investigation.run(), said)
+        return core.Investigation(checked_case(small_case)[0], 2)
+
+
+@pytest.fixture(scope="session")
+def result(small_case: Path, investigation: core.Investigation) -> CaseResult:
+    case, said = checked_case(small_case)
+    return result_of(case, investigation, investigation.run(), said)
 
 
 @pytest.fixture(scope="session")
@@ -103,10 +108,10 @@ def written(result: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 
 @pytest.fixture(scope="session")
-def unknown(result: CaseResult) -> CaseResult:
+def unknown(result: CaseResult, investigation: core.Investigation) -> CaseResult:
     """The same, had the best explanation not been good enough."""
     finding = replace(result.finding, unknown=True, named=())
-    return result_of(result.case, result.investigation, finding)
+    return result_of(result.case, investigation, finding)
 
 
 def test_the_hidden_effect_is_named_with_its_size(result: CaseResult) -> None:
@@ -189,9 +194,11 @@ def test_unknown_names_nothing_and_changes_nothing(unknown: CaseResult, tmp_path
     assert load_machine(tmp_path / "model.toml").effects == {}
 
 
-def test_without_validation_records_the_gap_is_not_known_and_that_is_said(result: CaseResult, tmp_path: Path) -> None:
+def test_without_validation_records_the_gap_is_not_known_and_that_is_said(
+    result: CaseResult, investigation: core.Investigation, tmp_path: Path
+) -> None:
     case = replace(result.case, experiments={"staircase_load": result.case.experiments["staircase_load"]})
-    blindly = result_of(case, result.investigation, result.finding)
+    blindly = result_of(case, investigation, result.finding)
 
     write_result(tmp_path, blindly, "evenspin gap")
     said = json.loads((tmp_path / "verdict.json").read_text())
@@ -215,9 +222,8 @@ def test_the_report_shows_warnings_before_the_story(result: CaseResult) -> None:
 
 
 def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: CaseResult) -> None:
-    forward = result.investigation.forward
-    spots = ranked(forward, result.residual_before, result.residual_after)
-    heat = heat_map(forward, result.residual_before, result.residual_after)
+    spots = ranked(result.subjects, result.residual_before, result.residual_after)
+    heat = heat_map(result.subjects, result.residual_before, result.residual_after)
 
     assert sum(spot.share for spot in spots) == pytest.approx(1.0)
     assert spots[0].signal in ("iq_a", "speed_rad_s")  # friction is a torque
@@ -228,7 +234,7 @@ def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: Cas
 def test_the_interval_of_a_polar_pair_is_that_of_the_plane(result: CaseResult) -> None:
     """sine and cosine of like variance s^2: amplitude has s, phase s / amplitude."""
     motor = result.case.meta["motor"]
-    cogging = hypotheses(motor, 4000.0)["cogging"]
+    cogging = hypotheses(Scale.of(motor, 4000.0))["cogging"]
     s = 1e-3
 
     found = {i.parameter: i for i in _of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}
@@ -279,12 +285,12 @@ def test_the_plan_covers_every_experiment_and_its_records_are_a_sound_case(
     assert math.isclose(sum(e.setup.duration_s for e in experiments), 43.08, abs_tol=0.01)
 
 
-def test_deviations_beyond_the_tolerance_are_said(result: CaseResult) -> None:
+def test_deviations_beyond_the_tolerance_are_said(result: CaseResult, investigation: core.Investigation) -> None:
     far = np.zeros(len(SIGMA))
     far[0] = 5.0 * SIGMA[0]
     finding = replace(result.finding, model=replace(result.finding.model, delta=far))
 
-    said = result_of(result.case, result.investigation, finding).warnings
+    said = result_of(result.case, investigation, finding).warnings
 
     assert any("resistance: this unit is 5.0 standard deviations" in warning for warning in said)
 
@@ -381,7 +387,7 @@ def test_a_batch_of_nothing_is_one_line(evenspin: Callable[..., Any], tmp_path: 
     assert (said.status, said.err.count("\n")) == (2, 1)
 
 
-SOUND = core.Floor(mean=6800.0, sigma=200.0)
+SOUND = Floor(mean=6800.0, sigma=200.0)
 
 
 def sure(result: CaseResult, weights: dict[str, float], cost: float = 6800.0, **changes: Any) -> dict[str, float]:
@@ -414,12 +420,12 @@ def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseR
 
 def test_more_than_noise_is_said_before_it_makes_a_verdict_unknown() -> None:
     """Known effects of another simulator left 1.37 times the cost of sound units, foreign ones without a line twice."""
-    floor = core.Floor(7000.0, 300.0)
+    floor = Floor(7000.0, 300.0)
 
     assert not floor.is_significant(7000.0 + 6 * 299.0)
     assert floor.is_significant(1.37 * 7000.0)
     assert floor.excess(1.37 * 7000.0) < floor.limit < floor.excess(2.0 * 7000.0)
-    assert core.Floor(7000.0, 1000.0).limit == 6000.0
+    assert Floor(7000.0, 1000.0).limit == 6000.0
 
 
 def test_another_explanation_that_does_without_the_name_takes_its_weight(result: CaseResult) -> None:

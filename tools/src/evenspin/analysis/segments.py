@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import bisect
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,7 +92,7 @@ def measure_segment(record: Record, segment: Segment, pole_pairs: float) -> dict
     }
 
 
-def percent(amplitudes: Sequence[float], mean: float) -> list[float]:
+def percent(amplitudes: Iterable[float], mean: float) -> list[float]:
     """In % of the mean; nan where there is no mean."""
     return [100.0 * float(a) / abs(float(mean)) if abs(mean) > 1e-6 else float("nan") for a in amplitudes]
 

@@ -467,7 +467,7 @@ class Drive:
             must = f"1 to {self.info.stream_signals} names"
             raise InputError("bench", "signals", len(names), must, "leave some out")
         self.schema.signal_numbers(names)
-        stream = Stream(self, tuple(names), decimation)
+        stream = Stream(self, tuple(names), decimation, float(self.info.pwm_hz))
         self._configure(stream)
         return stream
 

@@ -7,16 +7,14 @@ import threading
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.bench.errors import LinkLostError, LostSamplesError
+from evenspin.bench.link import Link
 from evenspin.bench.messages import COUNTER_MODULUS
-
-if TYPE_CHECKING:
-    from evenspin.bench.client import Drive
 
 HEAD = struct.Struct("<BBHI")
 QUEUE_BLOCKS = 20_000  # some minutes of a stream that nobody takes
@@ -45,13 +43,24 @@ class Block:
         return self.counters / self.pwm_hz
 
 
+class Source(Protocol):
+    """What a stream asks of the drive that it comes from."""
+
+    link: Link
+    streaming: Stream | None
+
+    def try_again(self) -> bool: ...
+
+    def stop_stream(self, stream: Stream) -> None: ...
+
+
 class Stream:
     """Open until closed; iterate over its blocks, or `read` them. One thread reads a stream."""
 
-    def __init__(self, drive: Drive, names: tuple[str, ...], decimation: int) -> None:
+    def __init__(self, drive: Source, names: tuple[str, ...], decimation: int, pwm_hz: float) -> None:
         self.names = names
         self.decimation = decimation
-        self.pwm_hz = float(drive.info.pwm_hz)
+        self.pwm_hz = pwm_hz
         self.rows = 0
         self.lost_rows = 0  # all gaps...
         self.lost_frames = 0  # ...of which these frames were lost on the way

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from evenspin.cli.gap_blind import app as blind
 from evenspin.cli.options import Force, JsonFlag, OutFolder
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, json_text, write_json
-from evenspin.gap.blind.command import app as blind
 
 if TYPE_CHECKING:
     from evenspin.gap.result import CaseResult

@@ -47,8 +47,13 @@ def effects(
     screen.print(f"{effect.name} (acts on {effect.acts_on})\n{effect.doc}\nShows as: {effect.signature}")
     rows = [_field_row(field) for field in effect.params.values()]
     print_table(TableView("Parameters", "", FIELD_HEADER, rows, left=5), screen)
-    first = next(iter(effect.params.values()))
-    screen.print(f"In a model or scenario file:\n[effects.{effect.name}]\n{first.name} = {first.default:g}")
+    if effect.told_apart:
+        shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items())
+        screen.print(
+            f"Looks like: {', '.join(effect.confused_with)}\nShown by: {shown}\nTold apart: {effect.told_apart}"
+        )
+    lines = [f"{p.name} = {p.example:g}" for p in effect.params.values() if p.reported]
+    screen.print("\n".join(["In a model or scenario file, for example:", f"[effects.{effect.name}]", *lines]))
 
 
 def parameters(as_json: JsonFlag = False) -> None:
@@ -125,5 +130,13 @@ def _effect_json(effect: Effect) -> dict[str, Any]:
         "acts_on": effect.acts_on,
         "doc": effect.doc,
         "signature": effect.signature,
-        "parameters": [_field_json(field) for field in effect.params.values()],
+        "confused_with": list(effect.confused_with),
+        "shown_by": dict(effect.shown_by),
+        "told_apart": effect.told_apart,
+        "scenario_only": effect.scenario_only,
+        "parameters": [
+            _field_json(param)
+            | {"role": param.role, "example": param.example, "vector": param.vector, "optional": param.optional}
+            for param in effect.params.values()
+        ],
     }

@@ -165,11 +165,11 @@ def names_in_memory(lines: Sequence[str]) -> set[str]:
             found.add(match["result"])
         elif text.startswith(("fptosi", "fptoui")):
             made[match["result"]] = ""
-    for name in made:
-        word = re.compile(rf"{re.escape(name)}(?![-\w.$])")
-        uses = [line for line in lines if word.search(line) and f"{name} = " not in line]
+    for converted in made:
+        word = re.compile(rf"{re.escape(converted)}(?![-\w.$])")
+        uses = [line for line in lines if word.search(line) and f"{converted} = " not in line]
         if uses and all(goes_to_memory(line) for line in uses):
-            found.add(name)
+            found.add(converted)
     return found
 
 

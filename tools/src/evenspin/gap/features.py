@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +67,7 @@ class FeatureSet:
         a = np.stack(columns, axis=1)
         gram = a.T @ a
         gram[np.diag_indices_from(gram)] *= 1.0 + 1e-9  # a rotor that stands makes columns equal
-        return np.linalg.solve(gram, a.T @ signals[s.start : s.end]).ravel()
+        return np.asarray(np.linalg.solve(gram, a.T @ signals[s.start : s.end]), dtype=np.float64).ravel()
 
 
 def _folded(cycles: float, nyquist: float) -> float:
@@ -84,18 +83,3 @@ def _bin_means(bins: Bins, signals: NDArray[np.float64]) -> NDArray[np.float64]:
     first, last = int(bins.edges[0]), int(bins.edges[-1])
     sums = np.add.reduceat(signals[first:last], bins.edges[:-1] - first, axis=0)
     return (sums / np.diff(bins.edges)[:, None]).ravel()
-
-
-def known_orders(motor: Mapping[str, float]) -> tuple[float, ...]:
-    """Mechanical orders at which an effect of the vocabulary shows, the plainest first."""
-    p = int(motor["pole_pairs"])
-    slots = int(motor.get("slots", 0) or 0)
-    orders: Sequence[float] = [1, 2, p, 2 * p, 6 * p]
-    if slots > 0:
-        orders = [*orders, slot_order(p, slots), slots]
-    return tuple(dict.fromkeys(float(k) for k in orders))
-
-
-def slot_order(pole_pairs: int, slots: int) -> int:
-    """Cogging periods per turn: least common multiple of slots and poles."""
-    return math.lcm(slots, 2 * pole_pairs)

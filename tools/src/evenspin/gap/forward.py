@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.compare import VALIDATION, Replay, Unit
-from evenspin.gap.features import SIGNALS, FeatureSet, Label, known_orders
+from evenspin.effects import Scale, known_orders
+from evenspin.gap.features import SIGNALS, FeatureSet, Label
 from evenspin.gap.layout import layout_of
 from evenspin.log.case import Case
 
@@ -22,7 +23,7 @@ class Forward:
 
     def __init__(self, case: Case, workers: int | None = None) -> None:
         self.case = case
-        self.orders = known_orders(case.meta["motor"])
+        self.orders = known_orders(Scale.of(case.meta["motor"], float(case.meta["encoder"]["counts_per_rev"])))
         self.replays: list[Replay] = []
         self.sets: list[FeatureSet] = []
         self._measured_rows: list[NDArray[np.float64]] = []

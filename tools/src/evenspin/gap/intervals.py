@@ -10,20 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.hypotheses import Hypothesis
-from evenspin.gap.knowledge import known
-from evenspin.gap.search import Model, Search
+from evenspin.effects import Hypothesis
+from evenspin.gap.candidate import Model
+from evenspin.gap.fitting import Fitter
 from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.native import tables
+from evenspin.native.tables import EffectParam
 
 Array = NDArray[np.float64]
 UNITS = 10  # sound units with the same effects, simulated
 LEAST_INFLATION = 1.0
 Z95 = 1.96
-PHASES = ("phase_rad", "phase2_rad", "angle_el_rad")
-VECTORS = {"current_offset": ("offset_a_a", "offset_b_a"), "current_gain": ("gain_a", "gain_b")}
-SECONDARY = ("second_rel", "phase2_rad")  # may be nothing at all without harm
-FACTORS = ("factor", "gain_a", "gain_b")
-EXACT = ("order", "sign")
+EXACT = ("order", "sign")  # roles of parameters without an interval
 MODEL_SHARE = 0.02  # of a parameter (rad of a phase): two honest simulators of one effect differ by that
 
 
@@ -33,6 +31,10 @@ class Interval:
     parameter: str
     value: float
     half: float  # of the 95 % interval
+
+    @property
+    def field(self) -> EffectParam:
+        return tables().effects[self.effect].params[self.parameter]
 
     def as_json(self) -> dict[str, float]:
         return {"value": self.value, "low": self.value - self.half, "high": self.value + self.half}
@@ -52,7 +54,7 @@ class Intervals:
         for effect in dict.fromkeys(interval.effect for interval in self.parameters):
             mine = self.of(effect)
             for interval in mine:
-                if interval.half > _size(interval, mine) and interval.parameter not in SECONDARY:
+                if interval.half > _size(interval, mine) and not interval.field.optional:
                     said.append(
                         f"{effect}.{interval.parameter} = {interval.value:.3g} +- {interval.half:.2g} (95 %): "
                         "not identifiable from this log"
@@ -60,7 +62,7 @@ class Intervals:
         return said
 
 
-def intervals(search: Search, model: Model) -> Intervals:
+def intervals(fitter: Fitter, model: Model) -> Intervals:
     """95 % intervals of the vocabulary's parameters of every effect in the model.
 
     Features repeat one another, so that the covariance of the fit is too small. Sound units with the same effects are
@@ -69,73 +71,77 @@ def intervals(search: Search, model: Model) -> Intervals:
     """
     if not model.z:
         return Intervals((), 1.0)
-    columns = search.columns(model)
-    left = search.forward.measured - model.features
-    covariance = search.judge.fit(left, search.nuisance, columns).covariance
-    inflation = _inflation(search, model, columns, covariance)
+    columns = fitter.columns(model)
+    left = fitter.forward.measured - model.features
+    covariance = fitter.judge.fit(left, fitter.nuisance, columns).covariance
+    inflation = _inflation(fitter, model, columns, covariance)
     found: list[Interval] = []
     at = 0
     for name, z in model.z.items():
         size = len(z)
         part = covariance[at : at + size, at : at + size] * inflation**2
         at += size
-        found += with_model_share(_of_effect(search.library[name], z, part))
+        found += with_model_share(_of_effect(fitter.library[name], z, part))
     return Intervals(tuple(found), inflation)
 
 
-def _inflation(search: Search, model: Model, columns: Array, covariance: Array) -> float:
+def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) -> float:
     random = np.random.default_rng(31)
     deltas = random.normal(0.0, SIGMA, (UNITS, len(SIGMA)))
-    effects = search.effects(model.z)
+    effects = fitter.effects(model.z)
     units = [unit_of(effects, delta, 8000 + i, float(random.random())) for i, delta in enumerate(deltas)]
     scatter = []
-    for run in search.forward.many(units):
-        amount = search.judge.fit(run - model.features, search.nuisance, columns).amount
+    for run in fitter.forward.many(units):
+        amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns).amount
         scatter.append(amount**2 / np.diag(covariance))
     return max(LEAST_INFLATION, math.sqrt(float(np.mean(np.minimum(scatter, 1e4)))))
 
 
 def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
-    told = known(h.name).parameters
-    values = told_parameters(h.name, h.to_params(z))
-    jacobian = np.array([_slope(h.to_params, z, i, h.coordinates[i].probe, told) for i in range(len(z))])
+    reported = [p for p in tables().effects[h.name].params.values() if p.reported]
+    values = reported_parameters(h.name, h.to_params(z))
+    jacobian = np.array([_slope(h.to_params, z, i, h.coordinates[i].probe, reported) for i in range(len(z))])
     variance = np.einsum("ip,ij,jp->p", jacobian, covariance, jacobian)
-    halves = dict(zip(told, Z95 * np.sqrt(np.maximum(variance, 0.0)), strict=True))
+    halves = dict(zip((p.name for p in reported), Z95 * np.sqrt(np.maximum(variance, 0.0)), strict=True))
     return [Interval(h.name, key, value, float(halves[key])) for key, value in values.items()]
 
 
 def with_model_share(found: list[Interval]) -> list[Interval]:
     """Wider by what the simulation of an effect may be off itself, which no repeat of it shows."""
     return [
-        i if i.parameter in EXACT else replace(i, half=math.hypot(i.half, MODEL_SHARE * _size(i, tuple(found))))
+        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, MODEL_SHARE * _size(i, tuple(found))))
         for i in found
     ]
 
 
 def _slope(
-    to_params: Callable[[Array], Mapping[str, float]], z: Array, i: int, probe: float, told: tuple[str, ...]
+    to_params: Callable[[Array], Mapping[str, float]], z: Array, i: int, probe: float, reported: list[EffectParam]
 ) -> list[float]:
     h = 1e-4 * probe
     ahead, behind = z.copy(), z.copy()
     ahead[i] += h
     behind[i] -= h
     high, low = to_params(ahead), to_params(behind)
-    return [_difference(key, high[key], low[key]) / (2.0 * h) for key in told]
+    return [_difference(p, high[p.name], low[p.name]) / (2.0 * h) for p in reported]
 
 
-def _difference(key: str, a: float, b: float) -> float:
-    return math.remainder(a - b, math.tau) if key in PHASES else 0.0 if key == "sign" else a - b
+def _difference(param: EffectParam, a: float, b: float) -> float:
+    if param.role == "phase":
+        return math.remainder(a - b, math.tau)
+    return 0.0 if param.role == "sign" else a - b
 
 
 def _size(interval: Interval, all_of_effect: tuple[Interval, ...]) -> float:
     """What an interval has to be narrower than to tell anything."""
-    if interval.parameter in PHASES:
-        return 1.0 if interval.parameter != "angle_el_rad" else abs(interval.value)
-    together = VECTORS.get(interval.effect, (interval.parameter,))
-    off = 1.0 if interval.parameter in FACTORS else 0.0
-    return max(abs(other.value - off) for other in all_of_effect if other.parameter in together)
+    field = interval.field
+    if field.role == "phase":
+        return 1.0
+    together = [i for i in all_of_effect if i.field.vector] if field.vector else [interval]
+    off = field.default if field.role == "factor" else 0.0
+    return max(abs(other.value - off) for other in together)
 
 
-def told_parameters(effect: str, params: Mapping[str, Any]) -> dict[str, float]:
-    """Only what the vocabulary has a name for."""
-    return {key: float(params[key]) for key in known(effect).parameters if key in params}
+def reported_parameters(effect: str, params: Mapping[str, Any]) -> dict[str, float]:
+    """Without the details of the model, which are fitted along."""
+    fields = tables().effects[effect].params.values()
+    return {p.name: float(params[p.name]) for p in fields if p.reported and p.name in params}

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from evenspin.compare import Replay, Unit
-from evenspin.gap.knowledge import known
 from evenspin.gap.tolerance import TOLERANCES
 from evenspin.log.case import Case
 from evenspin.native import Field, tables
@@ -35,7 +34,8 @@ def write_model(
     lines += [f"name = {_quoted(name + '-found')}", 'description = "nominal machine with what its log showed"', ""]
     lines += ["[plant]", *_plant(replay, unit, delta), "", "[drive]", *_table(replay.drive, tables().params)]
     for effect, params in unit.effects.items():
-        about = "added: " + known(effect).signature if effect in effects else "residual error of a sound unit"
+        added = f"added: {tables().effects[effect].signature}"
+        about = added if effect in effects else "residual error of a sound unit"
         if effect in effects and any(t.sensor and t.sensor[0] == effect for t in TOLERANCES):
             about += "; with the residual error of a sound unit"
         lines += ["", f"[effects.{effect}] # {about}", *_table(params, tables().effects[effect].params)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -54,8 +55,7 @@ def left_pictures(result: CaseResult) -> list[Picture]:
 def _heat(result: CaseResult) -> Picture:
     from matplotlib.colors import LogNorm
 
-    forward = result.investigation.forward
-    heat = heat_map(forward, result.residual_before, result.residual_after)
+    heat = heat_map(result.subjects, result.residual_before, result.residual_after)
     names = [name for _, block in heat.blocks for name in block]
     figure, axes = subplots(2, 1, height=5.4, sharex=True)
     norm = LogNorm(*SIGMA_RANGE, clip=True)
@@ -86,12 +86,13 @@ def _heat(result: CaseResult) -> Picture:
 
 
 def _explanations(result: CaseResult) -> Picture:
-    names, costs = tried_costs(result)
     finding = result.finding
+    sets, costs = zip(*tried_costs(result), strict=True)
+    names = [words_of(each) for each in sets]
     figure, axes = subplots(height=max(1.9, 0.9 + 0.27 * len(names)))
     panel = axes[0, 0]
-    chosen = " + ".join(finding.model.names) or "nothing"
-    colours = [AFTER if name == chosen else FLOOR for name in names]
+    chosen = frozenset(finding.model.names)
+    colours = [AFTER if frozenset(each) == chosen else FLOOR for each in sets]
     panel.barh(range(len(names)), costs, color=colours, height=0.7)
     floor = finding.floor
     panel.axvspan(
@@ -109,19 +110,24 @@ def _explanations(result: CaseResult) -> Picture:
     return Picture("explanations", "What was tried", text, to_svg(figure), {"cost": np.array(costs)})
 
 
-def tried_costs(result: CaseResult) -> tuple[list[str], list[float]]:
-    """Best cost of each set of effects, best first; the chosen one and nothing are always among them."""
+def tried_costs(result: CaseResult) -> list[tuple[tuple[str, ...], float]]:
+    """Names and best cost of each set of effects, best first; the chosen one and nothing are always among them."""
     finding = result.finding
-    best = {frozenset(): finding.before}
-    words = {frozenset(): "nothing"}
+    nothing: frozenset[str] = frozenset()
+    best: dict[frozenset[str], float] = {nothing: finding.before}
+    names: dict[frozenset[str], tuple[str, ...]] = {nothing: ()}
     for model in (*finding.tried, finding.model):
         key = frozenset(model.names)
-        words[key] = " + ".join(model.names) or "nothing"
-        best[key] = min(model.cost, best.get(key, np.inf)) if key else best[key]
-    ranked = sorted(best, key=lambda key: best[key])
-    shown = ranked[:SHOWN_MODELS]
-    shown += [key for key in (frozenset(finding.model.names), frozenset()) if key not in shown]
-    return [words[key] for key in shown], [best[key] for key in shown]
+        names[key] = model.names
+        best[key] = min(model.cost, best.get(key, math.inf)) if key else best[key]
+    shown = sorted(best, key=lambda key: best[key])[:SHOWN_MODELS]
+    shown += [key for key in (frozenset(finding.model.names), nothing) if key not in shown]
+    return [(names[key], best[key]) for key in shown]
+
+
+def words_of(names: tuple[str, ...]) -> str:
+    """A set of effects as the report prints it."""
+    return " + ".join(names) or "nothing"
 
 
 def _bars(result: CaseResult) -> Picture:

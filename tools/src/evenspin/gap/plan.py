@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from evenspin.errors import NativeError
-from evenspin.gap.knowledge import known, vocabulary
 from evenspin.log import LOG_COLUMNS, meta_of
 from evenspin.model import InputCurve, Machine, Setup
 from evenspin.model.machine import RATINGS, SIMULATED
@@ -41,8 +40,7 @@ class Experiment:
     @property
     def serves(self) -> tuple[str, ...]:
         """Effects that this experiment makes identifiable."""
-        names = (name for name in vocabulary() if self.name in _words(known(name).experiment))
-        return tuple(names)
+        return tuple(name for name, effect in tables().effects.items() if self.name in effect.shown_by)
 
 
 def plan(machine: Machine, seed: int = 1) -> list[Experiment]:
@@ -212,7 +210,3 @@ def _input(points: Points, linear: bool = False) -> InputCurve:
 
 def _list(values: Sequence[float], unit: float = RPM) -> str:
     return ", ".join(f"{value / unit:.3g}" for value in values)
-
-
-def _words(text: str) -> set[str]:
-    return set(text.replace(",", " ").split())

@@ -10,20 +10,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import RecordGap, Unit
+from evenspin.compare import RecordGap, Replay, Unit
+from evenspin.gap.blind_spots import Blind, blind_spots
+from evenspin.gap.candidate import Model
+from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
-from evenspin.gap.investigate import (
-    GAIN_MIN,
-    TOLERATED,
-    Finding,
-    Investigation,
-    alternatives,
-)
-from evenspin.gap.knowledge import Blind, blind_spots, known
+from evenspin.gap.investigate import Investigation
 from evenspin.gap.outcome import Outcome, Validation
-from evenspin.gap.search import Model
+from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
 from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case
+from evenspin.native import tables
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
@@ -62,7 +60,10 @@ class CaseResult:
     other: tuple[tuple[tuple[str, ...], float], ...]  # explanations and their weights
     blind: tuple[Blind, ...]
     warnings: tuple[str, ...]
-    investigation: Investigation
+    subjects: tuple[Subject, ...]  # what each residual is about
+    replay: Replay  # of the first fit record: machine and drive of the case as they are simulated
+    sizes: Mapping[str, float]  # of each effect of the best explanation, in units of what counts as no effect
+    nearest_effects: Effects  # parameters of the best explanation, named or not
     seconds: float
     confidence: Mapping[str, float] = field(default_factory=dict)
 
@@ -76,10 +77,6 @@ class CaseResult:
         floor = floor_of(self.floor)
         wide = self.before.gap - floor
         return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
-
-    @property
-    def nearest_effects(self) -> Effects:
-        return self.investigation.search.effects(self.finding.model.z)
 
 
 def investigate(
@@ -104,16 +101,16 @@ def result_of(
     case: Case, investigation: Investigation, finding: Finding, warnings: tuple[str, ...] = (), started: float = 0.0
 ) -> CaseResult:
     """The validation of a finding; `started`: time.monotonic() when the work began."""
-    search, model = investigation.search, finding.model
-    effects = NO_EFFECT if finding.unknown else search.effects(model.z)
+    fitter, model = investigation.search.fitter, finding.model
+    effects = NO_EFFECT if finding.unknown else fitter.effects(model.z)
     # where nothing known explains the log, what the fit did to the machine explains nothing either
     delta = np.zeros(len(SIGMA)) if finding.unknown else model.delta
     unit = unit_of(effects, delta)
     validation = Validation(case)
     before = validation.outcome(Unit())
     after = before if finding.unknown else validation.outcome(unit)
-    nearest = validation.outcome(unit_of(search.effects(model.z), model.delta)) if finding.unknown else None
-    found = intervals(search, model)
+    nearest = validation.outcome(unit_of(fitter.effects(model.z), model.delta)) if finding.unknown else None
+    found = intervals(fitter, model)
     other = tuple(alternatives(finding))
     blind = tuple(blind_spots(case.experiments, case.meta["motor"]))
     said = [*warnings, *(str(spot) for spot in blind), *found.warnings(), *_intolerant(delta)]
@@ -142,14 +139,17 @@ def result_of(
         other,
         blind,
         tuple(dict.fromkeys(said)),
-        investigation,
+        subjects(investigation.forward.labels, (each.layout for each in investigation.forward.sets)),
+        investigation.forward.replays[0],
+        {name: investigation.library[name].magnitude(z) for name, z in model.z.items()},
+        fitter.effects(model.z),
         time.monotonic() - started,
         confidence(finding, other),
     )
 
 
 def _step(investigation: Investigation, validation: Validation, model: Model) -> Step:
-    effects = investigation.search.effects(model.z)
+    effects = investigation.search.fitter.effects(model.z)
     return Step(model.names, effects, model.delta, validation.outcome(unit_of(effects, model.delta)), model.cost)
 
 
@@ -193,5 +193,7 @@ def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
 
 
 def separator(name: str) -> str:
-    entry = known(name)
-    return f"{entry.experiment}: {entry.separator}" if entry.separator else entry.experiment
+    """The experiments that make an effect identifiable, and what tells it from its neighbours."""
+    effect = tables().effects[name]
+    shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items()) or "any"
+    return f"{shown}: {effect.told_apart}" if effect.told_apart else shown

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.features import Label, slot_order
+from evenspin.effects.cogging import slot_order
+from evenspin.gap.features import Label
 
 HEARD = 10.0  # mean square, in sigmas, that an unusual order needs
 LOUDER = 3.0  # and so many times what the usual one has

@@ -6,9 +6,7 @@ import math
 
 from evenspin.compare import GAP_SIGNALS
 from evenspin.compare.gap import GAP_UNITS
-from evenspin.gap.intervals import told_parameters
-from evenspin.gap.investigate import GAIN_MIN, LINE_RATIO
-from evenspin.gap.knowledge import known
+from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.pictures import (
     left_pictures,
     much_pictures,
@@ -16,8 +14,10 @@ from evenspin.gap.pictures import (
     tried_costs,
     what_pictures,
     where_pictures,
+    words_of,
 )
 from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
+from evenspin.gap.thresholds import GAIN_MIN, LINE_RATIO
 from evenspin.gap.verdict import because
 from evenspin.gap.where import Spot, ranked
 from evenspin.native import tables
@@ -80,7 +80,7 @@ def tables_of(result: CaseResult) -> list[TableView]:
 
 
 def _where(result: CaseResult) -> Chapter:
-    spots = ranked(result.investigation.forward, result.residual_before, result.residual_after)[:SPOTS]
+    spots = ranked(result.subjects, result.residual_before, result.residual_after)[:SPOTS]
     text = (
         "The log is boiled down to features: mean, trend and angle orders of every steady stretch, short bins "
         "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal "
@@ -122,9 +122,7 @@ def _what(result: CaseResult) -> Chapter:
 
 def _effects(result: CaseResult) -> TableView:
     rows = []
-    library = result.investigation.library
     for name in result.finding.named:
-        z = result.finding.model.z[name]
         also = inseparable(result, name)
         rows.append(
             (
@@ -133,7 +131,7 @@ def _effects(result: CaseResult) -> TableView:
                 ", ".join(also) or "nothing",
                 f"{result.confidence[name]:.3f}",
                 f"{result.finding.weights.get(name, math.nan):.0f}",
-                f"{library[name].magnitude(z):.1f}",
+                f"{result.sizes[name]:.1f}",
             )
         )
     text = (
@@ -146,13 +144,12 @@ def _effects(result: CaseResult) -> TableView:
 
 def _candidates(result: CaseResult) -> TableView:
     """For and against each explanation that was tried."""
-    names, costs = tried_costs(result)
     finding = result.finding
     weights = {frozenset(names): weight for names, weight in result.other}
     chosen = frozenset(finding.model.names)
     rows, marks = [], []
-    for words, cost in zip(names, costs, strict=True):
-        key = frozenset(words.split(" + ")) - {"nothing"}
+    for names, cost in tried_costs(result):
+        key = frozenset(names)
         excess = finding.floor.excess(cost)
         if key == chosen:
             why = "does not explain the log" if finding.unknown else "chosen" if key else "enough"
@@ -160,7 +157,7 @@ def _candidates(result: CaseResult) -> TableView:
             why = "its addition does not earn a place: too little gain, or within tolerance"
         else:
             why = f"leaves {cost - finding.model.cost:.0f} more"
-        rows.append((words, why, f"{cost:.0f}", f"{excess:.0f}", number(weights.get(key))))
+        rows.append((words_of(names), why, f"{cost:.0f}", f"{excess:.0f}", number(weights.get(key))))
         marks.append(("bad" if finding.unknown else "good") if key == chosen else "")
     text = (
         f"Sound units have a cost of {finding.floor.mean:.0f} +- {finding.floor.sigma:.0f} (from simulation); what is "
@@ -175,11 +172,12 @@ def _weighed(result: CaseResult) -> TableView:
     names = list(result.finding.model.names)
     for other in (*(names for names, _ in result.other[:3]), *(model.names for model in result.finding.tried[:2])):
         names += [name for name in other if name not in names]
-    names += [n for name in result.finding.named for n in known(name).confused_with if n not in names]
+    effects = tables().effects
+    names += [n for name in result.finding.named for n in effects[name].confused_with if n not in names]
     rows = [
-        (name, known(name).signature, ", ".join(known(name).confused_with) or "-", separator(name))
+        (name, effects[name].signature, ", ".join(effects[name].confused_with) or "-", separator(name))
         for name in dict.fromkeys(names)
-        if name in tables().effects
+        if name in effects
     ]
     header = ("effect", "shows as", "confused with", "experiment that separates them, and how")
     return TableView("What would separate them", "The effects in question and their neighbours.", header, rows, left=4)
@@ -266,7 +264,7 @@ def _numbers(result: CaseResult, name: str) -> str:
     halves = {interval.parameter: interval.half for interval in result.intervals.of(name)}
     fields = tables().effects[name].params
     said = []
-    for key, value in told_parameters(name, result.effects[name]).items():
+    for key, value in reported_parameters(name, result.effects[name]).items():
         unit = fields[key].unit if key in fields else ""
         half = f" +- {halves[key]:.2g}" if halves.get(key) else ""
         said.append(f"{key} = {value:.4g}{half}{' ' + unit if unit else ''}")

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from evenspin.compare import RecordGap
-from evenspin.gap.intervals import MODEL_SHARE, told_parameters
-from evenspin.gap.investigate import LINE_RATIO
+from evenspin.gap.intervals import MODEL_SHARE, reported_parameters
 from evenspin.gap.result import CaseResult, floor_of, inseparable
+from evenspin.gap.thresholds import LINE_RATIO
 from evenspin.gap.tolerance import TOLERANCES
 
 VERDICT = "verdict.json"
@@ -20,7 +20,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
     return {
         "case": result.name,
         "verdict": list(result.verdict),
-        "parameters": {name: told_parameters(name, result.effects[name]) for name in finding.named},
+        "parameters": {name: reported_parameters(name, result.effects[name]) for name in finding.named},
         "confidence": {name: round(value, 4) for name, value in result.confidence.items()},
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from evenspin.gap.evidence import SOFT
 from evenspin.gap.features import SIGNALS, Label
-from evenspin.gap.forward import Forward
 from evenspin.gap.layout import Layout, Stretch
 
 RPM = math.pi / 30.0
@@ -31,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Subject:
     """What a feature is about."""
 
     record: str
@@ -74,28 +73,27 @@ class HeatMap:
     after: Array
 
 
-def places(forward: Forward) -> list[Place]:
-    """Of every feature, in the order of the labels."""
-    layouts = {features.layout.record: features.layout for features in forward.sets}
-    return [_place(label, layouts[label[0]]) for label in forward.labels]
+def subjects(labels: Sequence[Label], layouts: Iterable[Layout]) -> tuple[Subject, ...]:
+    """What every feature is about, in the order of the labels; `layouts`: of the fit records."""
+    by_record = {layout.record: layout for layout in layouts}
+    return tuple(_subject(label, by_record[label[0]]) for label in labels)
 
 
-def _place(label: Label, layout: Layout) -> Place:
+def _subject(label: Label, layout: Layout) -> Subject:
     record, signal, kind, detail = label
     where, _, name = detail.partition(":")
     stretch = None
     if where.startswith(("steady", "coast")) and not name.isdigit():
         stretch = layout.steady[int(where.removeprefix("steady").removeprefix("coast"))]
     order = float(name.removeprefix("cos").removeprefix("sin")) if kind == "order" else math.nan
-    return Place(record, signal, kind, order, stretch)
+    return Subject(record, signal, kind, order, stretch)
 
 
-def ranked(forward: Forward, before: Array, after: Array) -> list[Spot]:
+def ranked(where: Sequence[Subject], before: Array, after: Array) -> list[Spot]:
     """Largest share of the excess first. `before`, `after`: residuals in sigmas."""
     groups: dict[tuple[str, str, str], list[int]] = defaultdict(list)
-    where = places(forward)
-    for i, place in enumerate(where):
-        groups[(place.record, place.signal, place.what)].append(i)
+    for i, subject in enumerate(where):
+        groups[(subject.record, subject.signal, subject.what)].append(i)
     loaded = LOAD_SHARE * max((abs(p.stretch.load_nm) for p in where if p.stretch), default=0.0)
     excess = {key: _excess(before[rows]) for key, rows in groups.items()}
     total = sum(excess.values()) or 1.0
@@ -106,9 +104,8 @@ def ranked(forward: Forward, before: Array, after: Array) -> list[Spot]:
     return sorted(spots, key=lambda spot: -spot.share)
 
 
-def heat_map(forward: Forward, before: Array, after: Array) -> HeatMap:
+def heat_map(where: Sequence[Subject], before: Array, after: Array) -> HeatMap:
     """By record, by speed level (steady running), by angle order, by kind of transient."""
-    where = places(forward)
     records = tuple(dict.fromkeys(p.record for p in where))
     levels = sorted({p.stretch.speed_rad_s for p in where if p.stretch and not p.stretch.coasting})
     names = tuple(dict.fromkeys(f"{w / RPM:.0f} rpm" for w in levels))
@@ -116,12 +113,12 @@ def heat_map(forward: Forward, before: Array, after: Array) -> HeatMap:
     kinds = tuple(WORDS[k] for k in ("step", "ramp", "coast") if any(p.kind == k for p in where))
     blocks = (("record", records), ("steady speed", names), ("angle", orders), ("transient", kinds))
     columns: dict[tuple[str, str, str], list[int]] = defaultdict(list)
-    for i, place in enumerate(where):
-        columns[("record", place.record, place.signal)].append(i)
-        columns[("steady speed", place.level, place.signal)].append(i)
-        columns[("angle" if place.kind == "order" else "transient", place.what, place.signal)].append(i)
-    blocks = tuple((title, names) for title, names in blocks if names)
-    keys = [(title, name) for title, names in blocks for name in names]
+    for i, subject in enumerate(where):
+        columns[("record", subject.record, subject.signal)].append(i)
+        columns[("steady speed", subject.level, subject.signal)].append(i)
+        columns[("angle" if subject.kind == "order" else "transient", subject.what, subject.signal)].append(i)
+    filled = tuple((title, names) for title, names in blocks if names)
+    keys = [(title, name) for title, names in filled for name in names]
     shape = (len(SIGNALS), len(keys))
     maps = [np.full(shape, np.nan), np.full(shape, np.nan)]
     for row, signal in enumerate(SIGNALS):
@@ -129,7 +126,7 @@ def heat_map(forward: Forward, before: Array, after: Array) -> HeatMap:
             rows = columns.get((*key, signal))
             if rows:
                 maps[0][row, column], maps[1][row, column] = _rms(before[rows]), _rms(after[rows])
-    return HeatMap(blocks, maps[0], maps[1])
+    return HeatMap(filled, maps[0], maps[1])
 
 
 def excess_by_record(labels: Sequence[Label], residual: Array) -> dict[str, float]:
@@ -149,7 +146,7 @@ def _rms(residual: Array) -> float:
     return float(np.sqrt(np.mean(residual**2)))
 
 
-def _strongest(rows: Iterable[int], where: Sequence[Place], residual: Array, loaded_nm: float) -> str:
+def _strongest(rows: Iterable[int], where: Sequence[Subject], residual: Array, loaded_nm: float) -> str:
     """At which speed and load (above `loaded_nm`); nothing where the group has none."""
     by_level: dict[str, list[float]] = defaultdict(list)
     for i in rows:

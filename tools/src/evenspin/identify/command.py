@@ -18,8 +18,8 @@ from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.model.machine import SIMULATED, Machine, find_model, load_machine
 from evenspin.native import load, tables
 from evenspin.report.page import Page, write_page
-from evenspin.reproduce.work import Progress, run_all
 from evenspin.sim import Record
+from evenspin.sim.many import Progress, run_all
 
 
 @dataclass(frozen=True, slots=True)

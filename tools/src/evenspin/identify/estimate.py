@@ -36,8 +36,8 @@ def linear(columns: Array, values: Array, effective: float = 1.0) -> tuple[list[
     if rank < columns.shape[1]:
         return [Estimate(float(value), float("inf")) for value in solution], residual
     # One row carries `effective` of an independent one: the variance of the parameters grows by its inverse.
-    covariance = np.linalg.inv(columns.T @ columns) * float(residual @ residual) / len(values) / effective
-    return _with_intervals(solution, covariance, freedom), residual
+    covariance: Array = np.linalg.inv(columns.T @ columns) * float(residual @ residual) / len(values) / effective
+    return _with_intervals(np.asarray(solution, dtype=np.float64), covariance, freedom), residual
 
 
 def nonlinear(
@@ -53,7 +53,7 @@ def nonlinear(
     information = found.jac.T @ found.jac
     if freedom < 1 or np.linalg.cond(information) > 1e18:
         return [Estimate(float(value), float("inf")) for value in found.x], -found.fun
-    covariance = np.linalg.inv(information) * 2.0 * found.cost / freedom
+    covariance: Array = np.linalg.inv(information) * 2.0 * found.cost / freedom
     return _with_intervals(found.x, covariance, freedom), -found.fun
 
 

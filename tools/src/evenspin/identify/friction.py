@@ -120,7 +120,7 @@ def _fit(v: Array, torque: Array, *, stribeck: bool) -> tuple[dict[str, Estimate
     return dict(zip(NAMES, again, strict=True)), residual
 
 
-def _model(v: Array, p: Sequence[float]) -> Array:
+def _model(v: Array, p: Sequence[float] | Array) -> Array:
     viscous, coulomb, static, knee, shape, offset = p
     rise = (static - coulomb) * np.exp(-np.minimum((np.abs(v) / knee) ** shape, 700.0))
     return offset + viscous * v + (coulomb + rise) * np.sign(v)

@@ -140,8 +140,8 @@ def read_table(path: Path) -> AngleTable:
     bad = np.flatnonzero(~(np.abs(table.disturbance_a) <= MAX_A))
     if len(bad):
         cell = int(bad[0])
-        value = float(table.disturbance_a[cell])
-        raise InputError(path, f"cell {cell}", value, f"finite and within +-{MAX_A:g} A", "correct the cell")
+        amps = float(table.disturbance_a[cell])
+        raise InputError(path, f"cell {cell}", amps, f"finite and within +-{MAX_A:g} A", "correct the cell")
     return table
 
 

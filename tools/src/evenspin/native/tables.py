@@ -49,6 +49,21 @@ class Field:
 
 
 @dataclass(frozen=True, slots=True)
+class EffectParam(Field):
+    """A parameter of an effect, with what whoever searches or reports it has to know (sim_host/plant/effect.h)."""
+
+    role: str  # "amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail"
+    example: float  # shows clearly in a drive of some hundred watts
+    vector: bool  # together with the others that are: only the length of all says how large one is
+    optional: bool  # may be nothing although the effect acts
+
+    @property
+    def reported(self) -> bool:
+        """Details of a model are fitted along, and no verdict names them."""
+        return self.role != "detail"
+
+
+@dataclass(frozen=True, slots=True)
 class Effect:
     """A non-ideal effect of the plant."""
 
@@ -56,7 +71,11 @@ class Effect:
     acts_on: str
     doc: str
     signature: str
-    params: Mapping[str, Field]
+    told_apart: str  # what separates it from the effects that look alike
+    confused_with: tuple[str, ...]
+    shown_by: Mapping[str, str]  # experiments of the log format that make it identifiable, and the condition ("": any)
+    scenario_only: bool  # never the explanation of a log
+    params: Mapping[str, EffectParam]
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,13 +146,44 @@ def _effects(library: Library) -> Iterator[Effect]:
     for index in range(library.lib.es_effect_count()):
         if library.lib.es_effect_info(index, raw):
             effect_params = functools.partial(library.lib.es_effect_param_info, index)
+            fields = _fields(library, raw.param_count, effect_params)
             yield Effect(
                 name=library.text(raw.name),
                 acts_on=library.text(raw.acts_on),
                 doc=library.text(raw.doc),
                 signature=library.text(raw.signature),
-                params=_fields(library, raw.param_count, effect_params),
+                told_apart=library.text(raw.told_apart),
+                confused_with=tuple(_neighbours(library, index)),
+                shown_by=MappingProxyType(dict(_shown_by(library, index))),
+                scenario_only=bool(raw.scenario_only),
+                params=MappingProxyType(
+                    {field.name: _effect_param(library, field, index, k) for k, field in enumerate(fields.values())}
+                ),
             )
+
+
+def _effect_param(library: Library, field: Field, effect: int, param: int) -> EffectParam:
+    raw = library.ffi.new("es_role_t *")
+    library.lib.es_effect_param_role(effect, param, raw)
+    return EffectParam(
+        field.name, field.unit, field.kind, field.doc, field.choices, field.minimum, field.maximum, field.default,
+        library.text(raw.role), raw.example, bool(raw.vector), bool(raw.optional),
+    )  # fmt: skip
+
+
+def _neighbours(library: Library, effect: int) -> Iterator[str]:
+    index = 0
+    while (name := library.lib.es_effect_neighbour(effect, index)) != library.ffi.NULL:
+        yield library.text(name)
+        index += 1
+
+
+def _shown_by(library: Library, effect: int) -> Iterator[tuple[str, str]]:
+    experiment, condition = library.ffi.new("const char **"), library.ffi.new("const char **")
+    index = 0
+    while library.lib.es_effect_shown_by(effect, index, experiment, condition):
+        yield library.text(experiment[0]), library.text(condition[0])
+        index += 1
 
 
 def _faults(library: Library) -> Iterator[Fault]:

@@ -29,7 +29,7 @@ def _parameters() -> str:
         "and what decides over the kind or the size of a memory or a filter. All others are taken over between two "
         "samples while the drive runs. No limit goes beyond the maximum of the board, whatever its range here."
     )
-    return _page("Drive parameters", text, _parameter_table(tables().params.values()))
+    return page("Drive parameters", text, _parameter_table(tables().params.values()))
 
 
 def _model() -> str:
@@ -41,16 +41,16 @@ def _model() -> str:
         "unless `[drive]` states them: what it assumes may differ from what the machine is."
     )
     words = dict.fromkeys(SIMULATED, "to be given") | dict.fromkeys(UNKNOWN, "not known")
-    return _page("Plant model", text, _field_table(tables().model.values(), words))
+    return page("Plant model", text, _field_table(tables().model.values(), words))
 
 
 def _effects() -> str:
     text = "Non-ideal effects of the simulated machine. In a model or scenario file each has a table `[effects.NAME]`."
     parts = []
     for effect in tables().effects.values():
-        about = f"Acts on: {effect.acts_on}. {_escape(effect.doc)}\n\nShows as: {_escape(effect.signature)}"
+        about = f"Acts on: {effect.acts_on}. {escape(effect.doc)}\n\nShows as: {escape(effect.signature)}"
         parts.append(f"## {effect.name}\n\n{about}\n\n{_field_table(effect.params.values())}")
-    return _page("Effects", text, "\n\n".join(parts))
+    return page("Effects", text, "\n\n".join(parts))
 
 
 def _faults() -> str:
@@ -59,15 +59,16 @@ def _faults() -> str:
         "The number is what the signal `fault` shows."
     )
     rows = [
-        f"| {number} | `{fault.name}` | {_escape(fault.cause)} | {_escape(fault.check)} |"
+        f"| {number} | `{fault.name}` | {escape(fault.cause)} | {escape(fault.check)} |"
         for number, fault in enumerate(tables().faults)
         if number > 0
     ]
     table = "\n".join(["| no. | name | cause | check first |", "| --- | --- | --- | --- |", *rows])
-    return _page("Faults", text, table)
+    return page("Faults", text, table)
 
 
-def _page(title: str, text: str, body: str) -> str:
+def page(title: str, text: str, body: str) -> str:
+    """A page of the manual that a command makes."""
     return f"{MADE}\n\n# {title}\n\n{text}\n\n{body}\n"
 
 
@@ -76,14 +77,14 @@ def _field_table(fields: Iterable[Field], words: Mapping[str, str] = MappingProx
     rows = []
     for f in fields:
         default = words.get(f.name, f.to_text(f.default))
-        rows.append(f"| `{f.name}` | {_escape(f.unit)} | {default} | {_range(f)} | {_escape(f.doc)} |")
+        rows.append(f"| `{f.name}` | {escape(f.unit)} | {default} | {_range(f)} | {escape(f.doc)} |")
     return "\n".join(["| name | unit | default | range | |", "| --- | --- | --- | --- | --- |", *rows])
 
 
 def _parameter_table(fields: Iterable[Field]) -> str:
     rows = [
-        f"| `{f.name}` | {_escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {'at rest' if f.at_rest else ''} | "
-        f"{_escape(f.doc)} |"
+        f"| `{f.name}` | {escape(f.unit)} | {f.to_text(f.default)} | {_range(f)} | {'at rest' if f.at_rest else ''} | "
+        f"{escape(f.doc)} |"
         for f in fields
     ]
     return "\n".join(["| name | unit | default | range | changes | |", "| --- | --- | --- | --- | --- | --- |", *rows])
@@ -95,5 +96,6 @@ def _range(field: Field) -> str:
     return "" if field.kind == "flag" else f"{field.minimum:g} .. {field.maximum:g}"
 
 
-def _escape(text: str) -> str:
+def escape(text: str) -> str:
+    """Text for a cell of a table."""
     return text.replace("|", "\\|")

@@ -12,9 +12,9 @@ from evenspin.reproduce.guo2024.page import page_of as guo_page
 from evenspin.reproduce.guo2024.tables import tables_of as guo_tables
 from evenspin.reproduce.tang2020.page import page_of as tang_page
 from evenspin.reproduce.tang2020.tables import tables_of as tang_tables
-from evenspin.reproduce.work import Progress
 from evenspin.reproduce.yeh2024.page import page_of as yeh_page
 from evenspin.reproduce.yeh2024.tables import tables_of as yeh_tables
+from evenspin.sim.many import Progress
 from evenspin.tableview import TableView
 
 GUO_SET = "first"

@@ -1,4 +1,4 @@
-"""`python -m evenspin.gap.blind`: what the command writes and refuses."""
+"""`evenspin gap blind`: what the command writes and refuses."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
+from evenspin.cli.gap_blind import app
 from evenspin.errors import CheckFailedError, InputError
 from evenspin.gap.blind import cases as making
-from evenspin.gap.blind.command import app
 from evenspin.gap.blind.truth import Truth, read_truth
 from typer.testing import CliRunner
 

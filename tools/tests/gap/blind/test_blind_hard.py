@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from evenspin.gap.blind.cases import Plan, make_case
 from evenspin.gap.blind.vocabulary import EFFECTS
-from evenspin.gap.investigate import Finding, Investigation
+from evenspin.gap.finding import Finding
+from evenspin.gap.investigate import Investigation
 from evenspin.log.case import read_case
 
 

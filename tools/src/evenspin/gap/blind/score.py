@@ -141,8 +141,7 @@ def parameter_errors(effect: str, true: Mapping[str, float], found: Mapping[str,
 
     def value(key: str) -> float:
         given = found.get(key)
-        is_number = isinstance(given, int | float) and not isinstance(given, bool)
-        return float(given) if is_number else math.nan
+        return float(given) if isinstance(given, int | float) and not isinstance(given, bool) else math.nan
 
     def told(error: float) -> float:
         return error if math.isfinite(error) else 1.0
@@ -185,7 +184,9 @@ def _summary(cases: tuple[CaseScore, ...]) -> dict[str, float]:
     errors = [error for case in cases for key, error in case.errors.items() if not key.endswith(HARD_TO_SEE)]
     closed = [case.gap_closed for case in known if not math.isnan(case.gap_closed)]
     return {
-        "strongest_right_single": _share([bool(case.said) and case.said[0] == case.hidden[0] for case in of["single"]]),
+        "strongest_right_single": _share(
+            [case.said is not None and case.said[:1] == case.hidden[:1] for case in of["single"]]
+        ),
         "exact_single": _share([case.right for case in of["single"]]),
         "exact_pair": _share([case.right for case in of["pair"]]),
         "named_on_clean": _share([any(name != UNKNOWN for name in case.said or ()) for case in of["none"]]),

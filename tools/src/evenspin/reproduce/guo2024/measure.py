@@ -20,7 +20,7 @@ def rows_of(setup: Setup, record: Record, set_name: str, method: str, numeric: s
     pole_pairs = setup.plant["pole_pairs"]
     pieces = [(segment, measure_segment(record, segment, pole_pairs)) for segment in segments(setup)]
     starts = [index for index, (segment, _) in enumerate(pieces) if SPEED_INPUT in segment.changed]
-    rows = []
+    rows: list[Row] = []
     for number, index in enumerate(starts):
         before, after = pieces[index][1], _after_load(pieces, index)
         rows.append(

@@ -14,8 +14,8 @@ from evenspin.reproduce.guo2024.checks import Check, check_fixed, check_rows
 from evenspin.reproduce.guo2024.frequency import frequency_results
 from evenspin.reproduce.guo2024.measure import Row, rows_of
 from evenspin.reproduce.guo2024.stability import TRIALS, Trial, as_json, ripple_rpm
-from evenspin.reproduce.work import Progress, plain, run_all
 from evenspin.sim import Record, simulate
+from evenspin.sim.many import Progress, plain, run_all
 
 SETS = ("first", "second", "third")
 METHODS = ("pi", "crc", "forc", "fal-forc")

@@ -18,8 +18,8 @@ from evenspin.reproduce.tang2020.checks import check_rows
 from evenspin.reproduce.tang2020.conditions import CONDITIONS, METHODS, OFF, Condition
 from evenspin.reproduce.tang2020.measure import Evenness, evenness, rms_by_turn, settled_s
 from evenspin.reproduce.tang2020.sweep import SPEEDS_RPM, SweepPoint, check_sweep, sweep_point
-from evenspin.reproduce.work import Progress, plain, run_all
 from evenspin.sim import Record, complete, prepare
+from evenspin.sim.many import Progress, plain, run_all
 
 Array = NDArray[np.float64]
 

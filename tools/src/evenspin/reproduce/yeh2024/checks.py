@@ -113,7 +113,7 @@ def _against_reference(rows: Sequence[Row]) -> Iterator[Check]:
                 yield _of_row(row, key, low, high, required=False)
 
 
-def _of_row(row: Mapping[str, object], key: str, low: float, high: float, *, required: bool) -> Check:
+def _of_row(row: Mapping[str, Any], key: str, low: float, high: float, *, required: bool) -> Check:
     wrong = ", models all wrong" if row.get("models") == "all wrong" else ""
     what = f"{row['method']} at {row['speed_rpm']:g} rpm{wrong}: {key}"
     return Check(what, key, row[key], low, high, required, f"{row['method']}{wrong}", row["speed_rpm"])

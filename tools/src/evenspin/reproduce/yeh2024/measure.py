@@ -19,7 +19,7 @@ START_S = 0.10  # the first turn counts from here; see docs/reference/yeh2024.md
 SIGNALS = ("t_s", "position_ref_rad", "position_error_rad", "fault")
 
 
-def turn_rows(record: Record, turn: int) -> Array:
+def turn_rows(record: Record, turn: int) -> NDArray[np.intp]:
     """Rows in which the command is on its way through this turn (from 1)."""
     command = record["position_ref_rad"]
     inside = (command > (turn - 1) * TURN_RAD) & (command <= turn * TURN_RAD)

@@ -14,11 +14,11 @@ from evenspin.identify.source import run_of
 from evenspin.model import Setup, builtin_scenario
 from evenspin.native import load, tables
 from evenspin.reproduce.check import Check
-from evenspin.reproduce.work import Progress, plain, run_all
 from evenspin.reproduce.yeh2024.checks import check_identified, check_rows
 from evenspin.reproduce.yeh2024.measure import SIGNALS, Row, row_of
 from evenspin.reproduce.yeh2024.printed import SPEEDS_RPM
 from evenspin.sim import Record, simulate
+from evenspin.sim.many import Progress, plain, run_all
 
 MODEL = "yeh2024"
 METHODS = ("ppi", "silc", "src", "rdc", "rdc-beyond")

@@ -1,4 +1,4 @@
-"""What is known about the effects beside their equations: knowledge.toml."""
+"""What a set of experiments cannot tell apart: blind_spots.toml."""
 
 from __future__ import annotations
 
@@ -9,22 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evenspin.gap.features import slot_order
-from evenspin.native import tables
+from evenspin.effects.cogging import slot_order
 
-FILE = Path(__file__).with_name("knowledge.toml")
-
-
-@dataclass(frozen=True, slots=True)
-class Known:
-    """An effect for people."""
-
-    name: str
-    parameters: tuple[str, ...]  # that a verdict tells
-    signature: str
-    experiment: str
-    confused_with: tuple[str, ...]
-    separator: str
+FILE = Path(__file__).with_name("blind_spots.toml")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,20 +29,6 @@ class Blind:
 @functools.cache
 def _content() -> Mapping[str, Any]:
     return tomllib.loads(FILE.read_text(encoding="utf-8"))
-
-
-@functools.cache
-def known(name: str) -> Known:
-    """An effect that nobody described here tells all of its parameters, and its signature from the table."""
-    entry = _content()["effects"].get(name)
-    if entry is None:
-        effect = tables().effects[name]
-        return Known(name, tuple(effect.params), effect.signature, "any", (), "")
-    return Known(name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()})
-
-
-def vocabulary() -> tuple[str, ...]:
-    return tuple(_content()["effects"])
 
 
 def blind_spots(experiments: Iterable[str], motor: Mapping[str, Any]) -> list[Blind]:

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evenspin.effects import Coordinate, Hypothesis, Scale, hypotheses
+from evenspin.gap.candidate import Lead, Model, noise_price
 from evenspin.gap.evidence import Judge, Noise
-from evenspin.gap.hypotheses import Coordinate, Hypothesis, hypotheses
-from evenspin.gap.search import Model, Search, _price
+from evenspin.gap.fitting import Fitter
+from evenspin.gap.minima import NEAR, MinimaSearch, neighbours
+from evenspin.gap.strategies import Detents, Downhill, LocalMinima, strategy_for
 from evenspin.gap.tolerance import SIGMA
-from evenspin.gap.valleys import NEAR, Valleys, neighbours
 
 T_S = np.linspace(0.0, 1.0, 400)
 RING_HZ, RAMP = 23.0, 0.7  # what the log of these tests has; the starts are at 15, 20 and 30 Hz
@@ -61,48 +63,43 @@ def noise(sigma):
 
 
 @pytest.fixture
-def search():
-    """What the search of a case has, without its simulations at the start."""
-    made = Search.__new__(Search)
-    made.forward, made.library = OneLine(), LIBRARY
-    made.nuisance = np.zeros((len(T_S), len(SIGMA)))
-    made.judge = Judge(noise(0.05))
-    return made
+def fitter():
+    return Fitter(OneLine(), LIBRARY, np.zeros((len(T_S), len(SIGMA))), Judge(noise(0.05)))
 
 
-def test_a_ring_is_found_from_starts_between_which_the_cost_has_valleys_of_its_own(search):
+def test_a_ring_is_found_from_starts_between_which_the_cost_has_minima_of_its_own(fitter):
     home = {"ring": np.array([math.log(15.0)]), "ramp": np.array([0.0])}
-    straight = search._descended(search._model(home), 8, math.inf)  # the same without looking around
+    straight = fitter.descended(fitter.model(home), 8)  # downhill alone
 
-    found = Valleys(search, Valleys(search, home).lowest()).bottom()
+    found = MinimaSearch(fitter, MinimaSearch(fitter, home).lowest()).bottom()
 
     assert abs(math.exp(straight.z["ring"][0]) - RING_HZ) > 3.0
     assert math.exp(found["ring"][0]) == pytest.approx(RING_HZ, rel=0.02)
 
 
-def test_a_linear_partner_follows_without_simulations_of_its_own(search):
-    alone = Valleys(search, {"ring": np.array([math.log(15.0)])})
-    before = search.forward.simulations
+def test_a_linear_partner_follows_without_simulations_of_its_own(fitter):
+    alone = MinimaSearch(fitter, {"ring": np.array([math.log(15.0)])})
+    before = fitter.forward.simulations
     alone.lowest()
-    one = search.forward.simulations - before
-    pair = Valleys(search, {"ring": np.array([math.log(15.0)]), "ramp": np.array([0.1])})
-    before = search.forward.simulations
+    one = fitter.forward.simulations - before
+    pair = MinimaSearch(fitter, {"ring": np.array([math.log(15.0)]), "ramp": np.array([0.1])})
+    before = fitter.forward.simulations
 
     found = pair.lowest()
 
-    assert search.forward.simulations - before == one
+    assert fitter.forward.simulations - before == one
     assert found["ramp"][0] == pytest.approx(RAMP, abs=0.03)  # the ring is 2 % off at most: its mean is
 
 
-def test_the_bottom_is_found_near_a_place_and_limits_hold(search):
-    near = Valleys(search, {"ring": np.array([math.log(22.0)]), "ramp": np.array([RAMP])}).bottom()
-    edge = Valleys(search, {"ring": np.array([math.log(100.0)]), "ramp": np.array([RAMP])}).bottom()
+def test_the_bottom_is_found_near_a_point_and_limits_hold(fitter):
+    near = MinimaSearch(fitter, {"ring": np.array([math.log(22.0)]), "ramp": np.array([RAMP])}).bottom()
+    edge = MinimaSearch(fitter, {"ring": np.array([math.log(100.0)]), "ramp": np.array([RAMP])}).bottom()
 
     assert math.exp(near["ring"][0]) == pytest.approx(RING_HZ, rel=0.003)
     assert math.log(5.0) <= edge["ring"][0] <= math.log(100.0)
 
 
-def test_neighbours_of_a_model_move_its_wild_effects_only_and_by_what_a_search_may_leave():
+def test_neighbours_of_a_model_move_its_nonlinear_effects_only_and_by_what_a_search_may_leave():
     z = {"ring": np.array([3.0]), "ramp": np.array([0.4])}
 
     near = neighbours(LIBRARY, z, 8)
@@ -117,8 +114,8 @@ def test_neighbours_of_a_model_move_its_wild_effects_only_and_by_what_a_search_m
 def test_a_model_pays_for_noise_that_it_brings_as_the_norm_of_a_normal_density_says():
     wide = replace(noise(0.05), sigma=np.where(np.arange(len(T_S)) < 10, 0.1, 0.05))
 
-    assert _price(wide, noise(0.05)) == pytest.approx(2.0 * 10 * math.log(2.0))
-    assert _price(noise(0.05), wide) == pytest.approx(-2.0 * 10 * math.log(2.0))
+    assert noise_price(wide, noise(0.05)) == pytest.approx(2.0 * 10 * math.log(2.0))
+    assert noise_price(noise(0.05), wide) == pytest.approx(-2.0 * 10 * math.log(2.0))
 
 
 def test_a_model_without_noise_of_its_own_is_held_against_others_by_its_cost():
@@ -129,8 +126,29 @@ def test_a_model_without_noise_of_its_own_is_held_against_others_by_its_cost():
     assert (own.own_cost, own.likelihood_cost) == (3.0, 5.0)
 
 
+def test_another_noise_is_another_fitter_and_the_old_one_keeps_its_own(fitter):
+    loud = fitter.with_noise(noise(0.5))
+
+    model = fitter.model({"ring": np.array([math.log(15.0)])})
+
+    assert loud.judged(model).cost < 0.1 * model.cost
+    assert fitter.judged(model).cost == model.cost
+
+
+def test_each_lead_gets_the_strategy_that_its_effects_need(fitter):
+    detent = Hypothesis("cogging", LIBRARY["ramp"].coordinates, dict, lambda z: 2.0, ((0.0,),), rests=True)
+    with_detent = replace(fitter, library={**LIBRARY, "cogging": detent})
+    ramp, ring, cogging = ({name: np.zeros(1)} for name in ("ramp", "ring", "cogging"))
+
+    assert isinstance(strategy_for(with_detent, Lead(ramp, 1.0)), Downhill)
+    assert isinstance(strategy_for(with_detent, Lead(ramp | ring, 1.0)), LocalMinima)
+    assert isinstance(strategy_for(with_detent, Lead(ramp | cogging, 1.0)), Detents)
+    # what was refined already keeps its phase
+    assert isinstance(strategy_for(with_detent, Lead(ramp | cogging, 1.0, frozenset({"ramp"}))), Downhill)
+
+
 def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaft():
-    library = hypotheses(MOTOR, 4000.0)
+    library = hypotheses(Scale.of(MOTOR, 4000.0))
     backlash = library["backlash"]
     place = np.array(backlash.starts[0])
 

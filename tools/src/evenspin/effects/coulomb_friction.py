@@ -1,0 +1,8 @@
+"""Dry friction of constant size."""
+
+from evenspin.effects.hypothesis import Hypothesis, Scale, single
+
+
+def hypothesis(scale: Scale) -> Hypothesis:
+    torque = scale.rated_torque_nm
+    return single("coulomb_friction", "torque_nm", 0.02 * torque, 0.0, torque, scale.small_torque_nm)

@@ -1,0 +1,7 @@
+"""Viscous friction over its nominal value; its tolerance has a sigma of 4 %."""
+
+from evenspin.effects.hypothesis import Hypothesis, Scale, factor
+
+
+def hypothesis(scale: Scale) -> Hypothesis:
+    return factor("viscous_friction", 0.3, 0.12)

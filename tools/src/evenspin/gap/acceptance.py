@@ -1,0 +1,115 @@
+"""What an effect has to show before it is tried, kept and named. The numbers stand in thresholds.py."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from evenspin.effects import Hypothesis
+from evenspin.gap.candidate import Lead, Model
+from evenspin.gap.thresholds import (
+    DECISIVE_SHARE,
+    EXCESS_SHARE,
+    EXCESS_SIGMAS,
+    FAR_OFF,
+    GAIN_BEYOND_TOLERANCE,
+    GAIN_MIN,
+    IMPERFECT_SHARE,
+    PROMISE_EXPLAINED,
+    PROMISE_SIZE,
+    PROMISE_SIZE_TOLERANCE,
+    PROMISE_UNEXPLAINED,
+    SECOND_SHARE,
+    SHARE_MIN,
+    UNKNOWN_SHARE,
+    WEAK_GAIN,
+)
+from evenspin.gap.tolerance import TOLERANCE_EFFECTS
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """Cost that a right model has: over healthy units, simulated."""
+
+    mean: float
+    sigma: float
+
+    def excess(self, cost: float) -> float:
+        return cost - self.mean
+
+    def is_significant(self, cost: float) -> bool:
+        """Worth a further search."""
+        return self.excess(cost) > max(EXCESS_SIGMAS * self.sigma, EXCESS_SHARE * self.mean)
+
+    @property
+    def limit(self) -> float:
+        """Excess beyond which no explanation holds."""
+        return max(EXCESS_SIGMAS * self.sigma, UNKNOWN_SHARE * self.mean)
+
+
+@dataclass(frozen=True, slots=True)
+class Acceptance:
+    """The rules for the effects of a library."""
+
+    library: Mapping[str, Hypothesis]
+    tolerated: Collection[str] = TOLERANCE_EFFECTS  # effects that are a tolerance, only larger
+
+    def least_gain(self, names: Collection[str]) -> float:
+        """A deviation that a tolerance can take up costs no more than its prior: (size over sigma) squared."""
+        return GAIN_BEYOND_TOLERANCE if names and all(n in self.tolerated for n in names) else GAIN_MIN
+
+    def all_large(self, model: Model) -> bool:
+        """Every effect is larger than what tolerance and format call no effect."""
+        return all(self.library[name].magnitude(z) > 1.0 for name, z in model.z.items())
+
+    def promises(self, lead: Lead, model: Model, floor: Floor) -> bool:
+        """Worth a refinement: while nothing explains the log almost anything is, afterwards only what may be named."""
+        if floor.is_significant(model.cost):
+            return lead.gain > PROMISE_UNEXPLAINED * GAIN_MIN
+        large = all(
+            self.library[name].magnitude(z) > (PROMISE_SIZE_TOLERANCE if name in self.tolerated else PROMISE_SIZE)
+            for name, z in lead.z.items()
+        )
+        return large and lead.gain > PROMISE_EXPLAINED * self.least_gain(set(lead.z) - set(model.z))
+
+    def earns(self, without: Model, with_it: Model, floor: Floor) -> bool:
+        """What is new explains enough of what was left, and is large enough."""
+        least = self.least_gain(set(with_it.z) - set(without.z))
+        if least == GAIN_MIN:
+            least = max(least, SHARE_MIN * floor.excess(without.cost))
+        return without.cost - with_it.cost > least and self.all_large(with_it)
+
+    def is_decisive(self, without: Model, with_it: Model, floor: Floor) -> bool:
+        """What takes most of an excess away needs no validation record: where a loop rings, none could confirm it."""
+        gain = without.cost - with_it.cost
+        return floor.is_significant(without.cost) and gain > DECISIVE_SHARE * floor.excess(without.cost)
+
+    def is_remainder(self, without: Model, with_it: Model, explained: float) -> bool:
+        """What is new is no more than what the imperfect model of a large effect leaves; `explained`: its gain."""
+        return without.cost - with_it.cost < IMPERFECT_SHARE * explained and not self.is_far_off(with_it, without)
+
+    def is_far_off(self, model: Model, without: Model) -> bool:
+        """What is new is a tolerance so far off that no unit is: its prior says so, however little it costs."""
+        more = set(model.z) - set(without.z)
+        return all(name in self.tolerated and self.library[name].magnitude(model.z[name]) > FAR_OFF for name in more)
+
+    def needs_second_look(self, name: str, gain: float) -> bool:
+        """The gain is enough, but so small that a search may have picked it by chance."""
+        return self.least_gain({name}) <= gain <= WEAK_GAIN and name not in self.tolerated
+
+    def holds(self, name: str, gain: float) -> bool:
+        return gain >= self.least_gain({name})
+
+    def holds_at_second_look(self, name: str, gain: float) -> bool:
+        """`gain`: in simulations that no fit has seen."""
+        return gain > SECOND_SHARE * self.least_gain({name})
+
+    def simpler(self, model: Model) -> list[Lead]:
+        """Leads without the part of an effect that makes it another one: a twisting shaft without its backlash."""
+        out = []
+        for name, z in model.z.items():
+            twin = self.library[name].simpler
+            if twin is not None and twin[0] in self.library:
+                rest = {other: x for other, x in model.z.items() if other != name}
+                out.append(Lead({**rest, twin[0]: z[list(twin[1])]}, 0.0))
+        return out

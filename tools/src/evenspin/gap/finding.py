@@ -1,0 +1,43 @@
+"""What an investigation found: the explanation, what else was tried, and what is left."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from evenspin.gap.acceptance import Floor
+from evenspin.gap.candidate import Model
+from evenspin.gap.leftover import Line
+from evenspin.gap.thresholds import ALTERNATIVE_COST
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    model: Model  # best explanation, named or not
+    named: tuple[str, ...]  # strongest first; empty: nothing missing, or unknown
+    unknown: bool
+    before: float  # cost of the nominal machine
+    floor: Floor
+    lines: tuple[Line, ...]
+    tried: tuple[Model, ...]
+    steps: tuple[Model, ...] = ()  # nothing, then one effect more each: how it was found
+    weights: dict[str, float] = field(default_factory=dict)  # cost that each named effect takes away
+    simulations: int = 0
+
+
+def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:
+    """Other explanations and how likely they are beside the best one, most likely first."""
+    best: dict[frozenset[str], Model] = {}
+    for model in finding.tried:
+        key = frozenset(model.z)
+        if key and (key not in best or model.cost < best[key].cost):
+            best[key] = model
+    chosen = frozenset(finding.model.z)
+    odds = {
+        key: math.exp(-max(0.0, model.cost - finding.model.cost) / ALTERNATIVE_COST)
+        for key, model in best.items()
+        if key != chosen and not key > chosen
+    }
+    total = 1.0 + sum(odds.values())
+    ranked = sorted(odds.items(), key=lambda item: -item[1])
+    return [(tuple(best[key].z), weight / total) for key, weight in ranked if weight / total > 1e-3]

@@ -1,0 +1,145 @@
+"""Screening: which effects are worth a refinement, as a linear fit of their signatures sees it. Cheap."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.effects import Hypothesis
+from evenspin.gap.candidate import Lead, Model
+from evenspin.gap.evidence import model_features
+from evenspin.gap.fitting import Fitter
+from evenspin.gap.tolerance import SIGMA
+
+Array = NDArray[np.float64]
+LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
+LIKENESS = 0.3  # of what the signature of a start explains that is not linear: what a better point may explain
+AMOUNT_MIN, AMOUNT_MAX = 0.05, 20.0  # by which the amplitude of a start that is not linear is scaled
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """How an effect shows in the features, from one of its starts."""
+
+    name: str
+    start: Array
+    columns: Array  # features x coordinates; one column, of the start as a whole, where the effect is not linear
+
+
+def signatures(fitter: Fitter, model: Model) -> list[Signature]:
+    """Of every effect and start that the model does not have."""
+    jobs: list[tuple[str, Array, list[Array]]] = []
+    for name, h in fitter.library.items():
+        if name in model.z:
+            continue
+        for start in h.starts:
+            z0 = np.array(start, dtype=np.float64)
+            jobs.append((name, z0, probe_points(h, z0)))
+    units = [fitter.effects({**model.z, name: z}) for name, _, points in jobs for z in points]
+    runs = iter(model_features(fitter.forward, units, 1))
+    out = []
+    for name, z0, points in jobs:
+        h = fitter.library[name]
+        columns = [next(runs)[0] for _ in points]
+        if h.linear:
+            columns = [
+                (f - (model.probe if c.beside is None else columns[c.beside])) / c.probe
+                for f, c in zip(columns, h.coordinates, strict=True)
+            ]
+        else:
+            columns = [columns[0] - model.probe]
+        out.append(Signature(name, z0, np.stack(columns, axis=1)))
+    return out
+
+
+def leads(fitter: Fitter, model: Model, known: Sequence[Signature], size: int = 1, keep: int = 6) -> list[Lead]:
+    """Sets of `size` more effects, best first. `known`: signatures around the model or, cheaper, the bare machine."""
+    fresh = [s for s in known if s.name not in model.z]
+    gram, right = _normal_equations(fitter, model, fresh)
+    n = len(SIGMA)
+    edges = np.cumsum([n, *(s.columns.shape[1] for s in fresh)])
+    base = _explained(gram, right, np.arange(n))[0]
+    tried = _gains_of_starts(fitter, model, fresh) if size == 1 else {}
+    best: dict[frozenset[str], Lead] = {}
+    for combination in itertools.combinations(range(len(fresh)), size):
+        names = frozenset(fresh[i].name for i in combination)
+        if len(names) < size or sum(fitter.library[name].is_shaft for name in {*names, *model.z}) > 1:
+            continue
+        columns = np.concatenate([np.arange(n), *(np.arange(edges[i], edges[i + 1]) for i in combination)])
+        explained, x = _explained(gram, right, columns)
+        z = dict(model.z)
+        at, allowed = n, True
+        for i in combination:
+            width = fresh[i].columns.shape[1]
+            point = _point(fitter.library[fresh[i].name], fresh[i].start, x[at : at + width])
+            at += width
+            if point is None:
+                allowed = False
+                break
+            z[fresh[i].name] = point
+        gain = explained - base
+        if combination[0] in tried:
+            gain = max(tried[combination[0]], LIKENESS * gain)
+        if allowed and gain > (best[names].gain if names in best else 0.0):
+            best[names] = Lead(z, gain, names)
+    return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
+
+
+def _normal_equations(fitter: Fitter, model: Model, fresh: Sequence[Signature]) -> tuple[Array, Array]:
+    y = (fitter.forward.measured - model.features) * fitter.judge.weight
+    weight = 1.0 / np.sqrt(1.0 + (LINEAR_SHARE * y) ** 2)
+    blocks = [fitter.nuisance, *(s.columns for s in fresh)]
+    a = np.hstack(blocks) * (fitter.judge.weight * weight)[:, None]
+    gram, right = a.T @ a, a.T @ (y * weight)
+    n = len(SIGMA)
+    gram[:n, :n] += np.diag(1.0 / SIGMA**2)
+    return gram, right
+
+
+def _gains_of_starts(fitter: Fitter, model: Model, fresh: Sequence[Signature]) -> dict[int, float]:
+    """What each start of an effect that is not linear takes off the cost as it stands: no line leads there."""
+    y = fitter.forward.measured
+    before = fitter.judge.fit(y - model.probe, fitter.nuisance).cost
+    return {
+        i: before - fitter.judge.fit(y - model.probe - s.columns[:, 0], fitter.nuisance).cost
+        for i, s in enumerate(fresh)
+        if not fitter.library[s.name].linear and fitter.library[s.name].amplitude is None
+    }
+
+
+def _point(h: Hypothesis, z0: Array, amount: Array) -> Array | None:
+    """Where a linear fit puts the effect; None where that is the wrong side of off."""
+    if not h.linear:
+        z = z0.copy()
+        if h.amplitude is not None:
+            z[h.amplitude] *= min(max(float(amount[0]), AMOUNT_MIN), AMOUNT_MAX)
+        return h.clip(z) if amount[0] > 0.0 else None
+    z = h.clip(z0 + amount)
+    low = np.array([c.low for c in h.coordinates])
+    return None if np.any((low == z0) & (amount <= 0.0)) else z
+
+
+def probe_points(h: Hypothesis, z0: Array) -> list[Array]:
+    """Where an effect is simulated for its signature: one point a coordinate, or the start itself."""
+    if not h.linear:
+        return [z0]
+    points = []
+    for i, c in enumerate(h.coordinates):
+        z = z0.copy()
+        z[i] += c.probe
+        if c.beside is not None:
+            z[c.beside] += h.coordinates[c.beside].probe
+        points.append(z)
+    return points
+
+
+def _explained(gram: Array, right: Array, columns: NDArray[np.int_]) -> tuple[float, Array]:
+    g = gram[np.ix_(columns, columns)].copy()
+    g[np.diag_indices_from(g)] *= 1.0 + 1e-9
+    g[np.diag_indices_from(g)] += 1e-12
+    x = np.asarray(np.linalg.solve(g, right[columns]), dtype=np.float64)
+    return float(right[columns] @ x), x
