@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from evenspin.cli.options import Force, JsonFlag, OutFolder
+from evenspin.cli.options import Force, JsonFlag
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
 
@@ -19,7 +19,7 @@ app = typer.Typer(no_args_is_help=True, help="Blind cases: make them, and score 
 
 @app.command("make")
 def make(
-    out: OutFolder,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the cases: new or empty.")],
     count: Annotated[int | None, typer.Option(min=1, max=9999, help="Number of cases.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Another number, another set; the same number, the same set.")] = 1,
     effects: Annotated[str, typer.Option(metavar="A,B", help="Hide only these; all when left out.")] = "",
@@ -43,24 +43,24 @@ def make(
     from evenspin.errors import InputError
     from evenspin.gap.blind.cases import make_set, plan_cases
     from evenspin.gap.blind.truth import write_truth
-    from evenspin.output import OutputFile, OutputFolder
+    from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
 
     names = _names(effects)
     counts = _counts(kind, count)
     _check_choice(effects, names, counts)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InputError("--out", "folder", out, "new or empty", "choose another folder")
     truth_file = truth or out.absolute().parent / f"{out.name}_truth.json"
     if truth_file.absolute().is_relative_to(out.absolute()):
         raise InputError("--truth", "file", str(truth_file), "apart from the cases", "choose a place outside of --out")
-    made = origin()
-    output = OutputFolder(out, made, force=force)
-    apart = OutputFile(truth_file, made, option="--truth", force=force)
+    apart = OutputFile(truth_file, origin(), option="--truth", force=force)
+    out.mkdir(parents=True, exist_ok=True)
     plans = plan_cases(counts, seed, names)
-    with output as folder:
-        with progress_bar("making blind cases", len(plans)) as bar:
-            truths = make_set(plans, folder, jobs or os.cpu_count() or 1, bar.update)
-        with apart as place:
-            write_truth(place, truths)
+    with progress_bar("making blind cases", len(plans)) as bar:
+        truths = make_set(plans, out, jobs or os.cpu_count() or 1, bar.update)
+    with apart as place:
+        write_truth(place, truths)
     if as_json:
         write_json({"cases": str(out), "truth": str(truth_file), "count": len(truths)}, STDOUT)
     else:
