@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any
 
@@ -52,10 +52,10 @@ class Field:
 class EffectParam(Field):
     """A parameter of an effect, with what whoever searches or reports it has to know (sim_host/plant/effect.h)."""
 
-    role: str  # "amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail"
-    example: float  # shows clearly in a drive of some hundred watts
-    vector: bool  # together with the others that are: only the length of all says how large one is
-    optional: bool  # may be nothing although the effect acts
+    role: str = "amplitude"  # or "phase", "factor", "order", "sign", "share", "quantity", "detail"
+    example: float = 0.0  # shows clearly in a drive of some hundred watts
+    vector: bool = False  # together with the others that are: only the length of all says how large one is
+    optional: bool = False  # may be nothing although the effect acts
 
     @property
     def reported(self) -> bool:
@@ -146,7 +146,7 @@ def _effects(library: Library) -> Iterator[Effect]:
     for index in range(library.lib.es_effect_count()):
         if library.lib.es_effect_info(index, raw):
             effect_params = functools.partial(library.lib.es_effect_param_info, index)
-            fields = _fields(library, raw.param_count, effect_params)
+            found = _fields(library, raw.param_count, effect_params)
             yield Effect(
                 name=library.text(raw.name),
                 acts_on=library.text(raw.acts_on),
@@ -157,7 +157,7 @@ def _effects(library: Library) -> Iterator[Effect]:
                 shown_by=MappingProxyType(dict(_shown_by(library, index))),
                 scenario_only=bool(raw.scenario_only),
                 params=MappingProxyType(
-                    {field.name: _effect_param(library, field, index, k) for k, field in enumerate(fields.values())}
+                    {field.name: _effect_param(library, field, index, k) for k, field in enumerate(found.values())}
                 ),
             )
 
@@ -165,10 +165,9 @@ def _effects(library: Library) -> Iterator[Effect]:
 def _effect_param(library: Library, field: Field, effect: int, param: int) -> EffectParam:
     raw = library.ffi.new("es_role_t *")
     library.lib.es_effect_param_role(effect, param, raw)
-    return EffectParam(
-        field.name, field.unit, field.kind, field.doc, field.choices, field.minimum, field.maximum, field.default,
-        library.text(raw.role), raw.example, bool(raw.vector), bool(raw.optional),
-    )  # fmt: skip
+    own = {"role": library.text(raw.role), "example": raw.example}
+    flags = {"vector": bool(raw.vector), "optional": bool(raw.optional)}
+    return EffectParam(**{each.name: getattr(field, each.name) for each in fields(Field)}, **own, **flags)
 
 
 def _neighbours(library: Library, effect: int) -> Iterator[str]:
