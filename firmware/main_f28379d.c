@@ -16,7 +16,7 @@
 #pragma DATA_SECTION(drive, "drive_memory")
 #endif
 static drive_t drive;
-typedef char drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= DRIVE_REGION_WORDS) ? 1 : -1];
+typedef char   drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= DRIVE_REGION_WORDS) ? 1 : -1];
 
 /* Recorders: the capture takes GS13..GS15, less in the RAM build, where data live there, too; the black box GS7. */
 #ifndef MAIN_CAPTURE_VALUES
@@ -73,8 +73,8 @@ port_status_t main_start(void)
     defaults.offset_limit_a = limits.offset_limit_a;
     defaults.over_current_a = limits.over_current_a;
     defaults.over_voltage_v = limits.over_voltage_v;
-    const services_setup_t setup = {&drive, &defaults, "LAUNCHXL-F28379D", capture, black_box, MAIN_CAPTURE_VALUES, MAIN_BLACK_BOX_VALUES,
-                                    hal_reset_cause()};
+    const services_setup_t setup = {&drive,    &defaults,           "LAUNCHXL-F28379D",    capture,
+                                    black_box, MAIN_CAPTURE_VALUES, MAIN_BLACK_BOX_VALUES, hal_reset_cause()};
     services_start(&services, &setup);
     port_start(&main_current_isr, &main_speed_isr);
     return PORT_OK;

@@ -18,19 +18,19 @@
 #include "control/numeric/diag.h"
 
 typedef struct {
-    num_t   *cell;  /**< `cells` values, owned by the caller. */
-    uint16_t cells; /**< Cells per turn, [4, 4096]... */
+    num_t   *cell;       /**< `cells` values, owned by the caller. */
+    uint16_t cells;      /**< Cells per turn, [4, 4096]... */
     float    cells_real; /**< ...and the same for quotients. */
 } ctl_grid_t;
 
 /** The points between two samples, in the order in which they were passed. */
 typedef struct {
-    uint16_t index;  /**< Next point. */
-    uint16_t left;   /**< Points still to visit. */
+    uint16_t index; /**< Next point. */
+    uint16_t left;  /**< Points still to visit. */
     uint16_t cells;
-    bool     up;     /**< Direction of the motion. */
-    num_t    value;  /**< Value at the next point. */
-    num_t    slope;  /**< Change of the value from point to point. */
+    bool     up;    /**< Direction of the motion. */
+    num_t    value; /**< Value at the next point. */
+    num_t    slope; /**< Change of the value from point to point. */
 } ctl_grid_walk_t;
 
 enum { CTL_GRID_MEMORY = 1, CTL_GRID_CELLS };
@@ -58,7 +58,10 @@ static inline ctl_grid_spot_t ctl_grid_spot(const ctl_grid_t *self, angle_t angl
 }
 
 /** The point after point @p i. */
-static inline uint16_t ctl_grid_next(const ctl_grid_t *self, uint16_t i) { return (uint16_t)(((i + 1U) < self->cells) ? (i + 1U) : 0U); }
+static inline uint16_t ctl_grid_next(const ctl_grid_t *self, uint16_t i)
+{
+    return (uint16_t)(((i + 1U) < self->cells) ? (i + 1U) : 0U);
+}
 
 /** @p part 2^-32 cells over an angle of @p way > 0, where the part is not more than the way: within [0, 1]. */
 static inline num_t ctl_grid_share(const ctl_grid_t *self, uint32_t part, uint32_t way)
@@ -78,7 +81,10 @@ static inline num_t ctl_grid_read_spot(const ctl_grid_t *self, ctl_grid_spot_t s
 }
 
 /** Value at @p angle, straight line between the two neighbours. */
-static inline num_t ctl_grid_read_linear(const ctl_grid_t *self, angle_t angle) { return ctl_grid_read_spot(self, ctl_grid_spot(self, angle)); }
+static inline num_t ctl_grid_read_linear(const ctl_grid_t *self, angle_t angle)
+{
+    return ctl_grid_read_spot(self, ctl_grid_spot(self, angle));
+}
 /** Value at @p angle, cubic through the two neighbours on either side (Lagrange). */
 num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle);
 

@@ -18,10 +18,7 @@ ctl_diag_t ctl_ring_init(ctl_ring_t *self, num_t *memory, uint16_t capacity)
     return ctl_diag_ok();
 }
 
-void ctl_ring_clear(ctl_ring_t *self)
-{
-    self->filled = 0U;
-}
+void ctl_ring_clear(ctl_ring_t *self) { self->filled = 0U; }
 
 void ctl_ring_fill_zero(ctl_ring_t *self)
 {

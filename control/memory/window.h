@@ -69,7 +69,10 @@ static inline void ctl_long_window_fill(ctl_long_window_t *self, num_t x)
     self->head = 0U;
 }
 
-static inline const num_t *ctl_long_window_newest(const ctl_long_window_t *self) { return &self->x[CTL_LONG_WINDOW_MARGIN + self->head]; }
+static inline const num_t *ctl_long_window_newest(const ctl_long_window_t *self)
+{
+    return &self->x[CTL_LONG_WINDOW_MARGIN + self->head];
+}
 
 static inline const num_t *ctl_long_window_push(ctl_long_window_t *self, num_t x)
 {

@@ -28,14 +28,14 @@
 #include "control/numeric/diag.h"
 
 typedef struct {
-    num_t r;           /**< R, voltage over current unit, >= 0. */
+    num_t r;            /**< R, voltage over current unit, >= 0. */
     num_t ld_ts, lq_ts; /**< L / T_s, voltage over current unit, > 0. */
     num_t ts_ld, ts_lq; /**< T_s / L, current over voltage unit, > 0. */
-    num_t w_ld, w_lq;  /**< L times electrical base speed: voltage per current and speed unit, >= 0. */
-    num_t w_psi;       /**< psi times electrical base speed: voltage per speed unit, >= 0. */
-    num_t correction;  /**< g, [0, 0.5]. */
-    num_t c_max;       /**< Limit of c, current unit per sample, > 0. */
-    num_t v_max;       /**< Limit of each voltage before the vector limit, > 0. */
+    num_t w_ld, w_lq;   /**< L times electrical base speed: voltage per current and speed unit, >= 0. */
+    num_t w_psi;        /**< psi times electrical base speed: voltage per speed unit, >= 0. */
+    num_t correction;   /**< g, [0, 0.5]. */
+    num_t c_max;        /**< Limit of c, current unit per sample, > 0. */
+    num_t v_max;        /**< Limit of each voltage before the vector limit, > 0. */
 } ctl_deadbeat_params_t;
 
 typedef struct {
@@ -51,14 +51,7 @@ typedef struct {
     ctl_deadbeat_state_t  state;
 } ctl_deadbeat_t;
 
-enum {
-    CTL_DEADBEAT_R = 1,
-    CTL_DEADBEAT_LD,
-    CTL_DEADBEAT_LQ,
-    CTL_DEADBEAT_PSI,
-    CTL_DEADBEAT_CORRECTION,
-    CTL_DEADBEAT_LIMIT
-};
+enum { CTL_DEADBEAT_R = 1, CTL_DEADBEAT_LD, CTL_DEADBEAT_LQ, CTL_DEADBEAT_PSI, CTL_DEADBEAT_CORRECTION, CTL_DEADBEAT_LIMIT };
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_deadbeat_init(ctl_deadbeat_t *self, const ctl_deadbeat_params_t *params);
@@ -101,7 +94,8 @@ static inline ctl_dq_t ctl_deadbeat_step_raw(ctl_deadbeat_t *self, ctl_dq_t i, c
                          num_add(num_mac(i.q, p->ts_lq, num_sub(v.q, mid.q)), s->c.q)};
 
     /* (2), the drop in the middle between i1 and the reference */
-    const ctl_dq_t later = ctl_deadbeat_drop(p, num_mul(num_add(i1.d, ref.d), NUM_C(0.5f)), num_mul(num_add(i1.q, ref.q), NUM_C(0.5f)), w);
+    const ctl_dq_t later =
+        ctl_deadbeat_drop(p, num_mul(num_add(i1.d, ref.d), NUM_C(0.5f)), num_mul(num_add(i1.q, ref.q), NUM_C(0.5f)), w);
     const ctl_dq_t out = {
         num_clamp(num_mac(later.d, p->ld_ts, num_sub(num_sub(ref.d, i1.d), s->c.d)), num_neg(p->v_max), p->v_max),
         num_clamp(num_mac(later.q, p->lq_ts, num_sub(num_sub(ref.q, i1.q), s->c.q)), num_neg(p->v_max), p->v_max),

@@ -20,10 +20,10 @@
 #include "control/numeric/diag.h"
 
 typedef struct {
-    uint32_t sample_cyc;   /**< Nominal time between samples, clock cycles, > 0. */
+    uint32_t sample_cyc;    /**< Nominal time between samples, clock cycles, > 0. */
     num_t    speed_1_count; /**< Speed of one count per nominal sample time, speed unit, > 0. */
-    num_t    speed_max;    /**< Limit of the result, speed unit, > 0. */
-    uint16_t stop_samples; /**< Samples without an edge after which the motor counts as standing, > 0. */
+    num_t    speed_max;     /**< Limit of the result, speed unit, > 0. */
+    uint16_t stop_samples;  /**< Samples without an edge after which the motor counts as standing, > 0. */
 } ctl_mt_params_t;
 
 typedef struct {

@@ -23,10 +23,10 @@
 typedef enum { CTL_PI_HOLD = 0, CTL_PI_HOLD_OUTWARD } ctl_pi_anti_windup_t;
 
 typedef struct {
-    num_t                kp;          /**< Output unit per error unit, >= 0. */
-    num_t                ki_ts;       /**< k_i T_s, output unit per error unit and sample, >= 0. */
-    num_t                out_min;     /**< Output unit, < out_max. */
-    num_t                out_max;     /**< Output unit. */
+    num_t                kp;      /**< Output unit per error unit, >= 0. */
+    num_t                ki_ts;   /**< k_i T_s, output unit per error unit and sample, >= 0. */
+    num_t                out_min; /**< Output unit, < out_max. */
+    num_t                out_max; /**< Output unit. */
     ctl_pi_anti_windup_t anti_windup;
 } ctl_pi_params_t;
 
@@ -48,7 +48,7 @@ enum { CTL_PI_KP = 1, CTL_PI_KI_TS, CTL_PI_OUT_MIN, CTL_PI_OUT_MAX, CTL_PI_ANTI_
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params);
 /** Other parameters, that ctl_pi_init would accept; the state goes on. */
-void       ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params);
+void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params);
 /** Start again with integrator @p x (clamped to the limits; 0 when not finite). Counters stay. */
 void ctl_pi_reset(ctl_pi_t *self, num_t x);
 /** (1): proposal for this sample, within the limits. */
@@ -72,9 +72,6 @@ static inline void ctl_pi_learn_from_raw(ctl_pi_t *self, num_t err)
     self->state.x = num_clamp(num_mac(self->state.x, self->params.ki_ts, err), num_neg(self->bound), self->bound);
 }
 /** ctl_pi_commit of a proposal that was not limited. */
-static inline void ctl_pi_learn_raw(ctl_pi_t *self)
-{
-    ctl_pi_learn_from_raw(self, self->state.err);
-}
+static inline void ctl_pi_learn_raw(ctl_pi_t *self) { ctl_pi_learn_from_raw(self, self->state.err); }
 
 #endif

@@ -20,7 +20,7 @@ bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out)
     const num_t d = num_div(v->d, big);
     const num_t q = num_div(v->q, big);
     const num_t unit_length = num_sqrt(num_mac(num_mul(d, d), q, q)); /* 1 .. sqrt(2) */
-    const num_t allowed = num_div(limit, unit_length);                 /* of the largest component */
+    const num_t allowed = num_div(limit, unit_length);                /* of the largest component */
     if (big <= allowed) {
         *out = *v;
         return true;

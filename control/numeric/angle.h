@@ -94,7 +94,10 @@ static inline num_t angle_to_turns(angle_t angle)
 }
 
 /** Size of a difference of two angles, the shortest way: at most half a turn. */
-static inline uint32_t angle_size(angle_t difference) { return (difference < (2U * ANGLE_QUARTER)) ? difference : (0U - difference); }
+static inline uint32_t angle_size(angle_t difference)
+{
+    return (difference < (2U * ANGLE_QUARTER)) ? difference : (0U - difference);
+}
 
 /**
  * Sine and cosine at once, without the chip's help. Absolute error below 1.2e-7 (float), 2.5e-7 (fixed).

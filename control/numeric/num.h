@@ -36,10 +36,7 @@ typedef int32_t num_t;
 /** A constant, written with the f suffix: NUM_C(0.45f). Rounded to the nearest step. */
 #define NUM_C(x) ((num_t)(((x) * 16777216.0f) + NUM_HALF_STEP(x)))
 
-static inline num_t num_sat64(int64_t x)
-{
-    return (x > INT32_MAX) ? INT32_MAX : ((x < -INT32_MAX) ? -INT32_MAX : (num_t)x);
-}
+static inline num_t num_sat64(int64_t x) { return (x > INT32_MAX) ? INT32_MAX : ((x < -INT32_MAX) ? -INT32_MAX : (num_t)x); }
 static inline num_t num_add(num_t a, num_t b) { return num_sat64((int64_t)a + b); }
 static inline num_t num_sub(num_t a, num_t b) { return num_sat64((int64_t)a - b); }
 static inline num_t num_neg(num_t a) { return num_sat64(-(int64_t)a); }
@@ -59,7 +56,7 @@ static inline num_t num_div(num_t a, num_t b)
     return num_sat64(((int64_t)a * INT64_C(0x1000000)) / b);
 }
 static inline num_t num_quotient(num_t a, num_t b) { return num_div(a, b); }
-static inline bool num_is_finite(num_t x) { return x != INT32_MIN; }
+static inline bool  num_is_finite(num_t x) { return x != INT32_MIN; }
 /** Nearest step to x; NaN gives 0, out of range saturates. */
 static inline num_t num_from_float(float x)
 {
@@ -101,7 +98,10 @@ static inline num_t num_div(num_t a, num_t b)
 static inline num_t num_quotient(num_t a, num_t b) { return a / b; }
 /** True inside +-NUM_MAX; false for NaN, infinity and what would become infinite in a product. */
 static inline bool  num_is_finite(num_t x) { return (x <= NUM_MAX) && (x >= -NUM_MAX); }
-static inline num_t num_from_float(float x) { return (x <= NUM_MAX) ? ((x >= -NUM_MAX) ? x : -NUM_MAX) : ((x > NUM_MAX) ? NUM_MAX : 0.0f); }
+static inline num_t num_from_float(float x)
+{
+    return (x <= NUM_MAX) ? ((x >= -NUM_MAX) ? x : -NUM_MAX) : ((x > NUM_MAX) ? NUM_MAX : 0.0f);
+}
 /** The same for an x that is known to be finite. */
 static inline num_t num_from_finite(float x) { return x; }
 static inline float num_to_float(num_t x) { return x; }

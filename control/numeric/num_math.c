@@ -5,14 +5,14 @@
 num_t num_log2(num_t x)
 {
     uint32_t m = (x > 0) ? (uint32_t)x : UINT32_C(1);
-    int16_t  k = 6; /* the top bit of 2^30 stands for 2^6 */
+    int16_t  k = 6;                                                      /* the top bit of 2^30 stands for 2^6 */
     for (uint16_t half = 16U; half > 0U; half = (uint16_t)(half / 2U)) { /* normalise to [2^30, 2^31) */
         if (m < (UINT32_C(1) << (31U - half))) {
             m <<= half;
             k = (int16_t)(k - (int16_t)half);
         }
     }
-    m >>= 6; /* [1, 2) in Q24 */
+    m >>= 6;                      /* [1, 2) in Q24 */
     if (m > UINT32_C(23726566)) { /* sqrt(2) */
         m >>= 1;
         k++;
@@ -53,10 +53,7 @@ num_t num_sqrt_portable(num_t x)
 
 #else /* float */
 
-num_t num_log2(num_t x)
-{
-    return num_log2_raw((x > NUM_SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : NUM_SMALLEST_NORMAL);
-}
+num_t num_log2(num_t x) { return num_log2_raw((x > NUM_SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : NUM_SMALLEST_NORMAL); }
 
 num_t num_exp2(num_t x)
 {

@@ -111,7 +111,7 @@ static inline num_t num_log2_raw(num_t x)
     m.value = x;
     int32_t k = (int32_t)(m.bits >> 23) - 127;
     m.bits = (m.bits & UINT32_C(0x007FFFFF)) | UINT32_C(0x3F800000);
-    const bool upper = m.value > 1.41421356f;
+    const bool  upper = m.value > 1.41421356f;
     const num_t half = upper ? (m.value * 0.5f) : m.value;
     k += upper ? 1 : 0;
     return (num_t)k + num_log2_reduced(half - 1.0f);

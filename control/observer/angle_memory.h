@@ -30,7 +30,7 @@ typedef struct {
     num_t       forgetting; /**< q, [0, 1]; 1 forgets nothing. */
     ctl_write_t write;
     ctl_read_t  read;
-    num_t       limit;      /**< Largest |m_i|, > 0. */
+    num_t       limit; /**< Largest |m_i|, > 0. */
 } ctl_angle_memory_params_t;
 
 /** Samples near one grid point: CTL_WRITE_HAT. */
@@ -40,16 +40,16 @@ typedef struct {
 } ctl_hat_t;
 
 typedef struct {
-    ctl_grid_t grid;
-    angle_t    at;       /**< Last sample... */
-    ctl_grid_spot_t spot; /**< ...where that is on the grid... */
-    num_t      value;    /**< ...and its value. */
-    bool       primed;   /**< A last sample exists. */
-    ctl_hat_t  below, above; /**< Hat sums of the two grid points around the last sample. */
-    uint32_t   written;  /**< Points written; wraps. */
-    num_t      news;     /**< (v_i - m_i) of the point written last... */
-    num_t      change;   /**< ...and its mean size: ctl_angle_memory_look. Falls as learning goes on. */
-    uint32_t   rejected;
+    ctl_grid_t      grid;
+    angle_t         at;           /**< Last sample... */
+    ctl_grid_spot_t spot;         /**< ...where that is on the grid... */
+    num_t           value;        /**< ...and its value. */
+    bool            primed;       /**< A last sample exists. */
+    ctl_hat_t       below, above; /**< Hat sums of the two grid points around the last sample. */
+    uint32_t        written;      /**< Points written; wraps. */
+    num_t           news;         /**< (v_i - m_i) of the point written last... */
+    num_t           change;       /**< ...and its mean size: ctl_angle_memory_look. Falls as learning goes on. */
+    uint32_t        rejected;
 } ctl_angle_memory_state_t;
 
 typedef struct {
@@ -60,7 +60,8 @@ typedef struct {
 enum { CTL_AM_GAIN = 1, CTL_AM_FORGETTING, CTL_AM_WRITE, CTL_AM_READ, CTL_AM_LIMIT, CTL_AM_CELLS };
 
 /** Validate, take over @p memory, all zero. On error @p self stays as it was. */
-ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory, uint16_t cells);
+ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory,
+                                 uint16_t cells);
 /** Forget everything. Costs O(cells): not for an interrupt. */
 void ctl_angle_memory_clear(ctl_angle_memory_t *self);
 /** Forget the last sample but not the contents: after a pause, or while learning rests. */
@@ -90,7 +91,8 @@ static inline uint16_t ctl_grid_ceiling(const ctl_grid_t *grid, ctl_grid_spot_t 
 
 /** Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. Not
  *  while @p learn is false. */
-static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain, bool learn)
+static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain,
+                                              bool learn)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     const ctl_grid_t *const         grid = &s->grid;
@@ -104,7 +106,8 @@ static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t 
         last = ctl_grid_ceiling(grid, s->spot);
     }
     if (learn & (point != last)) {
-        ctl_angle_memory_learn(self, point, num_sub(v, num_mul(num_sub(v, s->value), ctl_grid_share(grid, beyond, angle_size(turn)))), gain);
+        ctl_angle_memory_learn(self, point,
+                               num_sub(v, num_mul(num_sub(v, s->value), ctl_grid_share(grid, beyond, angle_size(turn)))), gain);
     }
 }
 

@@ -7,7 +7,7 @@
 static num_t ideal(num_t cutoff, uint16_t twice_d)
 {
     const num_t x = num_mul(num_mul(cutoff, NUM_C(3.14159265f)), num_from_int((int16_t)twice_d)); /* at most 23.6 rad */
-    if (x < NUM_C(0.25f)) { /* x^6 / 5040 is 5e-8 there */
+    if (x < NUM_C(0.25f)) {                                                                       /* x^6 / 5040 is 5e-8 there */
         const num_t x2 = num_mul(x, x);
         return num_mac(NUM_C(1.0f), num_mac(NUM_C(-0.16666667f), NUM_C(0.0083333333f), x2), x2);
     }

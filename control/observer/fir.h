@@ -30,9 +30,9 @@ typedef struct {
 
 /** Of the parameters only what a step needs: filters live in every meter. */
 typedef struct {
-    uint16_t         order;
-    num_t            fold[CTL_FIR_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */
-    ctl_fir_state_t  state;
+    uint16_t        order;
+    num_t           fold[CTL_FIR_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */
+    ctl_fir_state_t state;
 } ctl_fir_t;
 
 enum { CTL_FIR_ORDER = 1, CTL_FIR_TAP, CTL_FIR_CUTOFF };
@@ -42,9 +42,9 @@ ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff
 /** Validate (symmetry within 4 steps of rounding), start from zero. On error @p self stays as it was. */
 ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params);
 /** Other taps, of parameters that ctl_fir_init would accept, without a break in the samples. */
-void       ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params);
-void       ctl_fir_reset(ctl_fir_t *self, num_t x);
-num_t      ctl_fir_step(ctl_fir_t *self, num_t x);
+void  ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params);
+void  ctl_fir_reset(ctl_fir_t *self, num_t x);
+num_t ctl_fir_step(ctl_fir_t *self, num_t x);
 
 /** The first six products of a folded sum. Written out: a loop would cost more than what it repeats. */
 static inline num_t ctl_fir_six_pairs(const num_t *h, const num_t *young, const num_t *old)

@@ -20,8 +20,8 @@
 #define CTL_FIR_CASCADE_SHORT 19U
 
 typedef struct {
-    uint16_t          order;                       /**< n, [0, CTL_FIR_CASCADE_MAX]. */
-    num_t             fold[CTL_FIR_CASCADE_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */
+    uint16_t order;                       /**< n, [0, CTL_FIR_CASCADE_MAX]. */
+    num_t    fold[CTL_FIR_CASCADE_PAIRS]; /**< Tap of sample i and of sample n - i; half of it where both are the same. */
     ctl_long_window_t past;
 } ctl_fir_cascade_t;
 

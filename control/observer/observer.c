@@ -1,7 +1,7 @@
 #include "control/observer/observer.h"
 
-#define SLOW_GAIN NUM_C(0.01f)  /* low-pass of the speed: 100 samples */
-#define LOOK_GAIN NUM_C(0.01f)  /* of the quality figure: 100 looks */
+#define SLOW_GAIN NUM_C(0.01f) /* low-pass of the speed: 100 samples */
+#define LOOK_GAIN NUM_C(0.01f) /* of the quality figure: 100 looks */
 
 /* ---- configuration ------------------------------------------------------------------------------------------------ */
 
@@ -148,7 +148,7 @@ static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
 #ifdef EVENSPIN_FIXED
     /* not rounded in between: orders of the rounding are told apart by parts of 10^-7 */
     const uint64_t rad = ((uint64_t)num_abs(speed) * (uint64_t)p->rad_per_speed) >> 16; /* 2^-32 */
-    const uint64_t most = UINT64_C(13493037704);                                       /* pi 2^32 */
+    const uint64_t most = UINT64_C(13493037704);                                        /* pi 2^32 */
     return (uint32_t)((((rad < most) ? rad : most) * UINT64_C(683565276)) >> 32);
 #else
     return angle_from_rad_short(num_abs(speed * p->rad_per_speed));

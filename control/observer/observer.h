@@ -41,54 +41,54 @@ typedef enum { CTL_OBSERVER_DOB = 0, CTL_OBSERVER_RO, CTL_OBSERVER_ARO } ctl_obs
 
 typedef struct {
     ctl_observer_kind_t       kind;
-    ctl_angle_memory_params_t memory;       /**< gain, forgetting and limit hold for every kind. */
-    uint16_t                  age_half;     /**< Age of T_d, half samples, [0, 2 CTL_ARO_AGE_MAX]. */
-    num_t                     ahead;        /**< Samples until the output acts, [0, 12]. */
+    ctl_angle_memory_params_t memory;        /**< gain, forgetting and limit hold for every kind. */
+    uint16_t                  age_half;      /**< Age of T_d, half samples, [0, 2 CTL_ARO_AGE_MAX]. */
+    num_t                     ahead;         /**< Samples until the output acts, [0, 12]. */
     num_t                     rad_per_speed; /**< Angle in rad that one unit of speed makes in one sample, > 0. */
-    num_t                     fast_gain;    /**< Gain of the first `fast_samples`, (0, 1]. */
+    num_t                     fast_gain;     /**< Gain of the first `fast_samples`, (0, 1]. */
     uint32_t                  fast_samples;
     bool                      remove_mean;
-    num_t                     rest_torque;  /**< 0: never. */
-    num_t                     rest_turns;   /**< [0, 100]. */
-    num_t                     rest_step;    /**< Change of speed per sample, low-passed, that stops learning; 0: never. */
+    num_t                     rest_torque; /**< 0: never. */
+    num_t                     rest_turns;  /**< [0, 100]. */
+    num_t                     rest_step;   /**< Change of speed per sample, low-passed, that stops learning; 0: never. */
     uint32_t                  rest_samples;
     uint32_t                  encoder_counts; /**< Per turn; 0: no rounding. */
-    num_t                     sync_band;    /**< Fold frequency over sampling rate below which rounding counts, [0, 0.5]; 0: never. */
+    num_t sync_band; /**< Fold frequency over sampling rate below which rounding counts, [0, 0.5]; 0: never. */
 } ctl_observer_params_t;
 
 typedef struct {
-    ctl_angle_memory_t memory;    /**< ARO */
-    ctl_ring_t         time;      /**< RO: X, newest first. */
-    num_t              estimate;  /**< DOB */
-    angle_t            theta;     /**< Last angle. */
+    ctl_angle_memory_t memory;                     /**< ARO */
+    ctl_ring_t         time;                       /**< RO: X, newest first. */
+    num_t              estimate;                   /**< DOB */
+    angle_t            theta;                      /**< Last angle. */
     angle_t            past[CTL_ARO_AGE_MAX + 1U]; /**< Newest angles, ring; for an odd age_half those half a sample before. */
     uint16_t           head;
-    uint16_t           wait;      /**< Samples until all ages lie after the start, or after a jump. */
-    uint32_t           samples;   /**< Since the start, stops beyond fast_samples. */
-    bool               ready;     /**< For ctl_observer_step_usual. */
-    num_t              seen;      /**< Mean size of what is seen, for the quality figure: ctl_observer_look. */
+    uint16_t           wait;        /**< Samples until all ages lie after the start, or after a jump. */
+    uint32_t           samples;     /**< Since the start, stops beyond fast_samples. */
+    bool               ready;       /**< For ctl_observer_step_usual. */
+    num_t              seen;        /**< Mean size of what is seen, for the quality figure: ctl_observer_look. */
     num_t              speed_known; /**< Last speed that was finite: ctl_observer_step. */
-    num_t              turn_sum;  /**< Of T_d over angle since the turn began... */
-    num_t              turn_way;  /**< ...and the way, turns. */
-    num_t              mean;      /**< Of the last full turn. */
+    num_t              turn_sum;    /**< Of T_d over angle since the turn began... */
+    num_t              turn_way;    /**< ...and the way, turns. */
+    num_t              mean;        /**< Of the last full turn. */
     bool               mean_known;
-    num_t              rest_way;  /**< Turns for which learning still rests. */
-    uint32_t           rest_left; /**< Samples for which learning still rests. */
-    num_t              speed_slow; /**< Speed, low-passed over some 100 samples... */
-    num_t              step_slow;  /**< ...and its change per sample, low-passed the same way. */
+    num_t              rest_way;     /**< Turns for which learning still rests. */
+    uint32_t           rest_left;    /**< Samples for which learning still rests. */
+    num_t              speed_slow;   /**< Speed, low-passed over some 100 samples... */
+    num_t              step_slow;    /**< ...and its change per sample, low-passed the same way. */
     uint16_t           turn_samples; /**< Samples per turn at the target speed, nearest; 65535 when it stands or creeps. */
-    bool               synchronous; /**< Learning rests because of the encoder's rounding. */
-    bool               held;      /**< By command: ctl_observer_hold. */
+    bool               synchronous;  /**< Learning rests because of the encoder's rounding. */
+    bool               held;         /**< By command: ctl_observer_hold. */
     uint32_t           rejected;
 } ctl_observer_state_t;
 
 typedef struct {
     ctl_observer_params_t params;
     num_t                 ahead_per_speed; /**< Angle in rad until the output acts, per unit of speed. */
-    bool                  plain;   /**< ARO, one point a sample, lines, no option: ctl_observer_step_usual. */
-    bool                  watches; /**< An option asks for the speed or the one-turn mean. */
-    uint16_t              age;     /**< Whole samples of age_half... */
-    uint32_t              half;    /**< ...and all ones when half a sample is left, else 0. */
+    bool                  plain;           /**< ARO, one point a sample, lines, no option: ctl_observer_step_usual. */
+    bool                  watches;         /**< An option asks for the speed or the one-turn mean. */
+    uint16_t              age;             /**< Whole samples of age_half... */
+    uint32_t              half;            /**< ...and all ones when half a sample is left, else 0. */
     ctl_observer_state_t  state;
 } ctl_observer_t;
 
@@ -141,7 +141,7 @@ num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t speed, nu
 static inline angle_t ctl_observer_note_angle(ctl_observer_t *self, angle_t theta)
 {
     ctl_observer_state_t *const s = &self->state;
-    const uint32_t              back = (uint32_t)((int32_t)(s->theta - theta) >> 1); /* arithmetic on every compiler that builds this */
+    const uint32_t back = (uint32_t)((int32_t)(s->theta - theta) >> 1); /* arithmetic on every compiler that builds this */
     s->theta = theta;
     s->head = (uint16_t)((s->head + 1U) & CTL_ARO_AGE_MAX);
     s->past[s->head] = theta + (back & self->half);
@@ -176,7 +176,8 @@ static inline num_t ctl_observer_step_usual(ctl_observer_t *self, angle_t theta,
     const ctl_angle_memory_params_t *const p = &self->params.memory;
     ctl_observer_state_t *const            s = &self->state;
     ctl_angle_memory_write_next(&s->memory, ctl_observer_note_angle(self, theta), torque, p->gain, ctl_observer_may_learn(self));
-    return num_clamp(ctl_grid_read_linear(&s->memory.state.grid, ctl_observer_ahead(self, theta, speed)), num_neg(p->limit), p->limit);
+    return num_clamp(ctl_grid_read_linear(&s->memory.state.grid, ctl_observer_ahead(self, theta, speed)), num_neg(p->limit),
+                     p->limit);
 }
 
 #endif

@@ -30,22 +30,22 @@
 #include "control/observer/fir_cascade.h"
 
 typedef struct {
-    num_t            speed_per_rad;  /**< Speed unit per rad and sample: 1 / (T_s base), > 0. */
-    num_t            torque_per_16;  /**< 1 / (16 a23): torque unit per speed unit and sample, over 16; > 0. */
-    num_t            a22;            /**< 1 - B T_s / J, [0, 1]. */
+    num_t            speed_per_rad; /**< Speed unit per rad and sample: 1 / (T_s base), > 0. */
+    num_t            torque_per_16; /**< 1 / (16 a23): torque unit per speed unit and sample, over 16; > 0. */
+    num_t            a22;           /**< 1 - B T_s / J, [0, 1]. */
     ctl_fir_params_t fir1, fir2;
-    num_t            actuation;      /**< Samples from a reference to the middle of its action, [0.5, 12]. */
-    num_t            step_max_rad;   /**< Largest angle between two samples, (0, pi]. */
+    num_t            actuation;    /**< Samples from a reference to the middle of its action, [0.5, 12]. */
+    num_t            step_max_rad; /**< Largest angle between two samples, (0, pi]. */
 } ctl_meter_params_t;
 
 typedef struct {
     ctl_fir_t         speed_fir;  /**< FIR1. */
     ctl_fir_cascade_t torque_fir; /**< FIR1 and FIR2, times 16. */
-    ctl_window_t ref;             /**< Newest references over 16. */
-    angle_t      theta;
-    num_t        speed;           /**< Of the last step of the angle. */
-    bool         primed;
-    uint32_t     rejected;
+    ctl_window_t      ref;        /**< Newest references over 16. */
+    angle_t           theta;
+    num_t             speed; /**< Of the last step of the angle. */
+    bool              primed;
+    uint32_t          rejected;
 } ctl_meter_state_t;
 
 typedef struct {
@@ -61,15 +61,23 @@ typedef struct {
     num_t torque; /**< T_d, torque unit; its age is ctl_meter_age_half() half samples. */
 } ctl_meter_out_t;
 
-enum { CTL_METER_SPEED = 1, CTL_METER_TORQUE, CTL_METER_A22, CTL_METER_FIR1, CTL_METER_FIR2, CTL_METER_ACTUATION, CTL_METER_STEP };
+enum {
+    CTL_METER_SPEED = 1,
+    CTL_METER_TORQUE,
+    CTL_METER_A22,
+    CTL_METER_FIR1,
+    CTL_METER_FIR2,
+    CTL_METER_ACTUATION,
+    CTL_METER_STEP
+};
 
 /** Validate, start at rest. On error @p self stays as it was. */
 ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params);
 /** Other parameters, that ctl_meter_init would accept, without a break in the samples; the orders must be those of before. */
-void       ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
+void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
 /** The same when both filters are those of before: short enough for an interrupt. */
-void       ctl_meter_adjust(ctl_meter_t *self, const ctl_meter_params_t *params);
-void       ctl_meter_reset(ctl_meter_t *self);
+void ctl_meter_adjust(ctl_meter_t *self, const ctl_meter_params_t *params);
+void ctl_meter_reset(ctl_meter_t *self);
 /** Age of the torque, half samples: 2 + n1 + n2. */
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);
 /**
@@ -84,10 +92,13 @@ num_t ctl_meter_torque_raw(ctl_meter_t *self, angle_t theta, num_t ref_last);
 /** (2), once after each ctl_meter_torque_raw; its age is 1/2 + n1/2 samples. */
 num_t ctl_meter_speed_raw(ctl_meter_t *self);
 /** After a pause in which nobody asked for the speed: its filter starts from the speed of now. */
-void  ctl_meter_resume_speed(ctl_meter_t *self);
+void ctl_meter_resume_speed(ctl_meter_t *self);
 
 /** Angle since the last sample, rad. */
-static inline num_t ctl_meter_way(const ctl_meter_t *self, angle_t theta) { return angle_to_rad_signed(theta - self->state.theta); }
+static inline num_t ctl_meter_way(const ctl_meter_t *self, angle_t theta)
+{
+    return angle_to_rad_signed(theta - self->state.theta);
+}
 
 /** No first angle, no jump, and a filter that ctl_meter_torque_usual can do. */
 static inline bool ctl_meter_is_usual(const ctl_meter_t *self, num_t way)
@@ -113,7 +124,8 @@ static inline num_t ctl_meter_gather(ctl_meter_t *self, angle_t theta, num_t spe
 /** ctl_meter_torque_raw where ctl_meter_is_usual holds. */
 static inline num_t ctl_meter_torque_usual(ctl_meter_t *self, angle_t theta, num_t way, num_t ref_last)
 {
-    return ctl_fir_cascade_step_short(&self->state.torque_fir, ctl_meter_gather(self, theta, num_mul(way, self->params.speed_per_rad), ref_last));
+    return ctl_fir_cascade_step_short(&self->state.torque_fir,
+                                      ctl_meter_gather(self, theta, num_mul(way, self->params.speed_per_rad), ref_last));
 }
 
 #endif

@@ -16,8 +16,14 @@ typedef int64_t ctl_position_t;
 #define CTL_DIFFERENCE_MAX (INT64_C(19) * CTL_ONE_TURN)
 
 /** a + b and a - b; beyond 2^31 turns they wrap. */
-static inline ctl_position_t ctl_position_add(ctl_position_t a, ctl_position_t b) { return (ctl_position_t)((uint64_t)a + (uint64_t)b); }
-static inline ctl_position_t ctl_position_sub(ctl_position_t a, ctl_position_t b) { return (ctl_position_t)((uint64_t)a - (uint64_t)b); }
+static inline ctl_position_t ctl_position_add(ctl_position_t a, ctl_position_t b)
+{
+    return (ctl_position_t)((uint64_t)a + (uint64_t)b);
+}
+static inline ctl_position_t ctl_position_sub(ctl_position_t a, ctl_position_t b)
+{
+    return (ctl_position_t)((uint64_t)a - (uint64_t)b);
+}
 
 /** The position nearest to @p last whose angle is @p angle: follows an encoder over the turns. */
 static inline ctl_position_t ctl_position_follow(ctl_position_t last, angle_t angle)

@@ -28,11 +28,11 @@ typedef struct {
 } ctl_profile_params_t;
 
 typedef struct {
-    ctl_position_t raw;      /**< Position of the trapezoid. */
-    int64_t        step;     /**< Its step. */
+    ctl_position_t raw;                          /**< Position of the trapezoid. */
+    int64_t        step;                         /**< Its step. */
     int64_t        past[CTL_PROFILE_SMOOTH_MAX]; /**< Newest steps, ring. */
-    int64_t        sum;      /**< Of these. */
-    int64_t        rest;     /**< Part of the mean that did not fit a whole number. */
+    int64_t        sum;                          /**< Of these. */
+    int64_t        rest;                         /**< Part of the mean that did not fit a whole number. */
     uint16_t       head;
     uint16_t       still;    /**< Samples for which the trapezoid has been at rest, up to `smooth`. */
     ctl_position_t position; /**< Handed out. */
@@ -56,9 +56,9 @@ enum { CTL_PROFILE_SPEED = 1, CTL_PROFILE_ACCELERATION, CTL_PROFILE_SMOOTH, CTL_
 /** Validate, stand at position 0. On error @p self stays as it was. */
 ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params);
 /** Stand at @p position. */
-void           ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
+void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
 /** Other limits during a motion: it goes on from its position and speed, and still ends exactly on its target. */
-ctl_diag_t     ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
+ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
 /** The same motion, seen from a zero that lies @p shift further. */
 void           ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift);
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target);

@@ -22,13 +22,13 @@
 #include "control/position/profile.h"
 
 typedef struct {
-    num_t           inertia;     /**< J: torque per acceleration unit, >= 0. */
+    num_t           inertia; /**< J: torque per acceleration unit, >= 0. */
     ctl_friction_t  friction;
     ctl_harmonics_t harmonics;
-    num_t           p_row[3];    /**< P31, P32, P33 over J, per rad s, rad, speed unit. */
-    num_t           rho;         /**< Bound of the robust term, torque unit, >= 0. */
-    num_t           sigma;       /**< Half width of its linear part, > 0. */
-    num_t           sample_s;    /**< T_s, s, > 0. */
+    num_t           p_row[3];     /**< P31, P32, P33 over J, per rad s, rad, speed unit. */
+    num_t           rho;          /**< Bound of the robust term, torque unit, >= 0. */
+    num_t           sigma;        /**< Half width of its linear part, > 0. */
+    num_t           sample_s;     /**< T_s, s, > 0. */
     num_t           integral_max; /**< Limit of x1, rad s, > 0. */
 } ctl_rdc_params_t;
 
@@ -43,13 +43,22 @@ typedef struct {
     ctl_rdc_state_t  state;
 } ctl_rdc_t;
 
-enum { CTL_RDC_INERTIA = 1, CTL_RDC_FRICTION, CTL_RDC_STATIC, CTL_RDC_HARMONICS, CTL_RDC_P, CTL_RDC_RHO, CTL_RDC_SIGMA, CTL_RDC_SAMPLE };
+enum {
+    CTL_RDC_INERTIA = 1,
+    CTL_RDC_FRICTION,
+    CTL_RDC_STATIC,
+    CTL_RDC_HARMONICS,
+    CTL_RDC_P,
+    CTL_RDC_RHO,
+    CTL_RDC_SIGMA,
+    CTL_RDC_SAMPLE
+};
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_rdc_init(ctl_rdc_t *self, const ctl_rdc_params_t *params);
 void       ctl_rdc_reset(ctl_rdc_t *self);
 /** (3) for a given s. */
-num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma);
+num_t               ctl_rdc_robust(num_t s, num_t rho, num_t sigma);
 static inline num_t ctl_rdc_robust_raw(num_t s, num_t rho, num_t sigma)
 {
     return num_neg(num_mul(rho, num_clamp(num_quotient(s, sigma), NUM_C(-1.0f), NUM_C(1.0f))));
@@ -66,8 +75,9 @@ static inline num_t ctl_rdc_step_raw(ctl_rdc_t *self, const ctl_setpoint_t *comm
     const num_t measure = num_mac(num_mac(num_mul(p->p_row[0], s->x1), p->p_row[1], error), p->p_row[2], speed_error);
     s->robust = ctl_rdc_robust_raw(measure, p->rho, p->sigma);
 
-    const num_t model = num_mac(num_add(ctl_friction_raw(&p->friction, command->speed), ctl_harmonics_raw(&p->harmonics, command->position)),
-                                p->inertia, command->acceleration);
+    const num_t model =
+        num_mac(num_add(ctl_friction_raw(&p->friction, command->speed), ctl_harmonics_raw(&p->harmonics, command->position)),
+                p->inertia, command->acceleration);
     return num_add(model, s->robust);
 }
 

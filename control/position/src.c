@@ -48,7 +48,8 @@ ctl_src_filter_t ctl_src_filter(num_t k)
     const num_t            root = num_mul(SQRT2, k1);
     const num_t            inverse = num_div(NUM_C(1.0f), num_add(num_add(NUM_C(1.0f), root), k2));
     const num_t            two = num_mul(num_sub(k2, NUM_C(1.0f)), inverse);
-    const ctl_src_filter_t f = {num_mul(k2, inverse), num_add(two, two), num_mul(num_add(num_sub(NUM_C(1.0f), root), k2), inverse)};
+    const ctl_src_filter_t f = {num_mul(k2, inverse), num_add(two, two),
+                                num_mul(num_add(num_sub(NUM_C(1.0f), root), k2), inverse)};
     return f;
 }
 

@@ -14,10 +14,10 @@ static void prepare(ctl_fal_t *self) { (void)self; }
  * into one of 12 bits, whose products are exact, and the rest. */
 static float power_of_two(float alpha, int16_t n)
 {
-    const float coarse = (float)(int32_t)(alpha * 4096.0f) * (1.0f / 4096.0f);
-    const float product = coarse * (float)n;
+    const float   coarse = (float)(int32_t)(alpha * 4096.0f) * (1.0f / 4096.0f);
+    const float   product = coarse * (float)n;
     const int32_t whole = num_floor(product);
-    num_bits_t scale;
+    num_bits_t    scale;
     scale.bits = (uint32_t)(whole + EXPONENT_BIAS) << 23;
     return num_exp2((product - (float)whole) + ((alpha - coarse) * (float)n)) * scale.value;
 }
@@ -70,7 +70,10 @@ ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
 
 num_t ctl_fal(const ctl_fal_t *self, num_t e)
 {
-    return (num_abs(e) <= NUM_MAX) ? ctl_fal_raw(self, e) : ((e > (num_t)0) ? ctl_fal_raw(self, NUM_MAX) : ((e < (num_t)0) ? ctl_fal_raw(self, -NUM_MAX) : (num_t)0)); /* NaN: neither */
+    return (num_abs(e) <= NUM_MAX)
+               ? ctl_fal_raw(self, e)
+               : ((e > (num_t)0) ? ctl_fal_raw(self, NUM_MAX)
+                                 : ((e < (num_t)0) ? ctl_fal_raw(self, -NUM_MAX) : (num_t)0)); /* NaN: neither */
 }
 
 num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e)

@@ -24,9 +24,9 @@ typedef struct {
     num_t delta; /**< Half width of the linear part, error unit, > 0. */
 } ctl_fal_params_t;
 
-#define CTL_FAL_PARTS 4U   /**< Of an octave. */
+#define CTL_FAL_PARTS 4U       /**< Of an octave. */
 #define CTL_FAL_FIRST_EIGHT 10 /**< 8 * 10 is the exponent of 2^-47: delta is 1e-12 at least. */
-#define CTL_FAL_EIGHTS 11U /**< Eights of octaves: exponents of float from 80 to 167, 2^-47 to 2^40. */
+#define CTL_FAL_EIGHTS 11U     /**< Eights of octaves: exponents of float from 80 to 167, 2^-47 to 2^40. */
 
 typedef struct {
     ctl_fal_params_t params;
@@ -63,9 +63,9 @@ static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size)
     const uint32_t i = (bits >> 21) & ((8U * CTL_FAL_PARTS) - 1U);
     m.bits = (bits & UINT32_C(0x007FFFFF)) | UINT32_C(0x3F800000);
 
-    const float u = (m.value * self->part[i].inverse) - 1.0f;
+    const float        u = (m.value * self->part[i].inverse) - 1.0f;
     const float *const c = self->series;
-    const float curve = 1.0f + (u * (c[0] + (u * (c[1] + (u * (c[2] + (u * c[3])))))));
+    const float        curve = 1.0f + (u * (c[0] + (u * (c[1] + (u * (c[2] + (u * c[3])))))));
     return self->eight[a] * self->part[i].power * curve;
 }
 #endif

@@ -66,7 +66,8 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
     ctl_fal_t      fal;
     ctl_diag_t     d = check(params, capacity, &fal);
     if (d.status == CTL_OK) {
-        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity) : ctl_ring_init(&rest.time, memory, capacity);
+        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity)
+                                             : ctl_ring_init(&rest.time, memory, capacity);
         if (d.status != CTL_OK) {
             d.field = CTL_RC_CAPACITY;
         }
@@ -140,7 +141,8 @@ static inline void set_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 {
     self->state.period.whole = whole;
     self->state.period.fraction = fraction;
-    if (!((fraction >= (num_t)0) & (fraction < ALMOST_ONE) & (whole >= self->shortest) & (whole <= self->longest) & (!self->whole_only))) {
+    if (!((fraction >= (num_t)0) & (fraction < ALMOST_ONE) & (whole >= self->shortest) & (whole <= self->longest) &
+          (!self->whole_only))) {
         correct_period(self);
     }
 }
@@ -187,7 +189,8 @@ static num_t lesson(ctl_rc_t *self, num_t e)
 static inline num_t filtered(const ctl_q_t *q, const num_t a[CTL_LAGRANGE_TAPS], const num_t x[CTL_LAGRANGE_TAPS + 1U])
 {
     const num_t here = num_mac(num_mac(num_mul(a[0], x[1]), a[1], x[2]), a[2], x[3]);
-    const num_t beside = num_mac(num_mac(num_mul(a[0], num_add(x[0], x[2])), a[1], num_add(x[1], x[3])), a[2], num_add(x[2], x[4]));
+    const num_t beside =
+        num_mac(num_mac(num_mul(a[0], num_add(x[0], x[2])), a[1], num_add(x[1], x[3])), a[2], num_add(x[2], x[4]));
     return num_mac(num_mul(q->centre, here), q->side, beside);
 }
 
@@ -239,7 +242,7 @@ static inline num_t step_usual(ctl_rc_t *self, num_t e)
     const num_t *const there = &ring->sample[(ring->capacity - 4U) + ((at < 3U) ? at : 3U)] + 4; /* looked at for at < 4 */
     const num_t        x[CTL_LAGRANGE_TAPS + 1U] = {here[0], ((at >= 1U) ? here : there)[-1], ((at >= 2U) ? here : there)[-2],
                                                     ((at >= 3U) ? here : there)[-3], ((at >= 4U) ? here : there)[-4]};
-    const num_t y = num_clamp(filtered(&p->q, a, x), num_neg(p->limit), p->limit);
+    const num_t        y = num_clamp(filtered(&p->q, a, x), num_neg(p->limit), p->limit);
     ctl_ring_push_full(&self->state.time, y);
     return y;
 }

@@ -43,16 +43,16 @@ typedef enum { CTL_RC_FAL_NONE = 0, CTL_RC_FAL_INPUT, CTL_RC_FAL_OUTPUT } ctl_rc
 typedef enum { CTL_RC_KEEP = 0, CTL_RC_CLEAR, CTL_RC_ANGLE } ctl_rc_memory_t;
 
 typedef struct {
-    num_t            gain;           /**< k_rc, dimensionless, [0, 100]. */
-    uint16_t         lead;           /**< m, samples, [0, CTL_RC_LEAD_MAX]; at least 2 for CTL_RC_ANGLE. */
-    ctl_q_t          q;              /**< Taps of Q(z), |centre| + 2 |side| <= 1. */
-    uint16_t         order;          /**< Lagrange order, [0, 3]. */
-    bool             truncate;       /**< Order 0: cut N to whole samples instead of rounding it. */
+    num_t            gain;     /**< k_rc, dimensionless, [0, 100]. */
+    uint16_t         lead;     /**< m, samples, [0, CTL_RC_LEAD_MAX]; at least 2 for CTL_RC_ANGLE. */
+    ctl_q_t          q;        /**< Taps of Q(z), |centre| + 2 |side| <= 1. */
+    uint16_t         order;    /**< Lagrange order, [0, 3]. */
+    bool             truncate; /**< Order 0: cut N to whole samples instead of rounding it. */
     ctl_rc_fal_at_t  fal_at;
-    ctl_fal_params_t fal;            /**< Not looked at without fal. */
+    ctl_fal_params_t fal; /**< Not looked at without fal. */
     ctl_rc_memory_t  memory;
-    num_t            limit;          /**< Largest |y|, error unit, > 0. */
-    num_t            freeze_above;   /**< Learning stops for `freeze_samples` when |e| exceeds this; 0: never. */
+    num_t            limit;        /**< Largest |y|, error unit, > 0. */
+    num_t            freeze_above; /**< Learning stops for `freeze_samples` when |e| exceeds this; 0: never. */
     uint16_t         freeze_samples;
 } ctl_rc_params_t;
 
@@ -63,32 +63,32 @@ typedef struct {
 } ctl_period_t;
 
 typedef struct {
-    ctl_ring_t   time;                         /**< y + k_rc z^m f(e) over time. */
-    ctl_grid_t   turn;                         /**< The same over the electrical angle. */
-    num_t        y_past[CTL_RC_LEAD_MAX + 1U]; /**< Angle: outputs that still lack their error, newest first... */
+    ctl_ring_t   time;                          /**< y + k_rc z^m f(e) over time. */
+    ctl_grid_t   turn;                          /**< The same over the electrical angle. */
+    num_t        y_past[CTL_RC_LEAD_MAX + 1U];  /**< Angle: outputs that still lack their error, newest first... */
     angle_t      at_past[CTL_RC_LEAD_MAX + 1U]; /**< ...and their angles, as a ring with head `past`. */
     uint16_t     past;
-    uint16_t     known;                        /**< Valid entries of these two. */
-    angle_t      written_at;                   /**< Angle: where the last write ended... */
-    num_t        written;                      /**< ...and with which value. */
-    bool         writing;                      /**< A last write exists. */
-    ctl_period_t period;                       /**< The one in use. */
-    num_t        a[CTL_LAGRANGE_TAPS];         /**< Coefficients for its fraction. */
-    uint16_t     frozen;                       /**< Samples for which learning still rests. */
-    uint32_t     rejected;                     /**< Errors that were not finite. */
-    uint32_t     cut_periods;                  /**< Samples with a period outside of what the memory holds. */
+    uint16_t     known;                /**< Valid entries of these two. */
+    angle_t      written_at;           /**< Angle: where the last write ended... */
+    num_t        written;              /**< ...and with which value. */
+    bool         writing;              /**< A last write exists. */
+    ctl_period_t period;               /**< The one in use. */
+    num_t        a[CTL_LAGRANGE_TAPS]; /**< Coefficients for its fraction. */
+    uint16_t     frozen;               /**< Samples for which learning still rests. */
+    uint32_t     rejected;             /**< Errors that were not finite. */
+    uint32_t     cut_periods;          /**< Samples with a period outside of what the memory holds. */
 } ctl_rc_state_t;
 
 typedef struct {
     ctl_rc_params_t params;
     uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
 #ifndef EVENSPIN_FIXED
-    float           too_long;          /**< longest + 1. */
+    float too_long; /**< longest + 1. */
 #endif
-    bool            whole_only;        /**< ...and whether they have no fraction. */
-    bool            usual;             /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
-    ctl_fal_t       fal;
-    ctl_rc_state_t  state;
+    bool           whole_only; /**< ...and whether they have no fraction. */
+    bool           usual;      /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
+    ctl_fal_t      fal;
+    ctl_rc_state_t state;
 } ctl_rc_t;
 
 enum {

@@ -9,14 +9,14 @@
 #define LEAD_IN 3U       /* quarters of a pass before it counts: the vector turns round, the friction changes its side */
 #define HOLD_QUARTERS 2U
 #define QUARTER_PERIODS_MIN 250U
-#define COUNTS_PER_TURN_E 8.0f /* fewer do not tell a quarter turn from none */
-#define WINDOW_PERIODS 1000U   /* of the wait: 0.1 s */
-#define REST_TURN_E 0.0056f    /* 2 degrees electrical */
-#define SETTLED 4U             /* times that, for a rotor on its vector */
-#define SHIFT_MAX 7U           /* low-pass of 12.8 ms: damps rotors that swing at 20 to 100 rad/s... */
-#define SHIFT_MIN 2U           /* ...and 0.4 ms, up to 1000 rad/s */
+#define COUNTS_PER_TURN_E 8.0f       /* fewer do not tell a quarter turn from none */
+#define WINDOW_PERIODS 1000U         /* of the wait: 0.1 s */
+#define REST_TURN_E 0.0056f          /* 2 degrees electrical */
+#define SETTLED 4U                   /* times that, for a rotor on its vector */
+#define SHIFT_MAX 7U                 /* low-pass of 12.8 ms: damps rotors that swing at 20 to 100 rad/s... */
+#define SHIFT_MIN 2U                 /* ...and 0.4 ms, up to 1000 rad/s */
 #define LEAD_MAX INT32_C(0x2AAAAAAA) /* 60 degrees */
-#define LOAD_MAX 0.0139f       /* 5 degrees electrical */
+#define LOAD_MAX 0.0139f             /* 5 degrees electrical */
 
 static uint16_t pass_quarters(const drive_params_t *p) { return (uint16_t)((4U * p->align_turns) + LEAD_IN); }
 
@@ -33,7 +33,8 @@ uint16_t drive_judge_alignment(const drive_params_t *p)
     if (quarter_periods(p) < QUARTER_PERIODS_MIN) {
         return PARAM_align_periods;
     }
-    return (p->encoder_counts < (COUNTS_PER_TURN_E * (float)p->pole_pairs)) ? (uint16_t)PARAM_encoder_counts : (uint16_t)PARAM_COUNT;
+    return (p->encoder_counts < (COUNTS_PER_TURN_E * (float)p->pole_pairs)) ? (uint16_t)PARAM_encoder_counts
+                                                                            : (uint16_t)PARAM_COUNT;
 }
 
 static uint32_t turns(float x) { return (uint32_t)(x * 4294967296.0f); }
@@ -198,7 +199,8 @@ static void measure(drive_align_t *a, angle_t apart)
 
 static void move_vector(drive_align_t *a)
 {
-    const bool full = (a->phase == DRIVE_ALIGN_PULL) || ((a->phase == DRIVE_ALIGN_SWEEP) && (a->pass < (DRIVE_ALIGN_PASSES / 2U)));
+    const bool full =
+        (a->phase == DRIVE_ALIGN_PULL) || ((a->phase == DRIVE_ALIGN_SWEEP) && (a->pass < (DRIVE_ALIGN_PASSES / 2U)));
     const num_t wanted = full ? a->current : num_mul(a->current, NUM_C(0.5f));
     a->current_now = num_clamp(wanted, num_sub(a->current_now, a->current_step), num_add(a->current_now, a->current_step));
     a->vector += (angle_t)a->pace;
@@ -324,6 +326,6 @@ drive_align_result_t drive_align_judge(const drive_t *d)
 
 bool drive_fault_voids_zero(drive_fault_t fault)
 {
-    return (fault == FAULT_encoder_lost) || (fault == FAULT_encoder_error) || (fault == FAULT_stall) || (fault == FAULT_over_speed) ||
-           (fault == FAULT_speed_deviation) || (fault == FAULT_electrical_zero);
+    return (fault == FAULT_encoder_lost) || (fault == FAULT_encoder_error) || (fault == FAULT_stall) ||
+           (fault == FAULT_over_speed) || (fault == FAULT_speed_deviation) || (fault == FAULT_electrical_zero);
 }

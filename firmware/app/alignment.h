@@ -29,7 +29,7 @@ typedef enum {
     DRIVE_ALIGN_PULL,
     DRIVE_ALIGN_SWEEP,
     DRIVE_ALIGN_HOLD,
-    DRIVE_ALIGN_DONE      /**< Judged by the main loop. */
+    DRIVE_ALIGN_DONE /**< Judged by the main loop. */
 } drive_align_phase_t;
 
 /** One pass of the vector. */
@@ -48,25 +48,25 @@ typedef struct {
     uint16_t quarter_periods;       /**< Periods of a quarter turn of the vector. */
     uint16_t quarters;              /**< Of a pass: two to reach a steady motion, then those that count. */
     uint32_t wait_periods;
-    uint32_t rest;                  /**< Motion that is none, mechanical turns in 2^-32. */
+    uint32_t rest; /**< Motion that is none, mechanical turns in 2^-32. */
     /* how far it is */
-    uint16_t pass, quarter, period;
-    uint32_t waited;                /**< Periods. */
-    num_t    current_now;
-    angle_t  vector;                /**< Without damping... */
-    int32_t  pace;                  /**< ...and its motion. */
-    angle_t  at;                    /**< With it: where the current is to be. */
-    angle_t  corner;                /**< Encoder at the begin of the quarter, or of the window of the wait... */
-    angle_t  low, high;             /**< ...and how far it has been from there, with sign. */
-    bool     opposed;               /**< The damping acts the other way round: this way it did not. */
-    angle_t  from;                  /**< Encoder less vector when the first pass began to count. */
+    uint16_t           pass, quarter, period;
+    uint32_t           waited; /**< Periods. */
+    num_t              current_now;
+    angle_t            vector;    /**< Without damping... */
+    int32_t            pace;      /**< ...and its motion. */
+    angle_t            at;        /**< With it: where the current is to be. */
+    angle_t            corner;    /**< Encoder at the begin of the quarter, or of the window of the wait... */
+    angle_t            low, high; /**< ...and how far it has been from there, with sign. */
+    bool               opposed;   /**< The damping acts the other way round: this way it did not. */
+    angle_t            from;      /**< Encoder less vector when the first pass began to count. */
     drive_align_pass_t seen[DRIVE_ALIGN_PASSES];
     /* damping */
-    angle_t  slow;                  /**< Encoder less vector, electrical, behind a low-pass of 2^shift periods. */
+    angle_t  slow; /**< Encoder less vector, electrical, behind a low-pass of 2^shift periods. */
     uint16_t shift;
-    bool     rising;                /**< The swing now goes forward, */
-    angle_t  extreme;               /**< has come so far, */
-    uint16_t age, extreme_age;      /**< and began so many periods ago, the second of them when it came there. */
+    bool     rising;           /**< The swing now goes forward, */
+    angle_t  extreme;          /**< has come so far, */
+    uint16_t age, extreme_age; /**< and began so many periods ago, the second of them when it came there. */
 } drive_align_t;
 
 /** What the motion says. */

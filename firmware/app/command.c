@@ -38,8 +38,8 @@ static float id_max_a(const drive_params_t *p)
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *c, float *limit)
 {
     const drive_params_t *const p = coming(d);
-    const float number[4] = {c->speed_ref_rad_s, c->id_ref_a, c->iq_ref_a, c->target_rad};
-    static const uint16_t FIELD[4] = {DRIVE_COMMAND_SPEED, DRIVE_COMMAND_ID, DRIVE_COMMAND_IQ, DRIVE_COMMAND_ANGLE};
+    const float                 number[4] = {c->speed_ref_rad_s, c->id_ref_a, c->iq_ref_a, c->target_rad};
+    static const uint16_t       FIELD[4] = {DRIVE_COMMAND_SPEED, DRIVE_COMMAND_ID, DRIVE_COMMAND_IQ, DRIVE_COMMAND_ANGLE};
     for (uint16_t i = 0U; i < 4U; i++) {
         if (!inside(number[i], NUMBER_MAX)) {
             *limit = NUMBER_MAX;

@@ -6,7 +6,7 @@ static drive_scale_t make_scale(const drive_params_t *p)
 {
 #ifdef EVENSPIN_FIXED
     /* limits of the drive at 2 and 4 per unit: a wide margin to 128, and 6e-8 of these bases as the smallest step */
-    const float         speed = p->over_speed_rad_s * 0.25f;
+    const float   speed = p->over_speed_rad_s * 0.25f;
     drive_scale_t s = {p->over_current_a * 0.5f, p->over_voltage_v * 0.5f, speed, speed * p->speed_error_gain, 1.0f, 1.0f, 1.0f};
 #else
     drive_scale_t s = {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
@@ -46,7 +46,8 @@ static void make_speed(const drive_params_t *p, drive_setup_t *s, uint16_t *culp
 
     s->speed_source = (drive_speed_source_t)p->speed_source;
     s->mt.sample_cyc = (hal_clock_hz() / DRIVE_PWM_HZ) * p->speed_divider;
-    s->mt.speed_1_count = drive_fitted(DRIVE_TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+    s->mt.speed_1_count =
+        drive_fitted(DRIVE_TWO_PI / (p->encoder_counts * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
     s->mt.speed_max = num_from_float(4.0f * p->over_speed_rad_s / s->scale.speed_rad_s);
     s->mt.stop_samples = 100U;
 }
@@ -72,8 +73,9 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     /* ctl_vector_limit limits the voltage as a whole, keeping its direction; the limits of the two controllers are far
      * outside and only keep them bounded */
     const float per_amp = s->scale.current_a * s->scale.inv_voltage;
-    s->current_pi = make_pi(drive_fitted(p->current_kp_v_per_a * per_amp, PARAM_current_kp_v_per_a, &bad),
-                            drive_fitted(p->current_ki_v_per_as * ts_s * per_amp, PARAM_current_ki_v_per_as, &bad), DRIVE_AXIS_BOUND);
+    s->current_pi =
+        make_pi(drive_fitted(p->current_kp_v_per_a * per_amp, PARAM_current_kp_v_per_a, &bad),
+                drive_fitted(p->current_ki_v_per_as * ts_s * per_amp, PARAM_current_ki_v_per_as, &bad), DRIVE_AXIS_BOUND);
 
     s->pll.kp_ts = num_from_float(p->pll_kp_per_s * ts_s);
     s->pll.ki_ts = drive_fitted(p->pll_ki_per_s2 * ts_s / s->scale.speed_rad_s, PARAM_pll_ki_per_s2, &bad);
@@ -113,8 +115,9 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
     }
     const ctl_diag_t d = ctl_pll_init(&pll, &s->pll);
     if (d.status != CTL_OK) {
-        return (d.field == (uint16_t)CTL_PLL_KP) ? PARAM_pll_kp_per_s
-                                                 : ((d.field == (uint16_t)CTL_PLL_KI) ? PARAM_pll_ki_per_s2 : PARAM_over_speed_rad_s);
+        return (d.field == (uint16_t)CTL_PLL_KP)
+                   ? PARAM_pll_kp_per_s
+                   : ((d.field == (uint16_t)CTL_PLL_KI) ? PARAM_pll_ki_per_s2 : PARAM_over_speed_rad_s);
     }
     if (ctl_mt_init(&mt, &s->mt).status != CTL_OK) {
         return PARAM_encoder_counts;

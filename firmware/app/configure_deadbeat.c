@@ -23,9 +23,9 @@ void drive_make_deadbeat(const drive_params_t *p, drive_setup_t *s)
 
 uint16_t drive_judge_deadbeat(const drive_setup_t *s)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,      PARAM_motor_resistance_ohm, PARAM_motor_ld_h,   PARAM_motor_lq_h,
-                                        PARAM_motor_psi_wb, PARAM_deadbeat_correction, PARAM_over_current_a};
-    ctl_deadbeat_t   trial;
-    const ctl_diag_t d = ctl_deadbeat_init(&trial, &s->deadbeat);
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,        PARAM_motor_resistance_ohm, PARAM_motor_ld_h,    PARAM_motor_lq_h,
+                                        PARAM_motor_psi_wb, PARAM_deadbeat_correction,  PARAM_over_current_a};
+    ctl_deadbeat_t        trial;
+    const ctl_diag_t      d = ctl_deadbeat_init(&trial, &s->deadbeat);
     return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : PARAM_OF[d.field];
 }

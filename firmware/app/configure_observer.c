@@ -33,7 +33,8 @@ uint16_t drive_make_observer(const drive_params_t *p, drive_setup_t *s)
     o->memory.write = (ctl_write_t)p->aro_write;
     o->memory.read = (ctl_read_t)p->aro_read;
     o->memory.limit = num_from_float(p->observer_limit_a * s->scale.inv_current);
-    o->age_half = (p->observer_age_samples > 0.0f) ? (uint16_t)((2.0f * p->observer_age_samples) + 0.5f) : ctl_meter_age_half(&s->meter);
+    o->age_half =
+        (p->observer_age_samples > 0.0f) ? (uint16_t)((2.0f * p->observer_age_samples) + 0.5f) : ctl_meter_age_half(&s->meter);
     o->ahead = s->meter.actuation;
     o->rad_per_speed = num_from_float(ts_s * s->scale.speed_rad_s);
     o->fast_gain = num_from_float(p->aro_fast_gain);
@@ -123,14 +124,14 @@ static bool same_filter(const ctl_fir_params_t *a, const ctl_fir_params_t *b)
 
 bool drive_meter_differs(const drive_setup_t *before, const drive_setup_t *s)
 {
-    return s->meter_used &&
-           !(before->meter_used && same_filter(&before->meter.fir1, &s->meter.fir1) && same_filter(&before->meter.fir2, &s->meter.fir2));
+    return s->meter_used && !(before->meter_used && same_filter(&before->meter.fir1, &s->meter.fir1) &&
+                              same_filter(&before->meter.fir2, &s->meter.fir2));
 }
 
 bool drive_observer_differs(const drive_setup_t *before, const drive_setup_t *s)
 {
-    return s->observer_used &&
-           !(before->observer_used && (before->observer.kind == s->observer.kind) && (before->observer_capacity == s->observer_capacity));
+    return s->observer_used && !(before->observer_used && (before->observer.kind == s->observer.kind) &&
+                                 (before->observer_capacity == s->observer_capacity));
 }
 
 void drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)

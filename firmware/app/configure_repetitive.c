@@ -46,21 +46,32 @@ void drive_make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *
     s->rc.fal.delta = num_from_float(p->rc_fal_delta / s->scale.error_unit);
     s->rc.memory = (ctl_rc_memory_t)p->rc_memory;
     /* fal at the output: what it will multiply is smaller by this than what leaves the controller */
-    s->rc.limit = num_from_float(p->rc_limit_unit / s->scale.error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
+    s->rc.limit =
+        num_from_float(p->rc_limit_unit / s->scale.error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
     s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / s->scale.error_unit);
     s->rc.freeze_samples = p->rc_freeze_samples;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
     if (s->rc_used) {
-        s->rc_period_scale = drive_fitted(DRIVE_TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+        s->rc_period_scale =
+            drive_fitted(DRIVE_TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
     }
 }
 
 /* Which parameter a block meant. */
 static uint16_t rc_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,        PARAM_rc_gain,      PARAM_rc_lead,      PARAM_rc_q_centre,
-                                        PARAM_rc_order,     PARAM_rc_fal_at,    PARAM_rc_fal_alpha, PARAM_rc_fal_delta,
-                                        PARAM_rc_memory,    PARAM_rc_limit_unit, PARAM_rc_freeze_above_unit, PARAM_rc_cells};
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
+                                        PARAM_rc_gain,
+                                        PARAM_rc_lead,
+                                        PARAM_rc_q_centre,
+                                        PARAM_rc_order,
+                                        PARAM_rc_fal_at,
+                                        PARAM_rc_fal_alpha,
+                                        PARAM_rc_fal_delta,
+                                        PARAM_rc_memory,
+                                        PARAM_rc_limit_unit,
+                                        PARAM_rc_freeze_above_unit,
+                                        PARAM_rc_cells};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_rc_gain;
 }
 
@@ -72,9 +83,9 @@ uint16_t drive_judge_repetitive(const drive_setup_t *s)
         return PARAM_COUNT;
     }
     /* the judgement needs no more than the smallest memory, unless the lead asks for it */
-    ctl_rc_params_t    trial = s->rc;
-    const uint16_t     room = (uint16_t)(sizeof cells / sizeof cells[0]);
-    const uint16_t     need = (uint16_t)(trial.lead + trial.order + 5U);
+    ctl_rc_params_t trial = s->rc;
+    const uint16_t  room = (uint16_t)(sizeof cells / sizeof cells[0]);
+    const uint16_t  need = (uint16_t)(trial.lead + trial.order + 5U);
     if (s->rc_capacity < need) {
         return PARAM_rc_cells;
     }

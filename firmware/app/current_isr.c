@@ -45,7 +45,10 @@ void drive_rest(drive_t *d)
     drive_command_nothing(d);
 }
 
-static angle_t encoder_angle(const drive_t *d) { return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m; }
+static angle_t encoder_angle(const drive_t *d)
+{
+    return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
+}
 
 /* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
 static void track(drive_t *d)
@@ -88,7 +91,8 @@ static void observe(drive_t *d)
     }
     const angle_t theta = d->tracking.theta_m;
     const num_t   way = ctl_meter_way(&o->meter, theta);
-    if (d->setup.observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) & ctl_observer_is_usual(&o->observer)) {
+    if (d->setup.observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) &
+        ctl_observer_is_usual(&o->observer)) {
         o->seen.torque = ctl_meter_torque_usual(&o->meter, theta, way, d->current.ref.q);
         o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
     } else {
@@ -218,9 +222,9 @@ static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
     d->ia_a = a;
     d->ib_a = b;
     d->ic_a = c;
-    return (bool)((status == HAL_OK) & (s->seq == (previous_seq + 1U)) &
-                  (a <= p->over_current_a) & (a >= -p->over_current_a) & (b <= p->over_current_a) & (b >= -p->over_current_a) &
-                  (c <= p->over_current_a) & (c >= -p->over_current_a) & (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
+    return (bool)((status == HAL_OK) & (s->seq == (previous_seq + 1U)) & (a <= p->over_current_a) & (a >= -p->over_current_a) &
+                  (b <= p->over_current_a) & (b >= -p->over_current_a) & (c <= p->over_current_a) & (c >= -p->over_current_a) &
+                  (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
                   (d->tracking.known == DRIVE_ANGLE_KNOWN)); /* hence not the first one */
 }
 

@@ -35,27 +35,28 @@
 #include "hal/hal_sample.h"
 
 #define DRIVE_PWM_HZ 10000U
-#define DRIVE_RC_CAPACITY 512U /**< Longest period in speed samples: 29 r/min with 4 pole pairs. */
+#define DRIVE_RC_CAPACITY 512U        /**< Longest period in speed samples: 29 r/min with 4 pole pairs. */
 #define DRIVE_OBSERVER_CAPACITY 6144U /**< ro: one turn at 100 r/min and 10 kHz; aro: more cells than it takes. */
 
-typedef enum {
-    DRIVE_INIT = 0,
-    DRIVE_OFFSET_CALIBRATION,
-    DRIVE_ALIGN,
-    DRIVE_READY,
-    DRIVE_RUN,
-    DRIVE_FAULT
-} drive_state_t;
+typedef enum { DRIVE_INIT = 0, DRIVE_OFFSET_CALIBRATION, DRIVE_ALIGN, DRIVE_READY, DRIVE_RUN, DRIVE_FAULT } drive_state_t;
 
 typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED, DRIVE_MODE_POSITION } drive_mode_t;
 typedef enum { DRIVE_POSITION_PPI = 0, DRIVE_POSITION_SILC, DRIVE_POSITION_SRC, DRIVE_POSITION_RDC } drive_position_method_t;
-typedef enum { DRIVE_METHOD_PI = 0, DRIVE_METHOD_CRC, DRIVE_METHOD_FORC, DRIVE_METHOD_FAL_FORC, DRIVE_METHOD_DOB, DRIVE_METHOD_RO, DRIVE_METHOD_ARO } drive_method_t;
+typedef enum {
+    DRIVE_METHOD_PI = 0,
+    DRIVE_METHOD_CRC,
+    DRIVE_METHOD_FORC,
+    DRIVE_METHOD_FAL_FORC,
+    DRIVE_METHOD_DOB,
+    DRIVE_METHOD_RO,
+    DRIVE_METHOD_ARO
+} drive_method_t;
 typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_speed_source_t;
 
 /** What the user wants, taken over as a whole. */
 typedef struct {
     drive_mode_t mode;
-    float        speed_ref_rad_s; /**< Mechanical. */
+    float        speed_ref_rad_s;    /**< Mechanical. */
     float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode only. */
     int32_t      target_turns;       /**< Target of position mode: whole turns... */
     float        target_rad;         /**< ...and an angle within +-2 pi. */
@@ -71,7 +72,7 @@ typedef struct {
 /** Base values. All 1 in the float build. */
 typedef struct {
     float current_a, voltage_v, speed_rad_s;
-    float error_unit; /**< One inside is this many units of the speed error. */
+    float error_unit;                          /**< One inside is this many units of the speed error. */
     float inv_current, inv_voltage, inv_speed; /**< Their inverses: the interrupts do not divide. */
 } drive_scale_t;
 
@@ -80,10 +81,10 @@ typedef struct {
     drive_position_method_t method;
     ctl_profile_params_t    profile, homing; /**< Motion to a target, and the search for the index. */
     ctl_pi_params_t         velocity_pi;
-    num_t                   kp;              /**< Speed unit per rad. */
-    num_t                   speed_per_rad;   /**< Speed unit per rad and sample. */
-    bool                    feed_speed;      /**< The command speed is fed forward. */
-    bool                    learns;          /**< rdc with slow learning. */
+    num_t                   kp;            /**< Speed unit per rad. */
+    num_t                   speed_per_rad; /**< Speed unit per rad and sample. */
+    bool                    feed_speed;    /**< The command speed is fed forward. */
+    bool                    learns;        /**< rdc with slow learning. */
     ctl_ilc_params_t        ilc, learn;
     ctl_src_params_t        src;
     ctl_rdc_params_t        rdc;
@@ -95,42 +96,42 @@ typedef struct {
 /** Everything that follows from the parameters, in the numeric of the build. Computed in the main loop, taken over by
  *  the current interrupt between two samples. */
 typedef struct {
-    drive_scale_t    scale;
-    ctl_pi_params_t  current_pi, speed_pi;
-    ctl_pll_params_t pll;
-    ctl_mt_params_t  mt;
-    ctl_rc_params_t  rc;
-    uint16_t         rc_capacity;
-    bool             rc_used;
-    num_t            rc_period_scale; /**< N = this / |speed reference|. */
-    ctl_deadbeat_params_t deadbeat;
-    ctl_meter_params_t    meter;
-    ctl_observer_params_t observer;
-    uint16_t         observer_capacity;
-    bool             observer_used, meter_used, deadbeat_used, observer_hold;
-    bool             observer_direct; /**< There is one, and a step of the angle is below a quarter turn. */
+    drive_scale_t          scale;
+    ctl_pi_params_t        current_pi, speed_pi;
+    ctl_pll_params_t       pll;
+    ctl_mt_params_t        mt;
+    ctl_rc_params_t        rc;
+    uint16_t               rc_capacity;
+    bool                   rc_used;
+    num_t                  rc_period_scale; /**< N = this / |speed reference|. */
+    ctl_deadbeat_params_t  deadbeat;
+    ctl_meter_params_t     meter;
+    ctl_observer_params_t  observer;
+    uint16_t               observer_capacity;
+    bool                   observer_used, meter_used, deadbeat_used, observer_hold;
+    bool                   observer_direct; /**< There is one, and a step of the angle is below a quarter turn. */
     drive_position_setup_t position;
-    num_t            error_scale;     /**< Speed error to loop error. */
-    num_t            voltage_limit;   /**< NUM_MAX: follow the dc link. */
-    num_t            advance;         /**< Voltage angle advance per mechanical speed, turns electrical. */
-    angle_t          encoder_offset;  /**< Electrical. */
-    uint16_t         pole_pairs, speed_divider;
-    bool             speed_inline, encoder_reversed;
-    drive_speed_source_t speed_source;
-    drive_motion_setup_t motion;
-    uint32_t         period_cyc;      /**< CPU cycles per PWM period. */
+    num_t                  error_scale;    /**< Speed error to loop error. */
+    num_t                  voltage_limit;  /**< NUM_MAX: follow the dc link. */
+    num_t                  advance;        /**< Voltage angle advance per mechanical speed, turns electrical. */
+    angle_t                encoder_offset; /**< Electrical. */
+    uint16_t               pole_pairs, speed_divider;
+    bool                   speed_inline, encoder_reversed;
+    drive_speed_source_t   speed_source;
+    drive_motion_setup_t   motion;
+    uint32_t               period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
 typedef struct {
-    ctl_pll_t pll;
-    angle_t   theta_m, theta_e;
-    angle_t   zero_e;       /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
-    bool      zero_found;   /**< By alignment; otherwise it follows the parameter. */
-    bool      zero_reversed;   /**< What it was found with: encoder_reversed... */
-    uint16_t  zero_pole_pairs; /**< ...and pole_pairs. */
-    drive_angle_t known;    /**< The filter has been set on a first angle, and the step to the next has been seen. */
-    angle_t   expected;     /**< Where the encoder will be when it goes on as it went. */
-    uint16_t  jump_periods; /**< Periods for which it has been somewhere else. */
+    ctl_pll_t     pll;
+    angle_t       theta_m, theta_e;
+    angle_t       zero_e;          /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
+    bool          zero_found;      /**< By alignment; otherwise it follows the parameter. */
+    bool          zero_reversed;   /**< What it was found with: encoder_reversed... */
+    uint16_t      zero_pole_pairs; /**< ...and pole_pairs. */
+    drive_angle_t known;           /**< The filter has been set on a first angle, and the step to the next has been seen. */
+    angle_t       expected;        /**< Where the encoder will be when it goes on as it went. */
+    uint16_t      jump_periods;    /**< Periods for which it has been somewhere else. */
 } drive_tracking_t;
 
 typedef struct {
@@ -151,11 +152,11 @@ typedef struct {
     ctl_pi_t           pi;
     ctl_mt_t           mt;
     ctl_rc_t           rc;
-    hal_encoder_edge_t edge;     /**< Newest, read by the speed interrupt. */
-    uint32_t           now_cyc;  /**< Of the speed tick; the following, too, come from the current interrupt. */
+    hal_encoder_edge_t edge;    /**< Newest, read by the speed interrupt. */
+    uint32_t           now_cyc; /**< Of the speed tick; the following, too, come from the current interrupt. */
     angle_t            theta_e;
     num_t              meas, error, correction;
-    num_t              iq_ref;   /**< Read by the current interrupt. */
+    num_t              iq_ref; /**< Read by the current interrupt. */
     float              ref_rad_s;
     angle_t            stall_from;    /**< Where the encoder stood when it seemed to stand still... */
     uint16_t           stall_samples; /**< ...and for how many samples it has. */
@@ -203,30 +204,30 @@ typedef struct {
 
     volatile drive_state_t state;
     volatile drive_fault_t fault;
-    uint16_t               fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows. */
-    bool                   started_up;   /**< The offsets are known. */
-    bool                   start_wanted, stop_wanted, clear_wanted;
-    bool                   permitted;    /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
-    volatile bool          home_wanted;
+    uint16_t fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows. */
+    bool     started_up;   /**< The offsets are known. */
+    bool     start_wanted, stop_wanted, clear_wanted;
+    bool     permitted; /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
+    volatile bool home_wanted;
 
-    hal_sample_t     sample;
-    float            ia_a, ib_a, ic_a;          /**< After offset correction. */
-    float            offset_a_a, offset_b_a, offset_c_a;
-    float            sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
-    volatile uint16_t sum_count;                /**< ...and of how many samples. */
-    drive_tracking_t tracking;
-    drive_align_t    align;
-    drive_current_t  current;
-    drive_speed_t    speed;
-    drive_observer_t observer;
-    drive_position_t position;
-    drive_saving_t   saving;                    /**< Main loop. */
-    drive_motion_t   motion;                    /**< Whether motion and torque agree; speed interrupt. */
-    uint16_t         speed_count;               /**< Current periods until the next speed tick. */
-    uint16_t         bad_samples, lost_samples; /**< In a row. */
-    bool             seen_sample;
-    uint32_t         rejected;
-    timing_t         timing;
+    hal_sample_t      sample;
+    float             ia_a, ib_a, ic_a; /**< After offset correction. */
+    float             offset_a_a, offset_b_a, offset_c_a;
+    float             sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
+    volatile uint16_t sum_count;                 /**< ...and of how many samples. */
+    drive_tracking_t  tracking;
+    drive_align_t     align;
+    drive_current_t   current;
+    drive_speed_t     speed;
+    drive_observer_t  observer;
+    drive_position_t  position;
+    drive_saving_t    saving;                    /**< Main loop. */
+    drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    uint16_t          speed_count;               /**< Current periods until the next speed tick. */
+    uint16_t          bad_samples, lost_samples; /**< In a row. */
+    bool              seen_sample;
+    uint32_t          rejected;
+    timing_t          timing;
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];

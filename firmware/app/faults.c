@@ -9,7 +9,4 @@ static const fault_info_t TABLE[FAULT_COUNT] = {
 #undef FAULT
 };
 
-const fault_info_t *faults_info(uint16_t index)
-{
-    return (index < (uint16_t)FAULT_COUNT) ? &TABLE[index] : NULL;
-}
+const fault_info_t *faults_info(uint16_t index) { return (index < (uint16_t)FAULT_COUNT) ? &TABLE[index] : NULL; }

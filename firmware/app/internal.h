@@ -37,13 +37,13 @@ uint16_t drive_judge_deadbeat(const drive_setup_t *setup);
 #define DRIVE_SHAPE_POSITION 8U
 uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *setup);
 /** ...and the interrupts keep away from these until they have taken the change over. Main loop, bridge off. */
-void     drive_withdraw(drive_t *d, uint16_t what);
+void drive_withdraw(drive_t *d, uint16_t what);
 
 /** limits.c: the first parameter that is beyond the board's maximum, or that does not fit the others, or PARAM_COUNT. */
 uint16_t drive_board_refuses(const drive_params_t *params);
 uint16_t drive_relation_refuses(const drive_params_t *params);
 /** command.c: hand the newest command over again, under the limits in force. */
-void     drive_command_again(drive_t *d);
+void drive_command_again(drive_t *d);
 
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
@@ -125,7 +125,7 @@ static inline float drive_si(num_t x, float base)
 }
 
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
-static inline const drive_order_t *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
+static inline const drive_order_t   *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
 static inline bool drive_is_armed(const drive_t *d) { return (d->state == DRIVE_RUN) || (d->state == DRIVE_ALIGN); }
 
 #endif

@@ -45,7 +45,7 @@ uint16_t drive_board_refuses(const drive_params_t *p)
 {
     static const uint16_t BOUND[] = {PARAM_over_current_a, PARAM_over_voltage_v, PARAM_over_speed_rad_s, PARAM_offset_limit_a,
                                      PARAM_iq_limit_a,     PARAM_id_limit_a,     PARAM_align_current_a,  PARAM_voltage_limit_v};
-    hal_limits_t board;
+    hal_limits_t          board;
     hal_limits(&board);
     for (uint16_t k = 0U; k < (uint16_t)(sizeof BOUND / sizeof BOUND[0]); k++) {
         if (!(params_get(p, BOUND[k]) <= most(&board, BOUND[k]))) {
@@ -97,7 +97,8 @@ static bool fits(const drive_params_t *p, uint16_t param)
 
 uint16_t drive_relation_refuses(const drive_params_t *p)
 {
-    static const uint16_t RELATED[] = {PARAM_under_voltage_v, PARAM_iq_limit_a, PARAM_align_current_a, PARAM_voltage_limit_v, PARAM_profile_speed_rad_s};
+    static const uint16_t RELATED[] = {PARAM_under_voltage_v, PARAM_iq_limit_a, PARAM_align_current_a, PARAM_voltage_limit_v,
+                                       PARAM_profile_speed_rad_s};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
         if (!fits(p, RELATED[k])) {
             return RELATED[k];

@@ -16,7 +16,10 @@
 #define ATTEMPTS 3U
 #define WORDS_PER_STEP 16U
 
-static bool is_idle(const drive_t *d) { return (d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT); }
+static bool is_idle(const drive_t *d)
+{
+    return (d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT);
+}
 
 static uint16_t pages_per_slot(void)
 {
@@ -120,8 +123,8 @@ static hal_status_t read_newest(const drive_t *d, uint16_t *found, uint16_t *seq
 {
     header_t           h[SLOTS];
     const hal_status_t there[SLOTS] = {read_header(d, 0U, &h[0]), read_header(d, 1U, &h[1])};
-    const bool         second = (there[1] == HAL_OK) && ((there[0] != HAL_OK) || ((uint16_t)(h[1].word[1] - h[0].word[1]) < 0x8000U));
-    hal_status_t       worst = HAL_STALE;
+    const bool   second = (there[1] == HAL_OK) && ((there[0] != HAL_OK) || ((uint16_t)(h[1].word[1] - h[0].word[1]) < 0x8000U));
+    hal_status_t worst = HAL_STALE;
     for (uint16_t k = 0U; k < SLOTS; k++) {
         const uint16_t slot = (second ? 1U : 0U) ^ k;
         hal_status_t   s = there[slot];
@@ -185,9 +188,9 @@ static hal_status_t do_word(drive_t *d)
     const uint16_t        values = (uint16_t)(2U * w->cells);
     const uint16_t        body = (uint16_t)(values + (HEADER_WORDS - 1U));
     const bool            writes = (w->next < body) || (w->next == (uint16_t)(2U * body));
-    const uint16_t        n = (w->next < body) ? w->next : ((w->next < (uint16_t)(2U * body)) ? (uint16_t)(w->next - body) : body);
-    const uint16_t        index = (n < values) ? (uint16_t)(HEADER_WORDS + n) : (uint16_t)((body - n));
-    const uint16_t        word = word_at(d, index);
+    const uint16_t n = (w->next < body) ? w->next : ((w->next < (uint16_t)(2U * body)) ? (uint16_t)(w->next - body) : body);
+    const uint16_t index = (n < values) ? (uint16_t)(HEADER_WORDS + n) : (uint16_t)((body - n));
+    const uint16_t word = word_at(d, index);
     w->next++;
     if (writes) {
         w->crc = (index >= HEADER_WORDS) ? crc_word(w->crc, word) : w->crc;

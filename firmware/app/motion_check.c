@@ -3,15 +3,16 @@
 
 #include "firmware/app/internal.h"
 
-#define JUMP_MAX (UINT32_C(0x7FFFFFFF))  /* half a turn: no angle is further away */
-#define MARGIN_SHARE (1.0f / 256.0f)     /* of over_speed_rad_s: above the noise and ripple of a measured speed */
-#define BAND_SHARE 0.05f                 /* of iq_limit_a: with its share of the resistance below FLOOR_SHARE on every drive that
+#define JUMP_MAX (UINT32_C(0x7FFFFFFF)) /* half a turn: no angle is further away */
+#define MARGIN_SHARE (1.0f / 256.0f)    /* of over_speed_rad_s: above the noise and ripple of a measured speed */
+#define BAND_SHARE                                                                                                               \
+    0.05f                          /* of iq_limit_a: with its share of the resistance below FLOOR_SHARE on every drive that
                                             can bring iq_limit_a into its motor at all */
-#define FLOOR_SHARE NUM_C(0.04f)         /* of the dc link: that and the dead time when the current changes its sign */
-#define USABLE_SHARE NUM_C(0.93f)        /* of the voltage limit: beyond it the current does what it wants */
-#define SPEED_SHARE NUM_C(0.125f)        /* of the speed: harmonics of the flux stay below */
-#define LITTLE_SHARE NUM_C(0.125f)       /* of the margin: a heavy load may take a minute to stop */
-#define AT_LIMIT_SHARE NUM_C(0.9f)       /* as a stall */
+#define FLOOR_SHARE NUM_C(0.04f)   /* of the dc link: that and the dead time when the current changes its sign */
+#define USABLE_SHARE NUM_C(0.93f)  /* of the voltage limit: beyond it the current does what it wants */
+#define SPEED_SHARE NUM_C(0.125f)  /* of the speed: harmonics of the flux stay below */
+#define LITTLE_SHARE NUM_C(0.125f) /* of the margin: a heavy load may take a minute to stop */
+#define AT_LIMIT_SHARE NUM_C(0.9f) /* as a stall */
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define AGAINST_LIMIT 3U
 #define SPEED_COUNTS 3.0f      /* between which a speed has been measured */
@@ -86,9 +87,9 @@ typedef struct {
 
 static voltage_t look_at_voltage(const drive_t *d)
 {
-    const ctl_dq_t v = d->current.volt;
-    const num_t    dc = drive_per_base(d->sample.vdc_v, d->scale.inv_voltage);
-    const num_t    usable = num_mul(USABLE_SHARE, num_min(d->setup.voltage_limit, num_mul(dc, INV_SQRT3)));
+    const ctl_dq_t  v = d->current.volt;
+    const num_t     dc = drive_per_base(d->sample.vdc_v, d->scale.inv_voltage);
+    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup.voltage_limit, num_mul(dc, INV_SQRT3)));
     const voltage_t out = {dc, usable, num_mac(num_mul(v.d, v.d), v.q, v.q) > num_mul(usable, usable)};
     return out;
 }
@@ -109,7 +110,7 @@ static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
     const num_t           margin = d->setup.motion.margin;
     const bool            forwards = torque > (num_t)0;
     const num_t           along = forwards ? d->speed.meas : num_neg(d->speed.meas);
-    bool                  anew = (forwards != m->forwards) || (num_abs(torque) <= num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max)) ||
+    bool anew = (forwards != m->forwards) || (num_abs(torque) <= num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max)) ||
                 (num_sub(along, m->slowest) > margin) || lacks_voltage(d, v, forwards, along);
 
     if (!anew && (m->samples >= d->setup.motion.samples) && (angle_size(d->tracking.theta_m - m->from) >= d->setup.motion.way)) {
@@ -142,14 +143,16 @@ static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
     const num_t                       faster = num_sub(speed, m->speed);
     const num_t                       higher = num_sub(volt.q, m->volt_q);
 
-    if (!m->held || (num_abs(num_sub(current.q, m->current.q)) > s->band) || (num_abs(num_sub(current.d, m->current.d)) > s->band) ||
-        v->cut) {
+    if (!m->held || (num_abs(num_sub(current.q, m->current.q)) > s->band) ||
+        (num_abs(num_sub(current.d, m->current.d)) > s->band) || v->cut) {
         m->held = !v->cut;
-    } else if ((num_abs(higher) < num_mul(FLOOR_SHARE, v->dc)) || (num_abs(faster) < num_mac(s->margin, SPEED_SHARE, num_abs(speed)))) {
+    } else if ((num_abs(higher) < num_mul(FLOOR_SHARE, v->dc)) ||
+               (num_abs(faster) < num_mac(s->margin, SPEED_SHARE, num_abs(speed)))) {
         return; /* no verdict yet */
     } else if ((higher > (num_t)0) == (faster > (num_t)0)) {
         m->against = 0U;
-        m->first = m->slowest = m->forwards ? speed : num_neg(speed); /* the torque has the sign that was asked for: a load is stronger */
+        m->first = m->slowest =
+            m->forwards ? speed : num_neg(speed); /* the torque has the sign that was asked for: a load is stronger */
         m->from = d->tracking.theta_m;
         m->samples = 0U;
     } else {

@@ -39,12 +39,12 @@ typedef enum {
 
 /** From the parameters. */
 typedef struct {
-    angle_t  jump;      /**< Largest change of the step of the angle. */
-    num_t    margin;    /**< Speed that counts as a change. */
-    num_t    band;      /**< Currents that count as the same. */
-    angle_t  way;       /**< Of a stretch of which the speed is known. */
-    uint16_t samples;   /**< At the limit, against the torque; 0: never judged. */
-    bool     zero;      /**< Judge the electrical zero. */
+    angle_t  jump;    /**< Largest change of the step of the angle. */
+    num_t    margin;  /**< Speed that counts as a change. */
+    num_t    band;    /**< Currents that count as the same. */
+    angle_t  way;     /**< Of a stretch of which the speed is known. */
+    uint16_t samples; /**< At the limit, against the torque; 0: never judged. */
+    bool     zero;    /**< Judge the electrical zero. */
 } drive_motion_setup_t;
 
 typedef struct {
@@ -52,10 +52,10 @@ typedef struct {
     bool     forwards;       /**< ...and the torque asked for... */
     angle_t  from;           /**< ...from here on... */
     uint16_t samples;        /**< ...for so many samples. */
-    bool     held;     /**< There is an operating point to compare with: */
+    bool     held;           /**< There is an operating point to compare with: */
     ctl_dq_t current;
     num_t    speed, volt_q;
-    uint16_t against;  /**< Comparisons in a row with the wrong sign. */
+    uint16_t against; /**< Comparisons in a row with the wrong sign. */
 } drive_motion_t;
 
 #endif

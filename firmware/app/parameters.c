@@ -8,10 +8,13 @@ typedef struct {
 } row_t;
 
 static const row_t TABLE[PARAM_COUNT] = {
-#define PARAM_F(name, unit, def, lo, hi, doc) {{#name, unit, doc, "", lo, hi, def, PARAM_KIND_FLOAT}, offsetof(drive_params_t, name)},
-#define PARAM_U(name, unit, def, lo, hi, doc) {{#name, unit, doc, "", (float)(lo), (float)(hi), (float)(def), PARAM_KIND_INTEGER}, offsetof(drive_params_t, name)},
+#define PARAM_F(name, unit, def, lo, hi, doc)                                                                                    \
+    {{#name, unit, doc, "", lo, hi, def, PARAM_KIND_FLOAT}, offsetof(drive_params_t, name)},
+#define PARAM_U(name, unit, def, lo, hi, doc)                                                                                    \
+    {{#name, unit, doc, "", (float)(lo), (float)(hi), (float)(def), PARAM_KIND_INTEGER}, offsetof(drive_params_t, name)},
 #define PARAM_B(name, def, doc) {{#name, "", doc, "", 0.0f, 1.0f, (float)(def), PARAM_KIND_FLAG}, offsetof(drive_params_t, name)},
-#define PARAM_E(name, def, choices, count, doc) {{#name, "", doc, choices, 0.0f, (float)((count) - 1), (float)(def), PARAM_KIND_CHOICE}, offsetof(drive_params_t, name)},
+#define PARAM_E(name, def, choices, count, doc)                                                                                  \
+    {{#name, "", doc, choices, 0.0f, (float)((count) - 1), (float)(def), PARAM_KIND_CHOICE}, offsetof(drive_params_t, name)},
 #include "firmware/app/parameters.def"
 #undef PARAM_F
 #undef PARAM_U
@@ -19,16 +22,10 @@ static const row_t TABLE[PARAM_COUNT] = {
 #undef PARAM_E
 };
 
-const param_info_t *params_info(uint16_t index)
-{
-    return (index < (uint16_t)PARAM_COUNT) ? &TABLE[index].info : NULL;
-}
+const param_info_t *params_info(uint16_t index) { return (index < (uint16_t)PARAM_COUNT) ? &TABLE[index].info : NULL; }
 
 /* offsetof counts char cells on every machine, 16-bit ones on the chip, and so does this pointer. */
-static const void *field(const drive_params_t *p, uint16_t index)
-{
-    return (const char *)p + TABLE[index].offset;
-}
+static const void *field(const drive_params_t *p, uint16_t index) { return (const char *)p + TABLE[index].offset; }
 
 void params_default(drive_params_t *p)
 {

@@ -8,8 +8,8 @@
 /* Steps of 2^-32 turns that stay exact: through 16 whole bits of float at a time. */
 static int64_t turns_q32(float turns)
 {
-    const float cut = (turns < 2.0e6f) ? ((turns > -2.0e6f) ? turns : -2.0e6f) : 2.0e6f;
-    const float scaled = cut * 1024.0f;
+    const float   cut = (turns < 2.0e6f) ? ((turns > -2.0e6f) ? turns : -2.0e6f) : 2.0e6f;
+    const float   scaled = cut * 1024.0f;
     const int32_t high = (int32_t)scaled;
     return ((int64_t)high * INT64_C(0x400000)) + (int64_t)((scaled - (float)high) * 4194304.0f);
 }
@@ -30,18 +30,19 @@ static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_pro
     if (d.status == CTL_OK) {
         return PARAM_COUNT;
     }
-    return (d.field == (uint16_t)CTL_PROFILE_SPEED) ? PARAM_profile_speed_rad_s
-                                                    : ((d.field == (uint16_t)CTL_PROFILE_SMOOTH) ? PARAM_profile_smooth_samples : PARAM_profile_accel_rad_s2);
+    return (d.field == (uint16_t)CTL_PROFILE_SPEED)
+               ? PARAM_profile_speed_rad_s
+               : ((d.field == (uint16_t)CTL_PROFILE_SMOOTH) ? PARAM_profile_smooth_samples : PARAM_profile_accel_rad_s2);
 }
 
 typedef struct {
-    float    cycles, amplitude_nm, phase_rad;
+    float cycles, amplitude_nm, phase_rad;
 } line_t;
 
 static void make_rdc(const drive_params_t *p, const drive_setup_t *s, ctl_rdc_params_t *out)
 {
-    const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
-    const float per_nm = s->scale.inv_current / (1.5f * (float)p->pole_pairs * p->motor_psi_wb);
+    const float  ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    const float  per_nm = s->scale.inv_current / (1.5f * (float)p->pole_pairs * p->motor_psi_wb);
     const line_t line[CTL_HARMONICS_MAX] = {
         {p->rdc_line1_cycles, p->rdc_line1_nm, p->rdc_line1_rad}, {p->rdc_line2_cycles, p->rdc_line2_nm, p->rdc_line2_rad},
         {p->rdc_line3_cycles, p->rdc_line3_nm, p->rdc_line3_rad}, {p->rdc_line4_cycles, p->rdc_line4_nm, p->rdc_line4_rad},
@@ -75,8 +76,9 @@ static void make_rdc(const drive_params_t *p, const drive_setup_t *s, ctl_rdc_pa
 
 static uint16_t rdc_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,   PARAM_rdc_inertia_kgm2, PARAM_rdc_stribeck_rad_s, PARAM_rdc_static_nm, PARAM_rdc_line1_nm,
-                                        PARAM_rdc_p33, PARAM_rdc_rho_nm,       PARAM_rdc_sigma,          PARAM_speed_divider};
+    static const uint16_t PARAM_OF[] = {PARAM_COUNT,         PARAM_rdc_inertia_kgm2, PARAM_rdc_stribeck_rad_s,
+                                        PARAM_rdc_static_nm, PARAM_rdc_line1_nm,     PARAM_rdc_p33,
+                                        PARAM_rdc_rho_nm,    PARAM_rdc_sigma,        PARAM_speed_divider};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_rdc_inertia_kgm2;
 }
 
@@ -90,7 +92,8 @@ uint16_t drive_make_position(const drive_params_t *p, drive_setup_t *s)
     uint16_t bad = make_profile(p, p->profile_speed_rad_s, &q->profile, s);
     if (bad == (uint16_t)PARAM_COUNT) {
         const float speed = (p->homing_speed_rad_s < 0.0f) ? -p->homing_speed_rad_s : p->homing_speed_rad_s;
-        bad = (make_profile(p, speed, &q->homing, s) == (uint16_t)PARAM_COUNT) ? (uint16_t)PARAM_COUNT : (uint16_t)PARAM_homing_speed_rad_s;
+        bad = (make_profile(p, speed, &q->homing, s) == (uint16_t)PARAM_COUNT) ? (uint16_t)PARAM_COUNT
+                                                                               : (uint16_t)PARAM_homing_speed_rad_s;
     }
     if (bad != (uint16_t)PARAM_COUNT) {
         return bad;
@@ -163,8 +166,8 @@ void drive_build_position(drive_t *d, const drive_setup_t *s)
 
 bool drive_position_differs(const drive_setup_t *before, const drive_setup_t *s)
 {
-    return !s->observer_used && ((before->position.method != s->position.method) || (before->position.cells != s->position.cells) ||
-                                 before->observer_used);
+    return !s->observer_used && ((before->position.method != s->position.method) ||
+                                 (before->position.cells != s->position.cells) || before->observer_used);
 }
 
 void drive_take_over_position(drive_t *d, const drive_setup_t *s)
@@ -235,7 +238,7 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
         return target;
     }
     if (d->speed.edge.index_seen) {
-        const angle_t at = angle_from_rad(num_from_float(d->speed.edge.index_rad));
+        const angle_t        at = angle_from_rad(num_from_float(d->speed.edge.index_rad));
         const ctl_position_t index = ctl_position_follow(o->raw, d->setup.encoder_reversed ? (0U - at) : at);
         const ctl_position_t shift = ctl_position_sub(index, o->zero);
         o->zero = index;

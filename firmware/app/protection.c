@@ -1,7 +1,7 @@
 #include "firmware/app/internal.h"
 #include "hal/hal_inverter.h"
 
-#define STALL_SHARE NUM_C(0.9f)                 /* of the current limit: noise must not hide a stall */
+#define STALL_SHARE NUM_C(0.9f)                   /* of the current limit: noise must not hide a stall */
 #define STALL_ANGLE (UINT32_C(0xFFFFFFFF) / 256U) /* a motion, mechanical: 1.4 degrees; an elastic shaft gives way by less */
 
 void drive_trip(drive_t *d, drive_fault_t fault)
@@ -14,15 +14,9 @@ void drive_trip(drive_t *d, drive_fault_t fault)
 }
 
 /* NaN compares false, hence the negation. */
-static bool inside(float x, float limit)
-{
-    return (x <= limit) && (x >= -limit);
-}
+static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit); }
 
-static bool is_number(float x)
-{
-    return inside(x, 1.0e12f);
-}
+static bool is_number(float x) { return inside(x, 1.0e12f); }
 
 static void check_hardware(drive_t *d)
 {
@@ -106,8 +100,9 @@ void drive_check_stall(drive_t *d)
     const drive_command_t *const cmd = drive_active_command(d);
     const angle_t                now = d->tracking.theta_m;
     const bool                   moves = ((now - s->stall_from) + STALL_ANGLE) > (2U * STALL_ANGLE); /* either way */
-    const bool pushes = (d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_SPEED) && (cmd->speed_ref_rad_s != 0.0f) &&
-                        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup.speed_pi.out_max, drive_active_order(d)->iq_max)));
+    const bool                   pushes =
+        (d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_SPEED) && (cmd->speed_ref_rad_s != 0.0f) &&
+        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup.speed_pi.out_max, drive_active_order(d)->iq_max)));
     if (!pushes || moves || (d->params.stall_samples == 0U)) {
         s->stall_from = now;
         s->stall_samples = 0U;

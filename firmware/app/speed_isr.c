@@ -7,7 +7,7 @@ static num_t measure_speed(drive_t *d)
     if (hal_encoder_edge(&s->edge) == HAL_SENSOR_FAULT) {
         drive_trip(d, FAULT_encoder_error);
     }
-    const num_t          mt = ctl_mt_step(&s->mt, s->edge.edge_count, s->edge.edge_cyc, s->now_cyc);
+    const num_t mt = ctl_mt_step(&s->mt, s->edge.edge_count, s->edge.edge_cyc, s->now_cyc);
     if (d->setup.speed_source != DRIVE_SPEED_MT) {
         return (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
     }
@@ -72,7 +72,9 @@ void drive_speed_isr(drive_t *d)
 float drive_speed_rad_s(const drive_t *d)
 {
     const drive_speed_source_t source = d->setup.speed_source;
-    const num_t speed = (source == DRIVE_SPEED_MT) ? d->speed.meas : ((source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w);
+    const num_t                speed = (source == DRIVE_SPEED_MT)
+                                           ? d->speed.meas
+                                           : ((source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w);
     return num_to_float(speed) * d->scale.speed_rad_s;
 }
 

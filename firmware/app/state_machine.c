@@ -35,10 +35,7 @@ static void finish_start_up(drive_t *d)
     enter(d, DRIVE_READY);
 }
 
-static bool too_large(float x, float limit)
-{
-    return !((x <= limit) && (x >= -limit));
-}
+static bool too_large(float x, float limit) { return !((x <= limit) && (x >= -limit)); }
 
 static void finish_calibration(drive_t *d)
 {

@@ -11,10 +11,7 @@ void timing_restart(timing_t *timing)
     timing->epoch = (next != 0U) ? next : 1U;
 }
 
-uint32_t timing_bin(const timing_one_t *one, uint16_t bin)
-{
-    return (bin < TIMING_BINS) ? one->bin[bin] : 0U;
-}
+uint32_t timing_bin(const timing_one_t *one, uint16_t bin) { return (bin < TIMING_BINS) ? one->bin[bin] : 0U; }
 
 uint32_t timing_own_clock(const timing_t *timing)
 {

@@ -13,8 +13,8 @@
 #include "firmware/link/codec.h"
 
 #define FRAME_PAYLOAD_MAX 248U
-#define FRAME_HEAD 2U      /**< Type and sequence. */
-#define FRAME_CHECK 4U     /**< Check sum. */
+#define FRAME_HEAD 2U  /**< Type and sequence. */
+#define FRAME_CHECK 4U /**< Check sum. */
 #define FRAME_MIN (FRAME_HEAD + FRAME_CHECK)
 #define FRAME_MAX (FRAME_MIN + FRAME_PAYLOAD_MAX) /**< 254: COBS never needs a second code of 0xFF. */
 #define FRAME_WIRE_MAX (FRAME_MAX + 2U)           /**< With COBS and the delimiter. */
@@ -38,7 +38,7 @@ typedef enum {
 typedef struct {
     uint16_t octets[FRAME_MAX];
     uint16_t count;
-    uint16_t left;  /**< Octets until the next COBS code. */
+    uint16_t left; /**< Octets until the next COBS code. */
     uint32_t crc;
     bool     zero;  /**< The block that ends stands for a zero, if another follows. */
     bool     begun; /**< Something came since the last delimiter. */

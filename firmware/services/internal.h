@@ -11,7 +11,8 @@
 #define SERVICES_NO_FIELD 0xFFFFU
 
 /* request_<message>: read the payload, write the answer. Its length is within the limits of protocol.def. */
-#define MESSAGE(name, type, shortest, longest) link_refusal_t request_##name(services_t *s, codec_reader_t *in, codec_writer_t *out);
+#define MESSAGE(name, type, shortest, longest)                                                                                   \
+    link_refusal_t request_##name(services_t *s, codec_reader_t *in, codec_writer_t *out);
 #include "firmware/link/protocol.def"
 
 /** Refuse with the details of the refusal. */

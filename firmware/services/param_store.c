@@ -48,8 +48,8 @@ static hal_status_t read_header(uint16_t slot, uint32_t schema, header_t *head)
         return s;
     }
     const uint16_t *const w = head->word;
-    const bool ours = (w[WORD_MAGIC] == MAGIC) && (w[WORD_COUNT] == (uint16_t)PARAM_COUNT) && (w[WORD_SCHEMA_LOW] == low(schema)) &&
-                      (w[WORD_SCHEMA_HIGH] == high(schema));
+    const bool            ours = (w[WORD_MAGIC] == MAGIC) && (w[WORD_COUNT] == (uint16_t)PARAM_COUNT) &&
+                                 (w[WORD_SCHEMA_LOW] == low(schema)) && (w[WORD_SCHEMA_HIGH] == high(schema));
     return ours ? HAL_OK : HAL_STALE;
 }
 
@@ -126,7 +126,8 @@ static uint16_t offset_of(uint16_t n)
 /* What belongs there; the check sum has to be that of all values when it is asked for. */
 static uint16_t word_at(const param_store_t *s, uint16_t offset)
 {
-    const uint16_t head[HEADER_WORDS] = {MAGIC, s->sequence, low(s->schema), high(s->schema), (uint16_t)PARAM_COUNT, low(s->crc), high(s->crc)};
+    const uint16_t head[HEADER_WORDS] = {MAGIC,       s->sequence, low(s->schema), high(s->schema), (uint16_t)PARAM_COUNT,
+                                         low(s->crc), high(s->crc)};
     return (offset < HEADER_WORDS) ? head[offset] : value_word(s->params, (uint16_t)(offset - HEADER_WORDS));
 }
 

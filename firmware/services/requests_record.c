@@ -39,7 +39,10 @@ link_refusal_t request_stream_configure(services_t *s, codec_reader_t *in, codec
     return LINK_FINE;
 }
 
-static bool looks_at_a_signal(recorder_trigger_t t) { return (t == RECORDER_RISING) || (t == RECORDER_FALLING) || (t == RECORDER_EITHER); }
+static bool looks_at_a_signal(recorder_trigger_t t)
+{
+    return (t == RECORDER_RISING) || (t == RECORDER_FALLING) || (t == RECORDER_EITHER);
+}
 
 static link_refusal_t judge(services_t *s, const recorder_config_t *c, uint16_t values)
 {
@@ -66,7 +69,8 @@ static link_refusal_t judge(services_t *s, const recorder_config_t *c, uint16_t 
     }
     const uint32_t rows = (uint32_t)c->pre + c->post;
     if ((rows * c->count) > values) {
-        return services_refuse(s, LINK_NO_too_many, (rows < 0xFFFFU) ? (uint16_t)rows : 0xFFFFU, 0.0f, (float)(values / c->count));
+        return services_refuse(s, LINK_NO_too_many, (rows < 0xFFFFU) ? (uint16_t)rows : 0xFFFFU, 0.0f,
+                               (float)(values / c->count));
     }
     return LINK_FINE;
 }

@@ -8,7 +8,10 @@
 #define TIMEOUT_MAX_MS 60000U
 #define TWO_PI 6.2831855f
 
-static link_refusal_t bad_state(services_t *s) { return services_refuse(s, LINK_NO_state, (uint16_t)s->setup.drive->state, 0.0f, 0.0f); }
+static link_refusal_t bad_state(services_t *s)
+{
+    return services_refuse(s, LINK_NO_state, (uint16_t)s->setup.drive->state, 0.0f, 0.0f);
+}
 
 static bool is_idle(const services_t *s)
 {
@@ -290,7 +293,8 @@ link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_
     }
     c.mode = (drive_mode_t)mode;
     float          limit = TWO_PI;
-    const uint16_t field = inside(c.target_rad, limit) ? drive_command_refuses(s->setup.drive, &c, &limit) : (uint16_t)DRIVE_COMMAND_ANGLE;
+    const uint16_t field =
+        inside(c.target_rad, limit) ? drive_command_refuses(s->setup.drive, &c, &limit) : (uint16_t)DRIVE_COMMAND_ANGLE;
     if (field != (uint16_t)DRIVE_COMMAND_FINE) {
         return services_refuse(s, LINK_NO_range, field, -limit, limit);
     }

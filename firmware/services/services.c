@@ -25,8 +25,8 @@ static const request_t REQUESTS[] = {
 
 static void start_black_box(recorder_t *r)
 {
-    const recorder_config_t config = {{SIGNAL_speed_ref_rad_s, SIGNAL_speed_rad_s, SIGNAL_iq_ref_a, SIGNAL_iq_a, SIGNAL_ia_a, SIGNAL_ib_a, SIGNAL_vdc_v,
-                                       SIGNAL_theta_m_rad},
+    const recorder_config_t config = {{SIGNAL_speed_ref_rad_s, SIGNAL_speed_rad_s, SIGNAL_iq_ref_a, SIGNAL_iq_a, SIGNAL_ia_a,
+                                       SIGNAL_ib_a, SIGNAL_vdc_v, SIGNAL_theta_m_rad},
                                       RECORDER_SIGNALS,
                                       1U,
                                       (uint16_t)((r->values / RECORDER_SIGNALS) - BLACK_BOX_AFTER),
@@ -106,8 +106,11 @@ bool services_saving(const services_t *s) { return s->store.active || s->setup.d
 uint16_t services_flags(const services_t *s)
 {
     const drive_t *const d = s->setup.drive;
-    const bool           flag[] = {s->session.armed,  d->started_up && drive_zero_is_known(d), s->session.started, s->session.timed_out, d->next_ready != 0U,
-                                   d->position.homed, s->stream.on != 0U,                      services_saving(s), s->stored_taken};
+    const bool           flag[] = {s->session.armed,    d->started_up && drive_zero_is_known(d),
+                                   s->session.started,  s->session.timed_out,
+                                   d->next_ready != 0U, d->position.homed,
+                                   s->stream.on != 0U,  services_saving(s),
+                                   s->stored_taken};
     uint16_t             bits = 0U;
     for (uint16_t i = 0U; i < (uint16_t)(sizeof(flag) / sizeof(flag[0])); i++) {
         bits = (uint16_t)(bits | (flag[i] ? (uint16_t)(1U << i) : 0U));

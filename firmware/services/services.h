@@ -30,11 +30,11 @@ enum { SERVICES_CAPTURE = 0, SERVICES_BLACK_BOX };
 /** What a board gives. */
 typedef struct {
     drive_t              *drive;
-    const drive_params_t *defaults; /**< Of this board; must stay. */
-    const char           *board;    /**< Its name. */
-    float                *capture, *black_box; /**< Memory of the recorders... */
+    const drive_params_t *defaults;                         /**< Of this board; must stay. */
+    const char           *board;                            /**< Its name. */
+    float                *capture, *black_box;              /**< Memory of the recorders... */
     uint16_t              capture_values, black_box_values; /**< ...and how many values each holds. */
-    hal_reset_t           reset; /**< Why the board has started. */
+    hal_reset_t           reset;                            /**< Why the board has started. */
 } services_setup_t;
 
 /** The first fault, kept until the next one. */
@@ -46,19 +46,19 @@ typedef struct {
 
 /** Who talks, and what that permits. */
 typedef struct {
-    bool     greeted, may_write, armed;
-    bool     started;    /**< The timeout is running. */
-    bool     by_itself;  /**< It was started by auto_run: the timeout cannot be switched off. */
-    bool     timed_out;  /**< The last stop was by the timeout. */
-    uint16_t timeout_ms; /**< 0: none. */
-    uint32_t alive_at;   /**< Counter at the last good frame. */
-    bool     staging;    /**< A set of parameters is open in `staged`. */
-    uint16_t storing_seq; /**< Number of the request to save, which is answered when it is done. */
-    uint16_t storing;     /**< Its command. */
-    bool     stored;      /**< The save is over, its answer waits. */
+    bool         greeted, may_write, armed;
+    bool         started;     /**< The timeout is running. */
+    bool         by_itself;   /**< It was started by auto_run: the timeout cannot be switched off. */
+    bool         timed_out;   /**< The last stop was by the timeout. */
+    uint16_t     timeout_ms;  /**< 0: none. */
+    uint32_t     alive_at;    /**< Counter at the last good frame. */
+    bool         staging;     /**< A set of parameters is open in `staged`. */
+    uint16_t     storing_seq; /**< Number of the request to save, which is answered when it is done. */
+    uint16_t     storing;     /**< Its command. */
+    bool         stored;      /**< The save is over, its answer waits. */
     hal_status_t stored_status;
-    bool     event_wanted;
-    uint16_t event_seq, stream_seq;
+    bool         event_wanted;
+    uint16_t     event_seq, stream_seq;
 } session_t;
 
 /** Why a request was refused, besides the code. */

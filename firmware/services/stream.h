@@ -27,8 +27,8 @@ typedef struct {
     uint16_t frame;      /**< Frames since. */
 
     volatile uint16_t on;
-    bool              fresh; /**< The interrupt has not seen this configuration yet. */
-    uint16_t          wait;  /**< Periods until the next row. */
+    bool              fresh;          /**< The interrupt has not seen this configuration yet. */
+    uint16_t          wait;           /**< Periods until the next row. */
     volatile uint16_t written, taken; /**< Rows, free-running. */
     uint16_t          write_slot, read_slot;
     volatile uint32_t lost;

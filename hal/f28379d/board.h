@@ -17,8 +17,8 @@
 
 #define BOARD_SYSCLK_HZ UINT32_C(200000000) /* [sheet] crystal 10 MHz x 40 / 2 */
 #define BOARD_CLOCK_CONFIG (SYSCTL_OSCSRC_XTAL | SYSCTL_IMULT(40) | SYSCTL_FMULT_NONE | SYSCTL_SYSDIV(2) | SYSCTL_PLL_ENABLE)
-#define BOARD_LSPCLK_HZ UINT32_C(50000000)  /* [sheet] SYSCLK / 4: SCI and SPI */
-#define BOARD_FLASH_WAITS 3U                /* [sheet] up to 200 MHz */
+#define BOARD_LSPCLK_HZ UINT32_C(50000000)              /* [sheet] SYSCLK / 4: SCI and SPI */
+#define BOARD_FLASH_WAITS 3U                            /* [sheet] up to 200 MHz */
 #define BOARD_US(n) ((((n) * UINT32_C(200)) + 4U) / 5U) /* SysCtl_delay counts for n us: 5 cycles each [sheet] */
 
 /* ---- bridge: ePWM1, 2, 3 = phases A, B, C --------------------------------------------------------------------------------- */
@@ -31,8 +31,8 @@
 
 /* Pulses are centred on the period event, so all low sides conduct around zero: there the currents are sampled and the
  * next duties loaded. One sample, one whole period to calculate, one load: the delay that the simulator has. */
-#define BOARD_DUTY_MAX 0.97f        /* low side on for 3 us - 0.5 us: the shunts are read in every period [derived] */
-#define BOARD_DUTY_MEASURABLE 0.94f /* above it a shunt has less than 2.5 us to settle before the sample [check] */
+#define BOARD_DUTY_MAX 0.97f          /* low side on for 3 us - 0.5 us: the shunts are read in every period [derived] */
+#define BOARD_DUTY_MEASURABLE 0.94f   /* above it a shunt has less than 2.5 us to settle before the sample [check] */
 #define BOARD_COMPARE_MEASURABLE 300U /* [derived] that duty as a compare value */
 
 /* Pins of the bridge stay inputs, pulled down in the driver, until the trip is armed. */
@@ -45,18 +45,19 @@
 #define BOARD_ADC_REFERENCE_V 3.0f /* VREFHI of this LaunchPad; 3.3 V is VDDA, which the comparators use [bench] */
 #define BOARD_COMPARATOR_REFERENCE_V 3.3f
 #define BOARD_CODES 4096.0f
-#define BOARD_SHUNT_OHM 0.007f   /* low side, one per phase [sheet] */
-#define BOARD_SHUNT_GAIN 10.0f   /* amplifier in the DRV8305, register 0xA = 0 [sheet] */
-#define BOARD_SHUNT_ZERO_V 1.65f /* output without current [sheet]; 1.68 V seen [bench] */
-#define BOARD_CURRENT_SIGN 1.0f  /* positive into the motor [bench, one board] */
-#define BOARD_A_PER_V (1.0f / (BOARD_SHUNT_OHM * BOARD_SHUNT_GAIN))                         /* 14.286 [derived] */
-#define BOARD_A_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_A_PER_V)               /* 10.46 mA [derived] */
-#define BOARD_CURRENT_ZERO_CODE (BOARD_SHUNT_ZERO_V / BOARD_ADC_REFERENCE_V * BOARD_CODES)   /* 2252.8, not 2048 [derived] */
-#define BOARD_OFFSET_LIMIT_A 1.1f /* 100 codes of zero error: more is a dead amplifier; default and maximum */
+#define BOARD_SHUNT_OHM 0.007f                                      /* low side, one per phase [sheet] */
+#define BOARD_SHUNT_GAIN 10.0f                                      /* amplifier in the DRV8305, register 0xA = 0 [sheet] */
+#define BOARD_SHUNT_ZERO_V 1.65f                                    /* output without current [sheet]; 1.68 V seen [bench] */
+#define BOARD_CURRENT_SIGN 1.0f                                     /* positive into the motor [bench, one board] */
+#define BOARD_A_PER_V (1.0f / (BOARD_SHUNT_OHM * BOARD_SHUNT_GAIN)) /* 14.286 [derived] */
+#define BOARD_A_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_A_PER_V)             /* 10.46 mA [derived] */
+#define BOARD_CURRENT_ZERO_CODE (BOARD_SHUNT_ZERO_V / BOARD_ADC_REFERENCE_V * BOARD_CODES) /* 2252.8, not 2048 [derived] */
+#define BOARD_OFFSET_LIMIT_A 1.1f  /* 100 codes of zero error: more is a dead amplifier; default and maximum */
 #define BOARD_DC_LINK_RATIO 13.42f /* divider, 13.13 measured on one board [check]; its pole lies at 345 Hz */
-#define BOARD_V_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_DC_LINK_RATIO)         /* 9.83 mV; 40.3 V full scale */
-#define BOARD_OVER_VOLTAGE_V 36.0f  /* below full scale; the board takes 45 V; default and maximum */
-#define BOARD_OVER_CURRENT_A 15.0f  /* software limit, the default; its maximum is BOARD_TRIP_A. The converter clips at -23.6 and
+#define BOARD_V_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_DC_LINK_RATIO) /* 9.83 mV; 40.3 V full scale */
+#define BOARD_OVER_VOLTAGE_V 36.0f /* below full scale; the board takes 45 V; default and maximum */
+#define BOARD_OVER_CURRENT_A                                                                                                     \
+    15.0f /* software limit, the default; its maximum is BOARD_TRIP_A. The converter clips at -23.6 and
                                        +19.3 A [derived] */
 
 /* Phase A ADCINC2 = CMPSS6, B ADCINB2 = CMPSS3, C ADCINA2 = CMPSS1 [sheet]; dc link ADCINA3. */
@@ -71,10 +72,12 @@
 /* ---- over-current comparators ------------------------------------------------------------------------------------------------- */
 
 #define BOARD_CMPSS_BASES {CMPSS6_BASE, CMPSS3_BASE, CMPSS1_BASE} /* A, B, C */
-#define BOARD_CMPSS_MUX_CONFIGS {XBAR_EPWM_MUX10_CMPSS6_CTRIPH_OR_L, XBAR_EPWM_MUX04_CMPSS3_CTRIPH_OR_L, XBAR_EPWM_MUX00_CMPSS1_CTRIPH_OR_L}
+#define BOARD_CMPSS_MUX_CONFIGS                                                                                                  \
+    {XBAR_EPWM_MUX10_CMPSS6_CTRIPH_OR_L, XBAR_EPWM_MUX04_CMPSS3_CTRIPH_OR_L, XBAR_EPWM_MUX00_CMPSS1_CTRIPH_OR_L}
 #define BOARD_CMPSS_MUXES (XBAR_MUX10 | XBAR_MUX04 | XBAR_MUX00)
 #define BOARD_TRIP_A 18.0f /* below where the converter clips, below 20 A, the peak rating of the board */
-#define BOARD_TRIP_CODE(amps) ((uint16_t)(((BOARD_SHUNT_ZERO_V + ((amps) / BOARD_A_PER_V)) / BOARD_COMPARATOR_REFERENCE_V * BOARD_CODES) + 0.5f))
+#define BOARD_TRIP_CODE(amps)                                                                                                    \
+    ((uint16_t)(((BOARD_SHUNT_ZERO_V + ((amps) / BOARD_A_PER_V)) / BOARD_COMPARATOR_REFERENCE_V * BOARD_CODES) + 0.5f))
 /* 16 of 20 samples, one every 10 SYSCLK: 0.8 us of over-current; shorter is ringing after an edge. */
 #define BOARD_TRIP_FILTER_PRESCALE 9U
 #define BOARD_TRIP_FILTER_WINDOW 20U
@@ -83,15 +86,15 @@
 
 /* ---- gate driver --------------------------------------------------------------------------------------------------------------------- */
 
-#define BOARD_PIN_NFAULT 19U   /* open drain, low = fault */
+#define BOARD_PIN_NFAULT 19U /* open drain, low = fault */
 #define BOARD_PIN_EN_GATE 124U
 #define BOARD_PIN_WAKE 125U
 #define BOARD_PIN_CHIP_SELECT 61U
 #define BOARD_SPI_BASE SPIA_BASE
 #define BOARD_SPI_HZ UINT32_C(1000000)
-#define BOARD_SPI_POLLS 2000U         /* far more than the 16 us of a frame */
+#define BOARD_SPI_POLLS 2000U /* far more than the 16 us of a frame */
 #define BOARD_DRIVER_SLEEP_US UINT32_C(2000)
-#define BOARD_DRIVER_WAKE_US UINT32_C(2000) /* SPI answers 1 ms after EN_GATE at the earliest [sheet] */
+#define BOARD_DRIVER_WAKE_US UINT32_C(2000)     /* SPI answers 1 ms after EN_GATE at the earliest [sheet] */
 #define BOARD_DRIVER_POLL_CYC UINT32_C(2000000) /* one status register every 10 ms */
 
 /* ---- encoder: eQEP1 on J14 -------------------------------------------------------------------------------------------------------------- */
@@ -100,11 +103,11 @@
 #define BOARD_PIN_QEP_A 20U
 #define BOARD_PIN_QEP_B 21U
 #define BOARD_PIN_QEP_I 99U
-#define BOARD_ENCODER_COUNTS UINT32_C(4000) /* 1000 lines, every edge */
+#define BOARD_ENCODER_COUNTS UINT32_C(4000)     /* 1000 lines, every edge */
 #define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts... */
 #define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] ...and what is left of it, 2^-16 */
 #define BOARD_QEP_FILTER_SYSCLK 20U /* 6 equal samples 100 ns apart: edges closer than 0.6 us are noise; 390 r/s at 4000 counts */
-#define BOARD_EDGES_HZ 1.5e6f /* [derived] counts per second that pass that filter, with a tenth to spare */
+#define BOARD_EDGES_HZ 1.5e6f       /* [derived] counts per second that pass that filter, with a tenth to spare */
 #define BOARD_CAPTURE_CYC UINT32_C(2) /* SYSCLK per step of the edge timer: wraps after 131 070 cycles, 6 periods */
 #define BOARD_CAPTURE_DIVIDER EQEP_CAPTURE_CLK_DIV_2
 
@@ -113,7 +116,8 @@
 #define BOARD_SCI_BASE SCIA_BASE /* virtual COM port of the probe */
 #define BOARD_PIN_SCI_TX 42U
 #define BOARD_PIN_SCI_RX 43U
-#define BOARD_LINK_BAUD UINT32_C(625000) /* divider 9, exact; so are 250000 and 781250, not 460800 and 921600. The probe divides
+#define BOARD_LINK_BAUD                                                                                                          \
+    UINT32_C(625000) /* divider 9, exact; so are 250000 and 781250, not 460800 and 921600. The probe divides
                                             12 MHz by 19.25: -0.26 % [sheet] */
 #define BOARD_LINK_FIFO 16U
 #define BOARD_PIN_PROBE 67U /* high while the current interrupt runs */

@@ -8,7 +8,8 @@ void port_clock_init(void)
     CPUTimer_stopTimer(CPUTIMER1_BASE);
     CPUTimer_setPeriod(CPUTIMER1_BASE, UINT32_C(0xFFFFFFFF));
     CPUTimer_setPreScaler(CPUTIMER1_BASE, 0U);
-    CPUTimer_setEmulationMode(CPUTIMER1_BASE, CPUTIMER_EMULATIONMODE_RUNFREE); /* the motor does not stop at a breakpoint either */
+    CPUTimer_setEmulationMode(CPUTIMER1_BASE,
+                              CPUTIMER_EMULATIONMODE_RUNFREE); /* the motor does not stop at a breakpoint either */
     CPUTimer_reloadTimerCounter(CPUTIMER1_BASE);
     CPUTimer_startTimer(CPUTIMER1_BASE);
 }

@@ -8,7 +8,16 @@
 #define READ UINT16_C(0x8000)
 #define DATA UINT16_C(0x07FF)
 
-enum { WARNINGS = 0x1, VDS_FAULTS = 0x2, IC_FAULTS = 0x3, VGS_FAULTS = 0x4, GATE_CONTROL = 0x7, OPERATION = 0x9, AMPLIFIERS = 0xA, VDS_SENSE = 0xC };
+enum {
+    WARNINGS = 0x1,
+    VDS_FAULTS = 0x2,
+    IC_FAULTS = 0x3,
+    VGS_FAULTS = 0x4,
+    GATE_CONTROL = 0x7,
+    OPERATION = 0x9,
+    AMPLIFIERS = 0xA,
+    VDS_SENSE = 0xC
+};
 
 /* Six inputs, 52 ns dead time, 1.75 us blanking, 3.5 us VDS filter: the reset state. Without blanking the VDS comparators
  * trip at rest. It also is what is read back: not zero, so a dead bus does not look like it. */

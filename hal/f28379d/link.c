@@ -63,7 +63,8 @@ BOARD_RAM_CODE void port_link_pump(void)
             lost++;
         }
     }
-    for (uint16_t i = 0U; (i < PUMP) && (filled(&out) > 0U) && ((uint16_t)SCI_getTxFIFOStatus(BOARD_SCI_BASE) < BOARD_LINK_FIFO); i++) {
+    for (uint16_t i = 0U; (i < PUMP) && (filled(&out) > 0U) && ((uint16_t)SCI_getTxFIFOStatus(BOARD_SCI_BASE) < BOARD_LINK_FIFO);
+         i++) {
         SCI_writeCharNonBlocking(BOARD_SCI_BASE, out.octet[out.taken & (RING - 1U)]);
         out.taken++;
     }

@@ -20,24 +20,24 @@ void port_pins_connect_gates(void);
 void port_clock_init(void);
 
 /* pwm.c */
-void  port_pwm_init(void);  /* counters stand */
-void  port_pwm_start(void); /* all three at once */
-void  port_pwm_sampled(void); /* from now on the duties set next count */
+void port_pwm_init(void);    /* counters stand */
+void port_pwm_start(void);   /* all three at once */
+void port_pwm_sampled(void); /* from now on the duties set next count */
 
 /* trip.c */
-void port_trip_init(void);          /* ends with the one-shot trip set */
-bool port_trip_is_set(void);        /* on all three modules */
-bool port_trip_self_test(void);     /* each comparator trips each module; leaves the trip set */
+void port_trip_init(void);      /* ends with the one-shot trip set */
+bool port_trip_is_set(void);    /* on all three modules */
+bool port_trip_self_test(void); /* each comparator trips each module; leaves the trip set */
 void port_trip_release_if_armed(void);
-void port_trip_look(void);          /* note what the hardware has found */
+void port_trip_look(void); /* note what the hardware has found */
 void port_trip_note(hal_inverter_fault_t fault);
 bool port_trip_bridge_is_off(void);
 
 /* sampling.c, encoder.c */
 void port_sampling_init(void);
 void port_sampling_take(void);
-void  port_encoder_init(void);
-void  port_encoder_latch(void);
+void port_encoder_init(void);
+void port_encoder_latch(void);
 
 /* gate_driver.c */
 bool                 port_driver_init(void);
@@ -51,7 +51,7 @@ void port_link_init(void);
 void port_link_pump(void); /* current interrupt: octets between the FIFOs and the main loop */
 
 /* interrupts.c */
-void     port_interrupts_init(void);
+void port_interrupts_init(void);
 
 /* watchdog.c: proofs of life */
 void port_watchdog_start(void);
@@ -62,7 +62,7 @@ void port_watchdog_service(void);
 /* trip.c: reasons for which a module has tripped by itself */
 #define PORT_TRIP_HARDWARE_FLAGS (EPWM_TZ_OST_FLAG_OST1 | EPWM_TZ_OST_FLAG_DCAEVT1)
 extern volatile hal_inverter_fault_t port_trip_latched;
-static inline uint16_t port_trip_flags(void)
+static inline uint16_t               port_trip_flags(void)
 {
     return (EPWM_getOneShotTripZoneFlagStatus(EPWM1_BASE) | EPWM_getOneShotTripZoneFlagStatus(EPWM2_BASE) |
             EPWM_getOneShotTripZoneFlagStatus(EPWM3_BASE)) &

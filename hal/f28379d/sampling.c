@@ -106,6 +106,7 @@ BOARD_RAM_CODE hal_status_t hal_sample_read(hal_sample_t *out)
         zero_sum_a -= SUM_GAIN * apart; /* a second read of the same sample does no harm */
     }
     /* | instead of ||: one branch for all that is not usual */
-    return ((!was_fresh) | port_encoder.failed | (port_trip_flags() != 0U) | (port_trip_latched != HAL_INVERTER_FINE)) ? look_again(was_fresh)
-                                                                                                                        : HAL_OK;
+    return ((!was_fresh) | port_encoder.failed | (port_trip_flags() != 0U) | (port_trip_latched != HAL_INVERTER_FINE))
+               ? look_again(was_fresh)
+               : HAL_OK;
 }

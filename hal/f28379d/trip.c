@@ -11,12 +11,12 @@
 #define HARDWARE_FLAGS PORT_TRIP_HARDWARE_FLAGS
 
 static BOARD_RAM_TABLE uint32_t EPWM[BOARD_PHASES] = BOARD_EPWM_BASES;
-static const uint32_t CMPSS[BOARD_PHASES] = BOARD_CMPSS_BASES;
+static const uint32_t           CMPSS[BOARD_PHASES] = BOARD_CMPSS_BASES;
 
-static volatile bool                 armed;   /* from hal_inverter_arm on... */
-static volatile bool                 release; /* ...and to be carried out at the next start of a period */
-volatile hal_inverter_fault_t        port_trip_latched;
-static bool                          proven; /* by the self test */
+static volatile bool          armed;   /* from hal_inverter_arm on... */
+static volatile bool          release; /* ...and to be carried out at the next start of a period */
+volatile hal_inverter_fault_t port_trip_latched;
+static bool                   proven; /* by the self test */
 
 static void init_comparator(uint32_t base)
 {
@@ -166,8 +166,8 @@ hal_status_t hal_inverter_arm(void)
         port_trip_note((reason != HAL_INVERTER_FINE) ? reason : HAL_INVERTER_DRIVER_FAULT);
     }
     /* No interrupt may find a fault between the look and the arming. */
-    const bool   were_off = Interrupt_disableGlobal();
-    const bool   fine = hal_inverter_fault() == HAL_INVERTER_FINE;
+    const bool were_off = Interrupt_disableGlobal();
+    const bool fine = hal_inverter_fault() == HAL_INVERTER_FINE;
     if (fine) {
         armed = true;
         release = true;

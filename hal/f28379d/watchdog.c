@@ -21,7 +21,8 @@ void port_watchdog_service(void)
 {
     const uint16_t current = port_life.current_runs;
     const uint16_t speed = port_life.speed_runs;
-    const bool     speed_lives = (speed != speed_seen) || (port_life.speed_wishes == speed); /* with speed_inline nobody asks for it */
+    const bool     speed_lives =
+        (speed != speed_seen) || (port_life.speed_wishes == speed); /* with speed_inline nobody asks for it */
     if ((current != current_seen) && speed_lives) {
         current_seen = current;
         speed_seen = speed;

@@ -21,7 +21,7 @@ static void zero_voltage(double duty[3])
 void sim_board_start(sim_board_t *board)
 {
     const sim_disturbance_t none = {0};
-    const sim_isr_load_t        idle = {0};
+    const sim_isr_load_t    idle = {0};
     board->disturbance = none;
     board->load = idle;
     board->used_cyc = 0U;
@@ -132,10 +132,7 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 
 /* ---- hal_inverter --------------------------------------------------------------------------------------------------------- */
 
-static double cut(float duty)
-{
-    return (duty > 0.0f) ? ((duty < 1.0f) ? (double)duty : 1.0) : 0.0; /* NaN gives 0 */
-}
+static double cut(float duty) { return (duty > 0.0f) ? ((duty < 1.0f) ? (double)duty : 1.0) : 0.0; /* NaN gives 0 */ }
 
 hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
 {

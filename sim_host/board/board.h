@@ -24,12 +24,12 @@
 
 /** Disturbances of the electronics, for tests and scenarios. */
 typedef struct {
-    bool                 sample_lost;    /**< The converter gives nothing new. */
-    bool                 current_nan;    /**< Phase a reads as not-a-number. */
-    bool                 encoder_stuck;  /**< The angle no longer changes, and no edge comes. */
+    bool                 sample_lost;      /**< The converter gives nothing new. */
+    bool                 current_nan;      /**< Phase a reads as not-a-number. */
+    bool                 encoder_stuck;    /**< The angle no longer changes, and no edge comes. */
     double               encoder_slip_rad; /**< Angle that the encoder shows too much, in whole counts. */
-    bool                 encoder_error;  /**< Phase error of the encoder interface. */
-    hal_inverter_fault_t inverter_fault; /**< The cause, as long as it stands. */
+    bool                 encoder_error;    /**< Phase error of the encoder interface. */
+    hal_inverter_fault_t inverter_fault;   /**< The cause, as long as it stands. */
 } sim_disturbance_t;
 
 /** CPU cycles that each interrupt takes; a speed interrupt that does not fit between current interrupts ends later. */
@@ -43,27 +43,27 @@ typedef struct {
 } sim_pipe_t;
 
 typedef struct {
-    sim_plant_t       plant;
-    hal_limits_t      limits;         /**< Set before sim_board_start, which leaves them alone. */
-    sim_disturbance_t disturbance;
-    sim_isr_load_t        load;
-    uint32_t          used_cyc;       /**< By the interrupts of this period so far. */
-    double            speed_left_cyc; /**< Work of the requested speed interrupt that is left. */
-    bool              in_speed_isr;
-    uint64_t          periods;
-    uint32_t          seq;
+    sim_plant_t          plant;
+    hal_limits_t         limits; /**< Set before sim_board_start, which leaves them alone. */
+    sim_disturbance_t    disturbance;
+    sim_isr_load_t       load;
+    uint32_t             used_cyc;       /**< By the interrupts of this period so far. */
+    double               speed_left_cyc; /**< Work of the requested speed interrupt that is left. */
+    bool                 in_speed_isr;
+    uint64_t             periods;
+    uint32_t             seq;
     hal_inverter_fault_t latched_fault; /**< What the hardware remembers of it. */
-    bool              armed;          /**< Gates follow the duties in the next period. */
-    bool              gates_on;       /**< They do in this one. */
-    double            duty[3];        /**< Of this period... */
-    double            duty_next[3];   /**< ...and of the next. */
-    bool              speed_requested;
-    uint32_t          stuck_theta;
-    hal_encoder_edge_t stuck_edge;
-    uint64_t          gate_periods;   /**< Periods with the gates on, since the start. */
-    hal_reset_t       reset_cause;    /**< Power-up, unless changed after sim_board_start. */
-    sim_pipe_t        to_drive, from_drive;
-    uint16_t          storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
+    bool                 armed;         /**< Gates follow the duties in the next period. */
+    bool                 gates_on;      /**< They do in this one. */
+    double               duty[3];       /**< Of this period... */
+    double               duty_next[3];  /**< ...and of the next. */
+    bool                 speed_requested;
+    uint32_t             stuck_theta;
+    hal_encoder_edge_t   stuck_edge;
+    uint64_t             gate_periods; /**< Periods with the gates on, since the start. */
+    hal_reset_t          reset_cause;  /**< Power-up, unless changed after sim_board_start. */
+    sim_pipe_t           to_drive, from_drive;
+    uint16_t             storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
 } sim_board_t;
 
 /** Everything but the plant and the limits at rest; storage erased. */

@@ -27,15 +27,21 @@ static _Thread_local char message[160] = "";
 
 const char *es_block_error(void) { return message; }
 
-static num_t in(double x) { return num_from_float((float)x); }
+static num_t  in(double x) { return num_from_float((float)x); }
 static double out(num_t x) { return (double)num_to_float(x); }
 /* A signal keeps its NaN or infinity on the way in, so that the block's own guard is what answers. */
 #ifdef EVENSPIN_FIXED
-static num_t signal_in(double x) { return isfinite(x) ? in(x) : INT32_MIN; }
-static angle_t angle_in(double rad) { return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * PI), 1.0) * 4294967296.0) : 0U; }
+static num_t   signal_in(double x) { return isfinite(x) ? in(x) : INT32_MIN; }
+static angle_t angle_in(double rad)
+{
+    return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * PI), 1.0) * 4294967296.0) : 0U;
+}
 #else
-static num_t signal_in(double x) { return (float)x; }
-static angle_t angle_in(double rad) { return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * PI), 1.0) * 4294967296.0) : 0U; }
+static num_t   signal_in(double x) { return (float)x; }
+static angle_t angle_in(double rad)
+{
+    return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * PI), 1.0) * 4294967296.0) : 0U;
+}
 #endif
 
 static void explain(const char *field, double given, const char *limit)
@@ -175,10 +181,20 @@ struct es_rc {
 es_rc_t *es_rc_new(double gain, int lead, double q_side, double q_centre, int order, int fal_at, double alpha, double delta,
                    bool truncate, int memory, int capacity, double limit, double freeze_above, int freeze_samples)
 {
-    static const char *const NAME[] = {"(pointer)", "gain", "lead", "q", "order", "fal_at", "alpha", "delta", "memory", "limit", "freeze_above", "capacity"};
-    static const char *const LIMIT[] = {"valid", "within 0 .. 100", "within 0 .. 15 samples, at least 2 for memory \"angle\"", "such that |centre| + 2 |side| <= 1",
-                                        "within 0 .. 3", "\"input\" or \"output\"", "above 0 and at most 1", "above 0", "\"keep\", \"clear\" or \"angle\"",
-                                        "above 0", ">= 0", "at least lead + order + 5, at most 32000 samples or 4096 cells"};
+    static const char *const NAME[] = {"(pointer)", "gain",  "lead",   "q",     "order",        "fal_at",
+                                       "alpha",     "delta", "memory", "limit", "freeze_above", "capacity"};
+    static const char *const LIMIT[] = {"valid",
+                                        "within 0 .. 100",
+                                        "within 0 .. 15 samples, at least 2 for memory \"angle\"",
+                                        "such that |centre| + 2 |side| <= 1",
+                                        "within 0 .. 3",
+                                        "\"input\" or \"output\"",
+                                        "above 0 and at most 1",
+                                        "above 0",
+                                        "\"keep\", \"clear\" or \"angle\"",
+                                        "above 0",
+                                        ">= 0",
+                                        "at least lead + order + 5, at most 32000 samples or 4096 cells"};
     const double given[] = {0, gain, lead, q_centre, order, fal_at, alpha, delta, memory, limit, freeze_above, capacity};
 
     if ((capacity < 1) || (capacity > 32000)) {
@@ -187,7 +203,8 @@ es_rc_t *es_rc_new(double gain, int lead, double q_side, double q_centre, int or
     }
     if ((lead < 0) || (lead > 60000) || (order < 0) || (order > 60000) || (freeze_samples < 0) || (freeze_samples > 60000)) {
         explain((lead < 0) || (lead > 60000) ? "lead" : (((order < 0) || (order > 60000)) ? "order" : "freeze_samples"),
-                (lead < 0) || (lead > 60000) ? lead : (((order < 0) || (order > 60000)) ? order : freeze_samples), "a small whole number >= 0");
+                (lead < 0) || (lead > 60000) ? lead : (((order < 0) || (order > 60000)) ? order : freeze_samples),
+                "a small whole number >= 0");
         return NULL;
     }
     const ctl_rc_params_t p = {
@@ -264,7 +281,8 @@ es_pi_t *es_pi_new(double kp, double ki_ts, double out_min, double out_max, int 
 {
     static const char *const NAME[] = {"anti_windup", "kp", "ki_ts", "out_min", "out_max"};
     const double             given[] = {anti_windup, kp, ki_ts, out_min, out_max};
-    const ctl_pi_params_t    p = {signal_in(kp), signal_in(ki_ts), signal_in(out_min), signal_in(out_max), (ctl_pi_anti_windup_t)anti_windup};
+    const ctl_pi_params_t    p = {signal_in(kp), signal_in(ki_ts), signal_in(out_min), signal_in(out_max),
+                                  (ctl_pi_anti_windup_t)anti_windup};
     es_pi_t                 *made = calloc(1, sizeof *made);
     const ctl_diag_t         d = ctl_pi_init((made != NULL) ? &made->pi : NULL, &p);
     if (d.status != CTL_OK) {
@@ -291,7 +309,8 @@ es_pll_t *es_pll_new(double kp, double ki, double ts_s)
     es_pll_t              *made = calloc(1, sizeof *made);
     const ctl_diag_t       d = ctl_pll_init((made != NULL) ? &made->pll : NULL, &p);
     if (d.status != CTL_OK) {
-        explain((d.field == CTL_PLL_KP) ? "kp" : ((d.field == CTL_PLL_KI) ? "ki" : "ts_s"), (d.field == CTL_PLL_KP) ? kp : ((d.field == CTL_PLL_KI) ? ki : ts_s),
+        explain((d.field == CTL_PLL_KP) ? "kp" : ((d.field == CTL_PLL_KI) ? "ki" : "ts_s"),
+                (d.field == CTL_PLL_KP) ? kp : ((d.field == CTL_PLL_KI) ? ki : ts_s),
                 (d.field == CTL_PLL_KP) ? "above 0 and at most 1 / ts_s" : "above 0");
         free(made);
         return NULL;
@@ -346,15 +365,18 @@ static bool cells_fit(int cells)
 es_angle_memory_t *es_angle_memory_new(int cells, double gain, double forgetting, int write, int read, double limit)
 {
     static const char *const NAME[] = {"cells", "gain", "forgetting", "write", "read", "limit", "cells"};
-    static const char *const LIMIT[] = {"valid", "above 0 and at most 1", "within 0 .. 1", "\"one\", \"all\" or \"hat\"", "\"linear\" or \"cubic\"",
-                                        "above 0", "within 4 .. 4096"};
+    static const char *const LIMIT[] = {
+        "valid",   "above 0 and at most 1", "within 0 .. 1", "\"one\", \"all\" or \"hat\"", "\"linear\" or \"cubic\"",
+        "above 0", "within 4 .. 4096"};
     const double given[] = {cells, gain, forgetting, write, read, limit, cells};
     if (!cells_fit(cells)) {
         return NULL;
     }
-    const ctl_angle_memory_params_t p = {signal_in(gain), signal_in(forgetting), (ctl_write_t)write, (ctl_read_t)read, signal_in(limit)};
+    const ctl_angle_memory_params_t p = {signal_in(gain), signal_in(forgetting), (ctl_write_t)write, (ctl_read_t)read,
+                                         signal_in(limit)};
     es_angle_memory_t              *made = calloc(1, sizeof *made + (size_t)cells * sizeof made->cell[0]);
-    const ctl_diag_t d = ctl_angle_memory_init((made != NULL) ? &made->memory : NULL, &p, (made != NULL) ? made->cell : NULL, (uint16_t)cells);
+    const ctl_diag_t                d =
+        ctl_angle_memory_init((made != NULL) ? &made->memory : NULL, &p, (made != NULL) ? made->cell : NULL, (uint16_t)cells);
     if (d.status != CTL_OK) {
         const uint16_t f = (d.field < 7U) ? d.field : 0U;
         explain(NAME[f], given[f], LIMIT[f]);
@@ -420,7 +442,8 @@ es_fir_t *es_fir_new(int order, double cutoff_over_rate, double *taps_out)
     ctl_fir_params_t p;
     es_fir_t        *made = calloc(1, sizeof *made);
     const uint16_t   n = ((order >= 0) && (order <= 60000)) ? (uint16_t)order : 60000U;
-    if ((made == NULL) || (ctl_fir_design(&p, n, signal_in(cutoff_over_rate)).status != CTL_OK) || (ctl_fir_init(&made->fir, &p).status != CTL_OK)) {
+    if ((made == NULL) || (ctl_fir_design(&p, n, signal_in(cutoff_over_rate)).status != CTL_OK) ||
+        (ctl_fir_init(&made->fir, &p).status != CTL_OK)) {
         explain((n > CTL_FIR_ORDER_MAX) ? "order" : "cutoff_over_rate", (n > CTL_FIR_ORDER_MAX) ? order : cutoff_over_rate,
                 (n > CTL_FIR_ORDER_MAX) ? "within 0 .. 15" : "above 0.0001 and below 0.5");
         free(made);
@@ -442,9 +465,9 @@ struct es_observer {
     num_t          memory[8192];
 };
 
-es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms, double ts_s, int fir1_order, double fir1_hz, int fir2_order,
-                               double fir2_hz, double actuation_samples, double age_samples, double gain, double forgetting, int cells, int write,
-                               int read)
+es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms, double ts_s, int fir1_order, double fir1_hz,
+                               int fir2_order, double fir2_hz, double actuation_samples, double age_samples, double gain,
+                               double forgetting, int cells, int write, int read)
 {
     if (!(inertia_kgm2 > 0.0) || !(ts_s > 0.0)) {
         explain(!(inertia_kgm2 > 0.0) ? "inertia_kgm2" : "ts_s", !(inertia_kgm2 > 0.0) ? inertia_kgm2 : ts_s, "above 0");
@@ -470,12 +493,14 @@ es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms
         d = ctl_fir_design(&m.fir2, (uint16_t)fir2_order, signal_in(fir2_hz * ts_s));
     }
     if ((made == NULL) || (d.status != CTL_OK)) {
-        explain("fir1_order, fir1_hz, fir2_order, fir2_hz", fir1_hz, "such that orders are within 0 .. 15 and corners below half the rate");
+        explain("fir1_order, fir1_hz, fir2_order, fir2_hz", fir1_hz,
+                "such that orders are within 0 .. 15 and corners below half the rate");
         free(made);
         return NULL;
     }
     if (ctl_meter_init(&made->meter, &m).status != CTL_OK) {
-        explain("inertia_kgm2, viscous_nms, actuation_samples", inertia_kgm2, "finite, B T_s / J within 0 .. 1, actuation within 0.5 .. 12");
+        explain("inertia_kgm2, viscous_nms, actuation_samples", inertia_kgm2,
+                "finite, B T_s / J within 0 .. 1, actuation within 0.5 .. 12");
         free(made);
         return NULL;
     }
@@ -483,13 +508,14 @@ es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms
         .kind = (ctl_observer_kind_t)kind,
         .memory = {signal_in(gain), signal_in(forgetting), (ctl_write_t)write, (ctl_read_t)read, in(FALLBACK_LIMIT)},
         .age_half = (age_samples > 0.0) ? (uint16_t)(2.0 * age_samples + 0.5) : ctl_meter_age_half(&m),
-          .ahead = m.actuation,
+        .ahead = m.actuation,
         .rad_per_speed = signal_in(ts_s),
         .fast_gain = signal_in(gain),
     };
     d = ctl_observer_init(&made->observer, &o, made->memory, (kind == (int)CTL_OBSERVER_ARO) ? (uint16_t)cells : 8192U);
     if (d.status != CTL_OK) {
-        explain((d.field == CTL_OBSERVER_GAIN) ? "gain" : "kind, forgetting, write, read", (d.field == CTL_OBSERVER_GAIN) ? gain : kind, "in range");
+        explain((d.field == CTL_OBSERVER_GAIN) ? "gain" : "kind, forgetting, write, read",
+                (d.field == CTL_OBSERVER_GAIN) ? gain : kind, "in range");
         free(made);
         return NULL;
     }
@@ -515,12 +541,13 @@ struct es_deadbeat {
     ctl_deadbeat_t deadbeat;
 };
 
-es_deadbeat_t *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s, double correction)
+es_deadbeat_t *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s,
+                               double correction)
 {
     const ctl_deadbeat_params_t p = {
-        signal_in(r_ohm),           signal_in(ld_h / ts_s),       signal_in(lq_h / ts_s), signal_in(ts_s / ld_h), signal_in(ts_s / lq_h),
-        signal_in(pole_pairs * ld_h), signal_in(pole_pairs * lq_h), signal_in(pole_pairs * psi_wb), signal_in(correction),
-        in(FALLBACK_LIMIT),         in(FALLBACK_LIMIT),
+        signal_in(r_ohm),       signal_in(ld_h / ts_s),       signal_in(lq_h / ts_s),       signal_in(ts_s / ld_h),
+        signal_in(ts_s / lq_h), signal_in(pole_pairs * ld_h), signal_in(pole_pairs * lq_h), signal_in(pole_pairs * psi_wb),
+        signal_in(correction),  in(FALLBACK_LIMIT),           in(FALLBACK_LIMIT),
     };
     static const char *const NAME[] = {"(pointer)", "r_ohm", "ld_h", "lq_h", "psi_wb", "correction", "limit"};
     const double             given[] = {0, r_ohm, ld_h, lq_h, psi_wb, correction, 0};
@@ -672,7 +699,10 @@ es_profile_t *es_profile_new(double speed_rad_s, double accel_rad_s2, int smooth
     return made;
 }
 void es_profile_free(es_profile_t *profile) { free(profile); }
-void es_profile_reset(es_profile_t *profile, double position_rad) { ctl_profile_reset(&profile->profile, position_in(position_rad)); }
+void es_profile_reset(es_profile_t *profile, double position_rad)
+{
+    ctl_profile_reset(&profile->profile, position_in(position_rad));
+}
 
 bool es_profile_step(es_profile_t *profile, double target_rad, double *result)
 {

@@ -29,24 +29,24 @@ typedef struct {
     const char *unit; /* "" when dimensionless */
     const char *kind; /* "float", "integer", "flag", "choice" */
     const char *doc;
-    const char *choices; /* for kind "choice": "a|b|c", value = position; otherwise "" */
+    const char *choices;         /* for kind "choice": "a|b|c", value = position; otherwise "" */
     double      min, max, value; /* range and default */
-    bool        at_rest; /* drive parameters: only changes while the bridge is off */
+    bool        at_rest;         /* drive parameters: only changes while the bridge is off */
 } es_field_t;
 
 typedef struct {
     const char *name;
     const char *acts_on; /* "torque", "current_sensor", "angle_sensor", "inverter", "model", ... */
     const char *doc;
-    const char *signature; /* how it shows in a log, for the person who looks for it */
-    const char *told_apart; /* what separates it from effects that look alike; "" when nobody said */
+    const char *signature;     /* how it shows in a log, for the person who looks for it */
+    const char *told_apart;    /* what separates it from effects that look alike; "" when nobody said */
     bool        scenario_only; /* never the explanation of a log */
     int         param_count;
 } es_effect_t;
 
 typedef struct {
-    const char *role; /* "amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail" */
-    double      example; /* shows clearly in a drive of some hundred watts */
+    const char *role;             /* "amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail" */
+    double      example;          /* shows clearly in a drive of some hundred watts */
     bool        vector, optional; /* see SIM_VECTOR and SIM_OPTIONAL */
 } es_role_t;
 
@@ -56,26 +56,26 @@ typedef struct {
     const char *check; /* first thing to look at */
 } es_fault_t;
 
-int  es_param_count(void); /* drive parameters (firmware/app/parameters.def) */
-bool es_param_info(int index, es_field_t *out);
-int  es_signal_count(void); /* everything es_sim_record knows: telemetry of the drive, then the truth of the plant */
-bool es_signal_info(int index, es_field_t *out);
-int  es_model_count(void); /* plant model fields (sim_host/plant/model.def) */
-bool es_model_info(int index, es_field_t *out);
-int  es_input_count(void); /* time-varying inputs of a simulation, see es_sim_set_input */
-bool es_input_info(int index, es_field_t *out);
-int  es_effect_count(void);
-bool es_effect_info(int index, es_effect_t *out);
-bool es_effect_param_info(int effect, int param, es_field_t *out);
-bool es_effect_param_role(int effect, int param, es_role_t *out);
+int         es_param_count(void); /* drive parameters (firmware/app/parameters.def) */
+bool        es_param_info(int index, es_field_t *out);
+int         es_signal_count(void); /* everything es_sim_record knows: telemetry of the drive, then the truth of the plant */
+bool        es_signal_info(int index, es_field_t *out);
+int         es_model_count(void); /* plant model fields (sim_host/plant/model.def) */
+bool        es_model_info(int index, es_field_t *out);
+int         es_input_count(void); /* time-varying inputs of a simulation, see es_sim_set_input */
+bool        es_input_info(int index, es_field_t *out);
+int         es_effect_count(void);
+bool        es_effect_info(int index, es_effect_t *out);
+bool        es_effect_param_info(int effect, int param, es_field_t *out);
+bool        es_effect_param_role(int effect, int param, es_role_t *out);
 const char *es_effect_neighbour(int effect, int index); /* an effect that looks alike; NULL: no more */
 /* an experiment of the log format in which the effect shows, and the condition ("": any); false: no more */
-bool es_effect_shown_by(int effect, int index, const char **experiment, const char **condition);
-int  es_fault_count(void);
-bool es_fault_info(int index, es_fault_t *out);
-int  es_command_count(void); /* commands of the bench link (firmware/link/protocol.def) */
-bool es_command_info(int index, es_field_t *out); /* name and doc */
-uint32_t es_schema_hash(void); /* of parameters, signals, faults and commands, see docs/protocol.md */
+bool     es_effect_shown_by(int effect, int index, const char **experiment, const char **condition);
+int      es_fault_count(void);
+bool     es_fault_info(int index, es_fault_t *out);
+int      es_command_count(void);                      /* commands of the bench link (firmware/link/protocol.def) */
+bool     es_command_info(int index, es_field_t *out); /* name and doc */
+uint32_t es_schema_hash(void);                        /* of parameters, signals, faults and commands, see docs/protocol.md */
 
 /* ---- the simulated drive: the firmware on the plant -------------------------------------------------------------- */
 
@@ -103,7 +103,7 @@ bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; 
  * does not stop the simulation (signal "fault" tells). May be called again to go on. */
 bool    es_sim_record(es_sim_t *sim, const char *const *signals, int count);
 int64_t es_sim_run(es_sim_t *sim, int64_t periods, int decimate, double *out, int64_t capacity_rows);
-double  es_sim_time(const es_sim_t *sim); /* s */
+double  es_sim_time(const es_sim_t *sim);                     /* s */
 double  es_sim_read(const es_sim_t *sim, const char *signal); /* value of a signal in the last period; NaN if unknown */
 /* Live changes while running (parameters are taken over between two samples). */
 bool es_sim_tune(es_sim_t *sim, const char *param, double value);
@@ -144,9 +144,8 @@ bool   es_svm(double v_alpha, double v_beta, double v_dc, double *duty_abc);
 typedef struct es_rc es_rc_t;
 /* fal_at: 0 no fal, 1 at the memory input (A), 2 lambda at the output (B). memory: 0 keep, 1 clear, 2 angle.
  * NULL when refused; es_block_error() then says field, value and limit. */
-es_rc_t    *es_rc_new(double gain, int lead, double q_side, double q_centre, int order, int fal_at, double alpha,
-                      double delta, bool truncate, int memory, int capacity, double limit, double freeze_above,
-                      int freeze_samples);
+es_rc_t    *es_rc_new(double gain, int lead, double q_side, double q_centre, int order, int fal_at, double alpha, double delta,
+                      bool truncate, int memory, int capacity, double limit, double freeze_above, int freeze_samples);
 void        es_rc_free(es_rc_t *rc);
 void        es_rc_reset(es_rc_t *rc);
 double      es_rc_step(es_rc_t *rc, double error, double period_samples, double theta_e_rad);
@@ -154,22 +153,22 @@ uint32_t    es_rc_rejected(const es_rc_t *rc);
 const char *es_block_error(void);
 
 typedef struct es_pi es_pi_t;
-es_pi_t *es_pi_new(double kp, double ki_ts, double out_min, double out_max, int anti_windup);
-void     es_pi_free(es_pi_t *pi);
-void     es_pi_reset(es_pi_t *pi, double integrator);
-double   es_pi_output(es_pi_t *pi, double error);
-void     es_pi_commit(es_pi_t *pi, double realised);
+es_pi_t             *es_pi_new(double kp, double ki_ts, double out_min, double out_max, int anti_windup);
+void                 es_pi_free(es_pi_t *pi);
+void                 es_pi_reset(es_pi_t *pi, double integrator);
+double               es_pi_output(es_pi_t *pi, double error);
+void                 es_pi_commit(es_pi_t *pi, double realised);
 
 typedef struct es_pll es_pll_t;
-es_pll_t *es_pll_new(double kp, double ki, double ts_s);
-void      es_pll_free(es_pll_t *pll);
-void      es_pll_reset(es_pll_t *pll, double angle_rad);
-double    es_pll_step(es_pll_t *pll, double angle_rad); /* returns speed, rad/s */
+es_pll_t             *es_pll_new(double kp, double ki, double ts_s);
+void                  es_pll_free(es_pll_t *pll);
+void                  es_pll_reset(es_pll_t *pll, double angle_rad);
+double                es_pll_step(es_pll_t *pll, double angle_rad); /* returns speed, rad/s */
 
 typedef struct es_mt es_mt_t;
-es_mt_t *es_mt_new(int counts_per_rev, double clock_hz, double ts_s);
-void     es_mt_free(es_mt_t *mt);
-double   es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc); /* rad/s */
+es_mt_t             *es_mt_new(int counts_per_rev, double clock_hz, double ts_s);
+void                 es_mt_free(es_mt_t *mt);
+double               es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc); /* rad/s */
 
 typedef struct es_angle_memory es_angle_memory_t;
 /* write: 0 one, 1 all, 2 hat; read: 0 linear, 1 cubic. Angles are unwrapped radians. */
@@ -195,14 +194,15 @@ es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms
                                double forgetting, int cells, int write, int read);
 void           es_observer_free(es_observer_t *observer);
 /* One sample: estimate of the disturbance torque when a reference of now acts, N m. seen: [speed rad/s, torque N m]. */
-double         es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_last_nm, double *seen);
-double         es_observer_age_samples(const es_observer_t *observer);
+double es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_last_nm, double *seen);
+double es_observer_age_samples(const es_observer_t *observer);
 
 typedef struct es_deadbeat es_deadbeat_t;
-es_deadbeat_t *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s, double correction);
-void           es_deadbeat_free(es_deadbeat_t *deadbeat);
+es_deadbeat_t             *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s,
+                                           double correction);
+void                       es_deadbeat_free(es_deadbeat_t *deadbeat);
 /* in: [id, iq, id_ref, iq_ref, speed_m rad/s, vd_last, vq_last]; out: [vd, vq] */
-void           es_deadbeat_step(es_deadbeat_t *deadbeat, const double *in, double *out);
+void es_deadbeat_step(es_deadbeat_t *deadbeat, const double *in, double *out);
 
 /* Coulomb and Stribeck friction at a speed, torque unit; false when refused. */
 bool es_stribeck(double speed, double coulomb, double stat, double stribeck, double shape, double *torque);
@@ -217,7 +217,7 @@ es_profile_t *es_profile_new(double speed_rad_s, double accel_rad_s2, int smooth
 void          es_profile_free(es_profile_t *profile);
 void          es_profile_reset(es_profile_t *profile, double position_rad);
 /* One sample; out: [position rad, speed rad/s, acceleration rad/s^2]. Returns true at the target and at rest. */
-bool          es_profile_step(es_profile_t *profile, double target_rad, double *out);
+bool es_profile_step(es_profile_t *profile, double target_rad, double *out);
 
 /* ---- measuring ------------------------------------------------------------------------------------------------------ */
 

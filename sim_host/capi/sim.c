@@ -42,26 +42,26 @@ typedef struct {
 } track_t;
 
 struct es_sim {
-    sim_board_t    board;
-    drive_t        drive;
-    sim_model_t    model;
-    drive_params_t params;
-    double         effect[EFFECTS_MAX][SIM_EFFECT_PARAMS];
-    uint64_t       seed;
-    track_t        input[INPUT_COUNT];
-    bool           started;
+    sim_board_t     board;
+    drive_t         drive;
+    sim_model_t     model;
+    drive_params_t  params;
+    double          effect[EFFECTS_MAX][SIM_EFFECT_PARAMS];
+    uint64_t        seed;
+    track_t         input[INPUT_COUNT];
+    bool            started;
     drive_command_t sent;
-    bool           home_asked;
-    double        *table; /* memory of the angle observer that waits for the start, and its cells */
-    int            table_cells;
-    double         inputs_until; /* time at which an input changes next */
-    int            signal[SIGNALS_MAX];
-    int            signal_count;
-    bool           linked; /* the services run */
-    services_t     services;
-    float          capture[CAPTURE_VALUES], black_box[BLACK_BOX_VALUES];
-    bool           storage_kept; /* over the next start */
-    char           error[256];
+    bool            home_asked;
+    double         *table; /* memory of the angle observer that waits for the start, and its cells */
+    int             table_cells;
+    double          inputs_until; /* time at which an input changes next */
+    int             signal[SIGNALS_MAX];
+    int             signal_count;
+    bool            linked; /* the services run */
+    services_t      services;
+    float           capture[CAPTURE_VALUES], black_box[BLACK_BOX_VALUES];
+    bool            storage_kept; /* over the next start */
+    char            error[256];
 };
 
 static double phase_current(const es_sim_t *s, int k)
@@ -87,8 +87,8 @@ static const signal_info_t TRUTHS[TRUTH_COUNT] = {
 static double read_signal(const es_sim_t *s, int index)
 {
     switch (index - (int)SIGNAL_COUNT) {
-#define TRUTH(name, unit, expression, doc) \
-    case TRUTH_##name:                      \
+#define TRUTH(name, unit, expression, doc)                                                                                       \
+    case TRUTH_##name:                                                                                                           \
         return (expression);
 #include "sim_host/capi/truth.def"
 #undef TRUTH
@@ -116,7 +116,7 @@ static const char *kind_name(sim_kind_t kind)
     return NAME[kind];
 }
 
-int es_param_count(void) { return PARAM_COUNT; }
+int  es_param_count(void) { return PARAM_COUNT; }
 bool es_param_info(int index, es_field_t *out)
 {
     static const char *const  KIND[] = {"float", "integer", "flag", "choice"};
@@ -136,21 +136,21 @@ static const signal_info_t *signal_at(int index)
     const int k = index - (int)SIGNAL_COUNT;
     return ((index >= 0) && (k < (int)TRUTH_COUNT)) ? &TRUTHS[k] : NULL;
 }
-int es_signal_count(void) { return (int)SIGNAL_COUNT + (int)TRUTH_COUNT; }
+int  es_signal_count(void) { return (int)SIGNAL_COUNT + (int)TRUTH_COUNT; }
 bool es_signal_info(int index, es_field_t *out)
 {
     const signal_info_t *const s = signal_at(index);
     return (s != NULL) && fill(out, s->name, s->unit, "float", s->doc, "", -INFINITY, INFINITY, 0.0);
 }
 
-int es_model_count(void) { return sim_model_count(); }
+int  es_model_count(void) { return sim_model_count(); }
 bool es_model_info(int index, es_field_t *out)
 {
     const sim_field_t *const f = sim_model_info(index);
     return (f != NULL) && fill(out, f->name, f->unit, kind_name(f->kind), f->doc, "", f->min, f->max, f->def);
 }
 
-int es_input_count(void) { return INPUT_COUNT; }
+int  es_input_count(void) { return INPUT_COUNT; }
 bool es_input_info(int index, es_field_t *out)
 {
     if ((index < 0) || (index >= (int)INPUT_COUNT)) {
@@ -160,7 +160,7 @@ bool es_input_info(int index, es_field_t *out)
     return fill(out, f->name, f->unit, "float", f->doc, "", f->min, f->max, f->def);
 }
 
-int es_effect_count(void) { return sim_effect_total; }
+int  es_effect_count(void) { return sim_effect_total; }
 bool es_effect_info(int index, es_effect_t *out)
 {
     if ((index < 0) || (index >= sim_effect_total) || (out == NULL)) {
@@ -184,7 +184,8 @@ bool es_effect_param_info(int effect, int param, es_field_t *out)
 bool es_effect_param_role(int effect, int param, es_role_t *out)
 {
     static const char *const ROLE[] = {"amplitude", "phase", "factor", "order", "sign", "share", "quantity", "detail"};
-    if ((effect < 0) || (effect >= sim_effect_total) || (param < 0) || (param >= sim_effects[effect]->param_count) || (out == NULL)) {
+    if ((effect < 0) || (effect >= sim_effect_total) || (param < 0) || (param >= sim_effects[effect]->param_count) ||
+        (out == NULL)) {
         return false;
     }
     const sim_effect_param_t *const p = &sim_effects[effect]->param[param];
@@ -208,10 +209,11 @@ bool es_effect_shown_by(int effect, int index, const char **experiment, const ch
     return true;
 }
 
-int es_fault_count(void) { return FAULT_COUNT; }
+int  es_fault_count(void) { return FAULT_COUNT; }
 bool es_fault_info(int index, es_fault_t *out)
 {
-    const fault_info_t *const f = (index >= 0) ? faults_info((uint16_t)((index < (int)FAULT_COUNT) ? index : (int)FAULT_COUNT)) : NULL;
+    const fault_info_t *const f =
+        (index >= 0) ? faults_info((uint16_t)((index < (int)FAULT_COUNT) ? index : (int)FAULT_COUNT)) : NULL;
     if ((f == NULL) || (out == NULL)) {
         return false;
     }
@@ -220,13 +222,14 @@ bool es_fault_info(int index, es_fault_t *out)
     return true;
 }
 
-int es_command_count(void) { return (int)schema_count(SCHEMA_COMMANDS); }
+int  es_command_count(void) { return (int)schema_count(SCHEMA_COMMANDS); }
 bool es_command_info(int index, es_field_t *out)
 {
     if ((index < 0) || (index >= es_command_count())) {
         return false;
     }
-    return fill(out, schema_name(SCHEMA_COMMANDS, (uint16_t)index), "", "", schema_text(SCHEMA_COMMANDS, (uint16_t)index, 0U), "", 0.0, 0.0, 0.0);
+    return fill(out, schema_name(SCHEMA_COMMANDS, (uint16_t)index), "", "", schema_text(SCHEMA_COMMANDS, (uint16_t)index, 0U), "",
+                0.0, 0.0, 0.0);
 }
 
 uint32_t es_schema_hash(void) { return schema_hash(); }
@@ -257,7 +260,8 @@ static bool refuse_effect(es_sim_t *s, const char *name, const char *why)
 static bool refuse_range(es_sim_t *s, const char *what, double value, double min, double max, const char *unit, bool whole)
 {
     char why[120];
-    (void)snprintf(why, sizeof why, "must be %swithin %g .. %g%s%s", whole ? "a whole number " : "", min, max, (unit[0] != '\0') ? " " : "", unit);
+    (void)snprintf(why, sizeof why, "must be %swithin %g .. %g%s%s", whole ? "a whole number " : "", min, max,
+                   (unit[0] != '\0') ? " " : "", unit);
     return refuse(s, what, value, why);
 }
 
@@ -469,14 +473,19 @@ static void apply_inputs(es_sim_t *s)
     s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];
 
     const double          turns = trunc(now[INPUT_position_ref_rad] / (2.0 * PI));
-    const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5), (float)now[INPUT_speed_ref_rad_s], (float)now[INPUT_id_ref_a],
-                               (float)now[INPUT_iq_ref_a], (int32_t)turns, (float)(now[INPUT_position_ref_rad] - turns * 2.0 * PI)};
+    const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5),
+                               (float)now[INPUT_speed_ref_rad_s],
+                               (float)now[INPUT_id_ref_a],
+                               (float)now[INPUT_iq_ref_a],
+                               (int32_t)turns,
+                               (float)(now[INPUT_position_ref_rad] - turns * 2.0 * PI)};
     if ((now[INPUT_home] >= 0.5) && !s->home_asked) {
         drive_home(&s->drive);
     }
     s->home_asked = now[INPUT_home] >= 0.5;
     if ((c.mode != s->sent.mode) || (c.speed_ref_rad_s != s->sent.speed_ref_rad_s) || (c.id_ref_a != s->sent.id_ref_a) ||
-        (c.iq_ref_a != s->sent.iq_ref_a) || (c.target_turns != s->sent.target_turns) || (c.target_rad != s->sent.target_rad) || (s->board.periods == 0U)) {
+        (c.iq_ref_a != s->sent.iq_ref_a) || (c.target_turns != s->sent.target_turns) || (c.target_rad != s->sent.target_rad) ||
+        (s->board.periods == 0U)) {
         (void)drive_command(&s->drive, &c);
         s->sent = c;
     }
@@ -490,7 +499,8 @@ static bool give_table(es_sim_t *sim)
     }
     return drive_memory_write(&sim->drive, amps, (uint16_t)sim->table_cells)
                ? true
-               : refuse(sim, "memory", (double)sim->table_cells, "needs method = aro, aro_cells values within +-observer_limit_a, and a drive that does not run");
+               : refuse(sim, "memory", (double)sim->table_cells,
+                        "needs method = aro, aro_cells values within +-observer_limit_a, and a drive that does not run");
 }
 
 /* A limit of the model's board; without one the board was made for the set that the drive starts with. */
@@ -503,8 +513,10 @@ static float board_limit(const es_sim_t *s, double of_model, uint16_t param)
 
 static void set_board_limits(es_sim_t *s)
 {
-    const hal_limits_t limits = {board_limit(s, s->model.board_current_a, PARAM_over_current_a), board_limit(s, s->model.board_dc_link_v, PARAM_over_voltage_v),
-                                 board_limit(s, s->model.board_speed_rad_s, PARAM_over_speed_rad_s), board_limit(s, 0.0, PARAM_offset_limit_a)};
+    const hal_limits_t limits = {board_limit(s, s->model.board_current_a, PARAM_over_current_a),
+                                 board_limit(s, s->model.board_dc_link_v, PARAM_over_voltage_v),
+                                 board_limit(s, s->model.board_speed_rad_s, PARAM_over_speed_rad_s),
+                                 board_limit(s, 0.0, PARAM_offset_limit_a)};
     s->board.limits = limits;
 }
 
@@ -519,10 +531,11 @@ static bool refuse_param(es_sim_t *s, const drive_params_t *p, uint16_t culprit)
     char                      why[160];
     drive_relation(p, culprit, &low, &high);
     if ((float)value > most) {
-        (void)snprintf(why, sizeof why, "the board allows at most %g%s%s", (double)most, (f->unit[0] != '\0') ? " " : "", f->unit);
+        (void)snprintf(why, sizeof why, "the board allows at most %g%s%s", (double)most, (f->unit[0] != '\0') ? " " : "",
+                       f->unit);
     } else if (((float)value < low) || ((float)value >= high)) {
-        (void)snprintf(why, sizeof why, "the other parameters leave %g .. %g%s%s; see docs/parameters.md", (double)low, (double)high,
-                       (f->unit[0] != '\0') ? " " : "", f->unit);
+        (void)snprintf(why, sizeof why, "the other parameters leave %g .. %g%s%s; see docs/parameters.md", (double)low,
+                       (double)high, (f->unit[0] != '\0') ? " " : "", f->unit);
     } else {
         (void)snprintf(why, sizeof why, "does not fit the other parameters; see docs/parameters.md");
     }
@@ -559,7 +572,8 @@ bool es_sim_start(es_sim_t *sim)
     }
     sim_board_select(&sim->board);
     const double edges = (sim->model.counts_per_rev > 0.0) ? sim->model.counts_per_rev : (double)sim->params.encoder_counts;
-    const char  *bad = sim_plant_start(&sim->board.plant, &sim->model, (const double (*)[SIM_EFFECT_PARAMS])sim->effect, edges, sim->seed);
+    const char  *bad =
+        sim_plant_start(&sim->board.plant, &sim->model, (const double (*)[SIM_EFFECT_PARAMS])sim->effect, edges, sim->seed);
     if (bad != NULL) {
         return is_effect(bad) ? refuse_effect(sim, bad, "another effect has the shaft already: leave one of the two out")
                               : refuse(sim, bad, 0.0, "does not fit the plant");
@@ -576,12 +590,13 @@ bool es_sim_start(es_sim_t *sim)
         sim->input[i].at = 0;
     }
     if (sim->linked) {
-        const services_setup_t setup = {&sim->drive,  &sim->params,   "simulator", sim->capture, sim->black_box,
-                                        CAPTURE_VALUES, BLACK_BOX_VALUES, hal_reset_cause()};
+        const services_setup_t setup = {&sim->drive,    &sim->params,   "simulator",      sim->capture,
+                                        sim->black_box, CAPTURE_VALUES, BLACK_BOX_VALUES, hal_reset_cause()};
         services_start(&sim->services, &setup);
     } else {
         drive_init(&sim->drive, &sim->params);
-        if (sim->params.auto_run != 0U) { /* no link, no client whose silence could be dangerous: the simulation itself starts it */
+        if (sim->params.auto_run !=
+            0U) { /* no link, no client whose silence could be dangerous: the simulation itself starts it */
             drive_start(&sim->drive);
         }
     }
@@ -698,7 +713,8 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
         if (drive_needs_rest(&sim->drive, culprit) && (params_get(&p, culprit) <= drive_board_max(culprit))) {
             return refuse(sim, params_info(culprit)->name, value, "cannot change while the drive runs; stop it first");
         }
-        return (culprit < (uint16_t)PARAM_COUNT) ? refuse_param(sim, &p, culprit) : refuse(sim, param, value, "an earlier change still waits");
+        return (culprit < (uint16_t)PARAM_COUNT) ? refuse_param(sim, &p, culprit)
+                                                 : refuse(sim, param, value, "an earlier change still waits");
     }
     return true;
 }

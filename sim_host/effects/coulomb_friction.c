@@ -15,8 +15,9 @@ const sim_effect_t effect_coulomb_friction = {
     .shown_by = {{"staircase", "in both directions"}, {"coast_down", ""}},
     .told_apart = "Flips with the direction and does not depend on the speed.",
     .param_count = 1,
-    .param = {
-        {"torque_nm", "N m", "Friction torque.", 0.0, 0.0, 10000.0, SIM_AMPLITUDE, 0.02},
-    },
+    .param =
+        {
+            {"torque_nm", "N m", "Friction torque.", 0.0, 0.0, 10000.0, SIM_AMPLITUDE, 0.02},
+        },
     .friction_nm = friction_nm,
 };

@@ -13,11 +13,13 @@ const sim_effect_t effect_current_gain = {
     .signature = "Second electrical order proportional to the current; nothing without load.",
     .confused_with = {"torque_constant", "cogging"},
     .shown_by = {{"staircase_load", ""}, {"standstill_steps", ""}},
-    .told_apart = "In proportion to the current, nothing at no load; a gain common to both phases looks like the torque constant.",
+    .told_apart =
+        "In proportion to the current, nothing at no load; a gain common to both phases looks like the torque constant.",
     .param_count = 2,
-    .param = {
-        {"gain_a", "", "Gain of phase a, 1 = right.", 1.0, 0.1, 10.0, SIM_FACTOR, 1.03, SIM_VECTOR},
-        {"gain_b", "", "Gain of phase b, 1 = right.", 1.0, 0.1, 10.0, SIM_FACTOR, 0.97, SIM_VECTOR},
-    },
+    .param =
+        {
+            {"gain_a", "", "Gain of phase a, 1 = right.", 1.0, 0.1, 10.0, SIM_FACTOR, 1.03, SIM_VECTOR},
+            {"gain_b", "", "Gain of phase b, 1 = right.", 1.0, 0.1, 10.0, SIM_FACTOR, 0.97, SIM_VECTOR},
+        },
     .current_sensor = current_sensor,
 };

@@ -280,17 +280,22 @@ static void phase_voltage(const double *p, const sim_bridge_t *bridge, double v_
 const sim_effect_t effect_dead_time = {
     .name = "dead_time",
     .acts_on = "inverter",
-    .doc = "Dead time of the bridge: average volt-second loss that opposes each phase current. By edges it is the loss at each edge, as the current "
+    .doc = "Dead time of the bridge: average volt-second loss that opposes each phase current. By edges it is the loss at each "
+           "edge, as the current "
            "of that moment has it, ripple and all: none while the ripple is larger than the current.",
-    .signature = "Voltage offset that follows the signs of the phase currents, sixth electrical order at low speed, step at zero in the voltage-current curve.",
+    .signature = "Voltage offset that follows the signs of the phase currents, sixth electrical order at low speed, step at zero "
+                 "in the voltage-current curve.",
     .confused_with = {"winding_resistance", "flux_harmonics"},
     .shown_by = {{"standstill_steps", "small and large, low speed under load"}},
     .told_apart = "The offset saturates with current where a resistance grows; its 6e is constant over speed.",
     .param_count = 3,
-    .param = {
-        {"dead_time_s", "s", "Dead time per edge pair.", 0.0, 0.0, 2e-05, SIM_AMPLITUDE, 1e-6},
-        {"soft_a", "A", "The average loss goes with tanh(i / soft_a); 0: with the sign of i.", 0.0, 0.0, 1000.0, SIM_DETAIL, 0.05},
-        {"by_edges", "", "0: average loss over the period; 1: at each edge; between: a mixture.", 0.0, 0.0, 1.0, SIM_DETAIL, 0.0},
-    },
+    .param =
+        {
+            {"dead_time_s", "s", "Dead time per edge pair.", 0.0, 0.0, 2e-05, SIM_AMPLITUDE, 1e-6},
+            {"soft_a", "A", "The average loss goes with tanh(i / soft_a); 0: with the sign of i.", 0.0, 0.0, 1000.0, SIM_DETAIL,
+             0.05},
+            {"by_edges", "", "0: average loss over the period; 1: at each edge; between: a mixture.", 0.0, 0.0, 1.0, SIM_DETAIL,
+             0.0},
+        },
     .phase_voltage = phase_voltage,
 };

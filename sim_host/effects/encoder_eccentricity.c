@@ -17,9 +17,10 @@ const sim_effect_t effect_encoder_eccentricity = {
     .shown_by = {{"staircase", "at high speed"}, {"coast_down", ""}},
     .told_apart = "In the coast-down, without current, amplitude over speed stays constant.",
     .param_count = 2,
-    .param = {
-        {"amplitude_rad", "rad", "Amplitude A, mechanical.", 0.0, -0.5, 0.5, SIM_AMPLITUDE, 0.002},
-        {"phase_rad", "rad", "Phase.", 0.0, -100.0, 100.0, SIM_PHASE, 0.0},
-    },
+    .param =
+        {
+            {"amplitude_rad", "rad", "Amplitude A, mechanical.", 0.0, -0.5, 0.5, SIM_AMPLITUDE, 0.002},
+            {"phase_rad", "rad", "Phase.", 0.0, -100.0, 100.0, SIM_PHASE, 0.0},
+        },
     .angle_sensor = angle_sensor,
 };

@@ -14,8 +14,9 @@ const sim_effect_t effect_encoder_offset = {
     .shown_by = {{"staircase", ""}},
     .told_apart = "Vd over speed is constant; a delay makes it grow with speed.",
     .param_count = 1,
-    .param = {
-        {"angle_el_rad", "rad", "Error, electrical.", 0.0, -3.2, 3.2, SIM_AMPLITUDE, 0.1},
-    },
+    .param =
+        {
+            {"angle_el_rad", "rad", "Error, electrical.", 0.0, -3.2, 3.2, SIM_AMPLITUDE, 0.1},
+        },
     .angle_sensor = angle_sensor,
 };

@@ -26,8 +26,8 @@ static double linkage_wb(const double *p, double l_h, double i_a, double other_a
         *slope_h = l_h;
         return l_h * i_a;
     }
-    double       own_slope_h;
-    double       own_wb = integral_wb(p[I_SAT_A], l_h, i_a, &own_slope_h);
+    double own_slope_h;
+    double own_wb = integral_wb(p[I_SAT_A], l_h, i_a, &own_slope_h);
     own_wb += p[BY_SLOPE] * (own_slope_h * i_a - own_wb);
     const double x = i_a / p[I_SAT_A];
     const double y = other_a / p[I_SAT_A];
@@ -40,20 +40,28 @@ static double linkage_wb(const double *p, double l_h, double i_a, double other_a
 const sim_effect_t effect_inductance_saturation = {
     .name = "inductance_saturation",
     .acts_on = "inductance",
-    .doc = "Differential inductance L / (1 + (i / i_sat)^2) of each axis with its own current. Its integral L i_sat atan(i / i_sat) is the flux linkage, "
-           "which also makes the cross-coupling and the reluctance torque; the magnets' flux stays. By amplitude the current of both axes together, "
-           "sqrt(id^2 + iq^2), lowers both inductances, and the lowered ones make the cross-coupling and the reluctance torque, too; by slope "
+    .doc = "Differential inductance L / (1 + (i / i_sat)^2) of each axis with its own current. Its integral L i_sat atan(i / "
+           "i_sat) is the flux linkage, "
+           "which also makes the cross-coupling and the reluctance torque; the magnets' flux stays. By amplitude the current of "
+           "both axes together, "
+           "sqrt(id^2 + iq^2), lowers both inductances, and the lowered ones make the cross-coupling and the reluctance torque, "
+           "too; by slope "
            "those of each axis do.",
     .signature = "Current steps rise faster at high current; d voltage -w Lq iq grows less than the load.",
     .confused_with = {"current_filter", "current_loop_delay"},
     .shown_by = {{"standstill_steps", "at rated current and above"}},
     .told_apart = "Depends on the amplitude of the step.",
     .param_count = 3,
-    .param = {
-        {"i_sat_a", "A", "Current at which the differential inductance has halved; 0: none.", 0.0, 0.0, 10000.0, SIM_AMPLITUDE, 8.0},
-        {"by_amplitude", "", "0: each axis saturates with its own current; 1: both with the amplitude; between: a mixture.", 0.0, 0.0, 1.0, SIM_DETAIL, 0.0},
-        {"by_slope", "", "0: an axis' linkage is the integral of its inductance; 1: the inductance at its current times that; between: a mixture.", 0.0,
-         0.0, 1.0, SIM_DETAIL, 0.0},
-    },
+    .param =
+        {
+            {"i_sat_a", "A", "Current at which the differential inductance has halved; 0: none.", 0.0, 0.0, 10000.0,
+             SIM_AMPLITUDE, 8.0},
+            {"by_amplitude", "", "0: each axis saturates with its own current; 1: both with the amplitude; between: a mixture.",
+             0.0, 0.0, 1.0, SIM_DETAIL, 0.0},
+            {"by_slope", "",
+             "0: an axis' linkage is the integral of its inductance; 1: the inductance at its current times that; between: a "
+             "mixture.",
+             0.0, 0.0, 1.0, SIM_DETAIL, 0.0},
+        },
     .linkage_wb = linkage_wb,
 };

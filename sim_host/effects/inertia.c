@@ -1,9 +1,6 @@
 #include "sim_host/plant/effect.h"
 
-static void model(const double *p, sim_model_t *m)
-{
-    m->inertia_kgm2 *= p[0];
-}
+static void model(const double *p, sim_model_t *m) { m->inertia_kgm2 *= p[0]; }
 
 const sim_effect_t effect_inertia = {
     .name = "inertia",
@@ -14,8 +11,9 @@ const sim_effect_t effect_inertia = {
     .shown_by = {{"staircase", ""}, {"coast_down", ""}, {"load_step", ""}},
     .told_apart = "The torque constant changes the back-EMF and iq under a measured load as well.",
     .param_count = 1,
-    .param = {
-        {"factor", "", "Factor on the nominal value.", 1.0, 0.01, 100.0, SIM_FACTOR, 1.5},
-    },
+    .param =
+        {
+            {"factor", "", "Factor on the nominal value.", 1.0, 0.01, 100.0, SIM_FACTOR, 1.5},
+        },
     .model = model,
 };

@@ -16,8 +16,9 @@ const sim_effect_t effect_load_torque = {
     .shown_by = {{"staircase", "in both directions"}},
     .told_apart = "Does not flip with the direction; the coast-down is not symmetric.",
     .param_count = 1,
-    .param = {
-        {"torque_nm", "N m", "Torque.", 0.0, -10000.0, 10000.0, SIM_AMPLITUDE, 0.05},
-    },
+    .param =
+        {
+            {"torque_nm", "N m", "Torque.", 0.0, -10000.0, 10000.0, SIM_AMPLITUDE, 0.05},
+        },
     .torque_nm = torque_nm,
 };

@@ -19,9 +19,9 @@ typedef struct {
     bool   has_play;
     double half_play_rad;
     double stiffness_nm_rad, damping_nms;
-    double relax_s;                     /**< damping / stiffness. */
-    double inv_rotor, inv_load;         /**< 1 / inertia. */
-    double load_viscous_nms;            /**< Viscous friction of the load. */
+    double relax_s;             /**< damping / stiffness. */
+    double inv_rotor, inv_load; /**< 1 / inertia. */
+    double load_viscous_nms;    /**< Viscous friction of the load. */
     double resonance_rad_s;
 } sim_coupling_t;
 

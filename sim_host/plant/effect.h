@@ -38,14 +38,14 @@ typedef struct {
 
 /** Parts that the usual machine does not have. All 0: it has none of them. */
 typedef struct {
-    double delay_periods;  /**< The bridge follows the duties this much later, up to SIM_DELAY_PERIODS; fractions count. */
-    double current_lag_s;  /**< Time constant of the current measurement. */
-    double resonance_hz;   /**< Shaft between rotor and load, both free; 0: they are one piece. */
-    double damping_ratio;  /**< Of this resonance. */
-    double load_ratio;     /**< Inertia of the load over the total, [0, 1). */
+    double delay_periods;       /**< The bridge follows the duties this much later, up to SIM_DELAY_PERIODS; fractions count. */
+    double current_lag_s;       /**< Time constant of the current measurement. */
+    double resonance_hz;        /**< Shaft between rotor and load, both free; 0: they are one piece. */
+    double damping_ratio;       /**< Of this resonance. */
+    double load_ratio;          /**< Inertia of the load over the total, [0, 1). */
     double load_friction_share; /**< Of the viscous friction, on the load. */
-    double play_rad;       /**< Total play of the shaft... */
-    bool   has_play;       /**< ...which then can push but not pull, even with a play of 0. */
+    double play_rad;            /**< Total play of the shaft... */
+    bool   has_play;            /**< ...which then can push but not pull, even with a play of 0. */
 } sim_parts_t;
 
 /** What a parameter is, for whoever searches it or reports it. */
@@ -78,28 +78,28 @@ typedef struct {
 
 typedef struct {
     const char        *name;
-    const char        *acts_on;   /**< For people: "torque", "current_sensor", ... */
+    const char        *acts_on; /**< For people: "torque", "current_sensor", ... */
     const char        *doc;
-    const char        *signature; /**< How it shows in a log. */
+    const char        *signature;                            /**< How it shows in a log. */
     const char        *confused_with[SIM_EFFECT_NEIGHBOURS]; /**< Effects that look alike; NULL: no more. */
     sim_shown_by_t     shown_by[SIM_EFFECT_NEIGHBOURS];      /**< Experiments that make it identifiable. */
-    const char        *told_apart;    /**< What separates it from those that look alike. */
+    const char        *told_apart;                           /**< What separates it from those that look alike. */
     bool               scenario_only; /**< Never the explanation of a log: a sum of others, or a fault on purpose. */
-    bool               at_load;   /**< torque_nm acts on the load, where that is not one piece with the rotor. */
+    bool               at_load;       /**< torque_nm acts on the load, where that is not one piece with the rotor. */
     int                param_count;
     sim_effect_param_t param[SIM_EFFECT_PARAMS];
 
     /** Parameter @p p is off when every parameter has its off value; otherwise the effect acts. */
-    void (*model)(const double *p, sim_model_t *m);                            /**< Change the machine before the start. */
-    void (*parts)(const double *p, sim_parts_t *parts);                        /**< Add parts before the start. */
+    void (*model)(const double *p, sim_model_t *m);     /**< Change the machine before the start. */
+    void (*parts)(const double *p, sim_parts_t *parts); /**< Add parts before the start. */
     /** Flux linkage of an axis of nominal inductance @p l_h from its own current and that of the other axis, and the
      *  inductance against which the own one changes. One effect at most. */
     double (*linkage_wb)(const double *p, double l_h, double i_a, double other_a, double *slope_h);
-    double (*torque_nm)(const double *p, const sim_shaft_t *shaft);            /**< Torque on the shaft, positive drives it forward. */
-    double (*friction_nm)(const double *p, double speed_abs_rad_s);            /**< Size of a torque that opposes any motion, >= 0. */
+    double (*torque_nm)(const double *p, const sim_shaft_t *shaft); /**< Torque on the shaft, positive drives it forward. */
+    double (*friction_nm)(const double *p, double speed_abs_rad_s); /**< Size of a torque that opposes any motion, >= 0. */
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);
     void (*phase_voltage)(const double *p, const sim_bridge_t *bridge, double v_abc_v[3]);
-    void (*current_sensor)(const double *p, double i_ab_a[2]);                 /**< Phases a and b, before noise. */
+    void (*current_sensor)(const double *p, double i_ab_a[2]);                         /**< Phases a and b, before noise. */
     double (*angle_sensor)(const double *p, const sim_model_t *m, double theta_m_rad); /**< Angle that the encoder sees. */
 } sim_effect_t;
 

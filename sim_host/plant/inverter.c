@@ -20,7 +20,7 @@ SIM_APART static void distort(const sim_plant_t *s, double from_s, double h, dou
                            .from_s = from_s,
                            .length_s = h,
                            .inverse_h = 0.5 * (inv_d + inv_q)};
-    double ab[2];
+    double       ab[2];
     sim_to_alpha_beta(v, ab);
     const sim_step_t  step = sim_step_begin(s, ab);
     const sim_still_t now = sim_stator_view(s, &step);
@@ -103,9 +103,10 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
     diode_voltage(s, i, h, ab);
 
     /* when does the first of them arrive at zero? */
-    const double      c = s->cosine_e;
-    const double      n = s->sine_e;
-    const sim_step_t  step = {.vd_v = ab[0] * c + ab[1] * n, .vq_v = ab[1] * c - ab[0] * n, .theta0_rad = s->x.theta_m_rad, .stuck = true};
+    const double     c = s->cosine_e;
+    const double     n = s->sine_e;
+    const sim_step_t step = {
+        .vd_v = ab[0] * c + ab[1] * n, .vq_v = ab[1] * c - ab[0] * n, .theta0_rad = s->x.theta_m_rad, .stuck = true};
     const sim_still_t still = sim_stator_view(s, &step);
     const double      alpha = still.slope[0];
     const double      beta = still.slope[1];
@@ -170,7 +171,8 @@ static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, dou
         double left = h;
         for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {
             const double t0_s = from_s + k * h + (h - left);
-            left -= armed ? sim_step_piece(s, ab, left, n == PIECES_MAX - 1, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
+            left -=
+                armed ? sim_step_piece(s, ab, left, n == PIECES_MAX - 1, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
         }
     }
 }

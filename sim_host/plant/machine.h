@@ -28,7 +28,7 @@ typedef struct {
     bool   stuck;         /**< The shaft stands: the rotor, where a coupling is on. */
     double brake_sign;    /**< The same for the brake of a load behind a coupling. */
     bool   load_stuck;
-    int    side;          /**< Flank of the coupling in contact, 0: none. */
+    int    side; /**< Flank of the coupling in contact, 0: none. */
 } sim_step_t;
 
 /** +1, -1, or 0 at standstill. */
@@ -69,7 +69,8 @@ static SIM_WITHIN double sim_plain_torque(const sim_plant_t *s, const sim_state_
 }
 
 /** Everything on the shaft but friction; behind a coupling: on the rotor. */
-static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_t *x, double motor_nm, double coupling_nm, sim_machine_kind_t kind)
+static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_t *x, double motor_nm, double coupling_nm,
+                                          sim_machine_kind_t kind)
 {
     const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s};
     const bool        coupled = (kind == SIM_WITH_PARTS) && s->coupling.on;
@@ -97,7 +98,7 @@ static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *s
     const sim_flux_t         h = (kind == SIM_PLAIN) ? (sim_flux_t){0.0, 0.0} : sim_flux_harmonics(s, x);
 
     sim_rate_t r;
-    double motor_nm;
+    double     motor_nm;
     if ((kind != SIM_WITH_PARTS) || (s->saturation == NULL)) {
         r.did = (vd - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) * s->inv_ld;
         r.diq = (vq - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) * s->inv_lq;
@@ -116,7 +117,8 @@ static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *s
         if (kind == SIM_PLAIN) {
             torque = motor_nm - m->viscous_nms * x->speed_rad_s - step->drag_nm;
         } else {
-            torque = sim_shaft_torque(s, x, motor_nm, coupling_nm, kind) - step->friction_sign * sim_friction_nm(s, fabs(x->speed_rad_s), kind);
+            torque = sim_shaft_torque(s, x, motor_nm, coupling_nm, kind) -
+                     step->friction_sign * sim_friction_nm(s, fabs(x->speed_rad_s), kind);
         }
         r.dw = torque * s->inv_inertia;
         r.dtheta = x->speed_rad_s;

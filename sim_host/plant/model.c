@@ -15,10 +15,7 @@ static const sim_field_t TABLE[] = {
 
 int sim_model_count(void) { return (int)(sizeof TABLE / sizeof TABLE[0]); }
 
-const sim_field_t *sim_model_info(int index)
-{
-    return ((index >= 0) && (index < sim_model_count())) ? &TABLE[index] : NULL;
-}
+const sim_field_t *sim_model_info(int index) { return ((index >= 0) && (index < sim_model_count())) ? &TABLE[index] : NULL; }
 
 /* The struct is nothing but doubles in the order of the table. */
 double *sim_model_at(sim_model_t *m, int index) { return (double *)m + index; }

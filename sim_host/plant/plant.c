@@ -83,13 +83,13 @@ static void share_friction(sim_plant_t *s)
 static int needed_substeps(const sim_plant_t *s)
 {
     const sim_model_t *const m = &s->model;
-    const double l_min = (m->ld_h < m->lq_h) ? m->ld_h : m->lq_h;
-    const double decay = m->resistance_ohm / l_min * s->period_s / 0.4;
-    const double flux = (m->psi_wb > 1e-9) ? m->psi_wb : 1e-9;
-    const double turn = m->dc_link_v / SIM_SQRT3 / flux * s->period_s / 0.3;
-    const double swing = s->coupling.on ? s->coupling.resonance_rad_s * s->period_s / 0.3 : 0.0;
-    const double bridge = (s->voltage_count > 0) ? BRIDGE_STEPS : 1.0;
-    double       need = (decay > turn) ? decay : turn;
+    const double             l_min = (m->ld_h < m->lq_h) ? m->ld_h : m->lq_h;
+    const double             decay = m->resistance_ohm / l_min * s->period_s / 0.4;
+    const double             flux = (m->psi_wb > 1e-9) ? m->psi_wb : 1e-9;
+    const double             turn = m->dc_link_v / SIM_SQRT3 / flux * s->period_s / 0.3;
+    const double             swing = s->coupling.on ? s->coupling.resonance_rad_s * s->period_s / 0.3 : 0.0;
+    const double             bridge = (s->voltage_count > 0) ? BRIDGE_STEPS : 1.0;
+    double                   need = (decay > turn) ? decay : turn;
     need = (swing > need) ? swing : need;
     need = ceil((bridge > need) ? bridge : need);
     return (need < 1.0) ? 1 : ((need > 100.0) ? 100 : (int)need);

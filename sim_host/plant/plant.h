@@ -68,43 +68,43 @@ typedef enum {
 } sim_machine_kind_t;
 
 typedef struct {
-    sim_model_t   model;
-    sim_state_t   x;
-    sim_load_t    load;
-    sim_outside_t outside;
-    sim_random_t  noise;
-    double        time_s;
-    double        period_s;
-    int           substeps;
-    double        sine_e, cosine_e;           /**< Of the electrical angle now, turned along from step to step... */
-    int           turns_left;                 /**< ...and computed anew after so many. */
-    double        inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
-    double        torque_per_amp;             /**< 1.5 p. */
-    sim_machine_kind_t kind;
-    sim_parts_t   parts;
-    sim_coupling_t coupling;
-    sim_delay_t   delay;
-    double        lagging_a[2];               /**< Currents behind the filter of the measurement, alpha and beta. */
-    const sim_acting_t *saturation;           /**< NULL: none. */
-    double        vdc_filtered_v, vdc_gain;
-    double        torque_nm; /**< (3) at the last start of a period. */
-    double        load_nm;   /**< What the torque sensor reads. */
+    sim_model_t         model;
+    sim_state_t         x;
+    sim_load_t          load;
+    sim_outside_t       outside;
+    sim_random_t        noise;
+    double              time_s;
+    double              period_s;
+    int                 substeps;
+    double              sine_e, cosine_e;            /**< Of the electrical angle now, turned along from step to step... */
+    int                 turns_left;                  /**< ...and computed anew after so many. */
+    double              inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
+    double              torque_per_amp;              /**< 1.5 p. */
+    sim_machine_kind_t  kind;
+    sim_parts_t         parts;
+    sim_coupling_t      coupling;
+    sim_delay_t         delay;
+    double              lagging_a[2]; /**< Currents behind the filter of the measurement, alpha and beta. */
+    const sim_acting_t *saturation;   /**< NULL: none. */
+    double              vdc_filtered_v, vdc_gain;
+    double              torque_nm; /**< (3) at the last start of a period. */
+    double              load_nm;   /**< What the torque sensor reads. */
 
     int          acting_count;
     sim_acting_t acting[SIM_EFFECTS_MAX];
     /* the acting effects by hook, so that a step visits only who has something to do */
     int                 torque_count, friction_count, flux_count, voltage_count, current_count, angle_count;
-    const sim_acting_t *torque[SIM_EFFECTS_MAX], *friction[SIM_EFFECTS_MAX], *flux[SIM_EFFECTS_MAX],
-        *voltage[SIM_EFFECTS_MAX], *current[SIM_EFFECTS_MAX], *angle[SIM_EFFECTS_MAX];
+    const sim_acting_t *torque[SIM_EFFECTS_MAX], *friction[SIM_EFFECTS_MAX], *flux[SIM_EFFECTS_MAX], *voltage[SIM_EFFECTS_MAX],
+        *current[SIM_EFFECTS_MAX], *angle[SIM_EFFECTS_MAX];
 
     double  edge_pitch_rad; /**< Angle between two encoder edges. */
     int64_t edge_cell;      /**< floor(measured angle / pitch). */
     int64_t edge_count;     /**< Position of the last edge passed, and when. */
     double  edge_time_s;
-    double  origin_rad;     /**< Angle that the encoder reads as 0: 0 for an absolute one. */
-    int64_t index_turn;     /**< floor(measured angle / turn). */
-    bool    index_seen;     /**< The index pulse has been passed... */
-    double  index_rad;      /**< ...and what the encoder read then, [0, 2 pi). */
+    double  origin_rad; /**< Angle that the encoder reads as 0: 0 for an absolute one. */
+    int64_t index_turn; /**< floor(measured angle / turn). */
+    bool    index_seen; /**< The index pulse has been passed... */
+    double  index_rad;  /**< ...and what the encoder read then, [0, 2 pi). */
 } sim_plant_t;
 
 /**

@@ -38,7 +38,8 @@ sim_whole_t sim_whole_runge_kutta(const sim_plant_t *s, const sim_step_t *step, 
     const whole_rate_t k3 = whole_rates(s, step, &y3);
     const sim_whole_t  y4 = whole_ahead(&y, &k3, h);
     const whole_rate_t k4 = whole_rates(s, step, &y4);
-    const whole_rate_t mean = {sim_mean_rate(&k1.x, &k2.x, &k3.x, &k4.x), (k1.dload + 2.0 * (k2.dload + k3.dload) + k4.dload) / 6.0,
+    const whole_rate_t mean = {sim_mean_rate(&k1.x, &k2.x, &k3.x, &k4.x),
+                               (k1.dload + 2.0 * (k2.dload + k3.dload) + k4.dload) / 6.0,
                                (k1.dtwist + 2.0 * (k2.dtwist + k3.dtwist) + k4.dtwist) / 6.0};
     return whole_ahead(&y, &mean, h);
 }

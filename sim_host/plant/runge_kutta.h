@@ -18,15 +18,17 @@ sim_whole_t sim_whole_runge_kutta(const sim_plant_t *s, const sim_step_t *step, 
 
 static SIM_WITHIN sim_state_t sim_ahead(const sim_state_t *x, const sim_rate_t *r, double h)
 {
-    const sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw, x->theta_m_rad + h * r->dtheta};
+    const sim_state_t y = {x->id_a + h * r->did, x->iq_a + h * r->diq, x->speed_rad_s + h * r->dw,
+                           x->theta_m_rad + h * r->dtheta};
     return y;
 }
 
 static SIM_WITHIN sim_rate_t sim_mean_rate(const sim_rate_t *k1, const sim_rate_t *k2, const sim_rate_t *k3, const sim_rate_t *k4)
 {
     const double     sixth = 1.0 / 6.0;
-    const sim_rate_t mean = {(k1->did + 2.0 * (k2->did + k3->did) + k4->did) * sixth, (k1->diq + 2.0 * (k2->diq + k3->diq) + k4->diq) * sixth,
-                             (k1->dw + 2.0 * (k2->dw + k3->dw) + k4->dw) * sixth, (k1->dtheta + 2.0 * (k2->dtheta + k3->dtheta) + k4->dtheta) * sixth};
+    const sim_rate_t mean = {
+        (k1->did + 2.0 * (k2->did + k3->did) + k4->did) * sixth, (k1->diq + 2.0 * (k2->diq + k3->diq) + k4->diq) * sixth,
+        (k1->dw + 2.0 * (k2->dw + k3->dw) + k4->dw) * sixth, (k1->dtheta + 2.0 * (k2->dtheta + k3->dtheta) + k4->dtheta) * sixth};
     return mean;
 }
 

@@ -75,7 +75,7 @@ static double coupled_step(sim_plant_t *s, sim_step_t *step, double h, bool last
 {
     const double w0 = s->x.speed_rad_s;
     const double v0 = s->load.speed_rad_s;
-    sim_whole_t      y = sim_whole_runge_kutta(s, step, h);
+    sim_whole_t  y = sim_whole_runge_kutta(s, step, h);
     bool         turns = !step->stuck && (y.x.speed_rad_s * step->friction_sign < 0.0);
     bool         load_turns = !step->load_stuck && (y.load.speed_rad_s * step->brake_sign < 0.0);
     if ((turns && (w0 == 0.0)) || (load_turns && (v0 == 0.0))) { /* it would start backwards: friction holds it */
@@ -132,7 +132,8 @@ sim_still_t sim_stator_view(const sim_plant_t *s, const sim_step_t *step)
     const double      diq = r.diq + we * s->x.id_a;
     const double      c = s->cosine_e;
     const double      n = s->sine_e;
-    const sim_still_t v = {{s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c}, {did * c - diq * n, did * n + diq * c}};
+    const sim_still_t v = {{s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c},
+                           {did * c - diq * n, did * n + diq * c}};
     return v;
 }
 

@@ -17,7 +17,8 @@ static SIM_WITHIN sim_step_t sim_step_begin(const sim_plant_t *s, const double v
 {
     const double     c = s->cosine_e;
     const double     n = s->sine_e;
-    const sim_step_t step = {.vd_v = v_ab[0] * c + v_ab[1] * n, .vq_v = v_ab[1] * c - v_ab[0] * n, .theta0_rad = s->x.theta_m_rad};
+    const sim_step_t step = {
+        .vd_v = v_ab[0] * c + v_ab[1] * n, .vq_v = v_ab[1] * c - v_ab[0] * n, .theta0_rad = s->x.theta_m_rad};
     return step;
 }
 

@@ -17,10 +17,7 @@ static referee_vector_t from_phases(const double phase[PHASES])
     return (referee_vector_t){(2.0 * phase[0] - phase[1] - phase[2]) / 3.0, (phase[1] - phase[2]) / REFEREE_SQRT_3};
 }
 
-static double clamp(double x, double low, double high)
-{
-    return (x < low) ? low : ((x > high) ? high : x);
-}
+static double clamp(double x, double low, double high) { return (x < low) ? low : ((x > high) ? high : x); }
 
 /* -1..1: the direction of the current, linear within what @p volt changes in one step of @p h_s. */
 static double direction(double i_a, double volt_v, double h_s, double l_h)
@@ -34,10 +31,7 @@ static double dead_time(const referee_machine_t *machine)
     return machine->p->dead_time_dead_time_s + machine->p->bridge_residual_dead_time_s;
 }
 
-static int steps_in(double length_s, double longest_s)
-{
-    return 1 + (int)((length_s / longest_s) - 1e-9);
-}
+static int steps_in(double length_s, double longest_s) { return 1 + (int)((length_s / longest_s) - 1e-9); }
 
 void referee_bridge_average(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm,
                             double t_s, double length_s)
@@ -144,8 +138,7 @@ static bool any_leg_may_block(const pulses_t *pulses, const referee_machine_t *m
     return false;
 }
 
-static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm,
-                         double t_s)
+static void edge_by_edge(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm, double t_s)
 {
     const referee_parameters_t *const p = machine->p;
     const double                      period_s = 1.0 / p->bridge_pwm_hz;

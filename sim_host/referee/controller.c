@@ -45,8 +45,7 @@ static void current_control(referee_controller_t *self, double ts_s)
     self->integral_v.y += p->drive_current_ki_v_per_as * error.y * ts_s;
 }
 
-referee_vector_t referee_controller_step(referee_controller_t *self, const referee_sample_t *sample,
-                                         const referee_wish_t *wish)
+referee_vector_t referee_controller_step(referee_controller_t *self, const referee_sample_t *sample, const referee_wish_t *wish)
 {
     const referee_parameters_t *const p = self->p;
     const double                      ts_s = 1.0 / p->bridge_pwm_hz;
@@ -72,8 +71,7 @@ referee_vector_t referee_controller_step(referee_controller_t *self, const refer
     self->period = (self->period + 1U) % (unsigned)p->drive_speed_periods;
     current_control(self, ts_s);
 
-    const double ahead_rad
-        = theta_e_rad + (p->drive_angle_advance_periods * ts_s * p->motor_pole_pairs * self->speed_rad_s);
+    const double ahead_rad = theta_e_rad + (p->drive_angle_advance_periods * ts_s * p->motor_pole_pairs * self->speed_rad_s);
     const double ca = cos(ahead_rad);
     const double sa = sin(ahead_rad);
     return (referee_vector_t){(self->v_v.x * ca) - (self->v_v.y * sa), (self->v_v.x * sa) + (self->v_v.y * ca)};

@@ -31,7 +31,6 @@ typedef struct {
 void referee_controller_init(referee_controller_t *self, const referee_parameters_t *p, double theta_m_rad);
 
 /** One control period: the voltage to apply, stationary frame, in the period after the next sample. */
-referee_vector_t referee_controller_step(referee_controller_t *self, const referee_sample_t *sample,
-                                         const referee_wish_t *wish);
+referee_vector_t referee_controller_step(referee_controller_t *self, const referee_sample_t *sample, const referee_wish_t *wish);
 
 #endif

@@ -24,8 +24,8 @@ void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p
     }
     self->l_mean_h = 0.5 * (p->motor_ld_h + p->motor_lq_h);
     self->l_swing_h = 0.5 * (p->motor_ld_h - p->motor_lq_h);
-    self->angle_torque = (p->cogging_amplitude_nm != 0.0) || (p->misalignment_amplitude_nm != 0.0)
-        || (p->foreign_order_torque_amplitude_nm != 0.0);
+    self->angle_torque = (p->cogging_amplitude_nm != 0.0) || (p->misalignment_amplitude_nm != 0.0) ||
+                         (p->foreign_order_torque_amplitude_nm != 0.0);
     self->time_torque = p->fixed_frequency_torque_amplitude_nm != 0.0;
     self->resistance_ohm = p->motor_resistance_ohm;
     self->dry_friction_nm = p->coulomb_friction_torque_nm;
@@ -38,8 +38,7 @@ void referee_machine_age(referee_machine_t *self, double t_s, double period_s, r
     const referee_parameters_t *const p = self->p;
     const double                      warm = 1.0 - exp(-t_s / p->resistance_drift_time_s);
     self->resistance_ohm = p->motor_resistance_ohm * (1.0 + (p->resistance_drift_rise_rel * warm));
-    self->dry_friction_nm
-        = p->coulomb_friction_torque_nm + (p->friction_drift_torque_nm * exp(-t_s / p->friction_drift_time_s));
+    self->dry_friction_nm = p->coulomb_friction_torque_nm + (p->friction_drift_torque_nm * exp(-t_s / p->friction_drift_time_s));
     if (p->torque_bursts_amplitude_nm != 0.0) {
         self->burst_left_s -= period_s;
         if (self->burst_left_s <= 0.0) {
@@ -60,16 +59,15 @@ static double braking_torque(const referee_machine_t *self, double theta_rad, do
     double                            brake_nm = 0.0;
     if (self->angle_torque) {
         brake_nm += p->cogging_amplitude_nm * sin((p->cogging_order * theta_rad) + p->cogging_phase_rad);
-        brake_nm += p->misalignment_amplitude_nm
-            * (sin(theta_rad + p->misalignment_phase_rad)
-               + (p->misalignment_second_rel * sin((2.0 * theta_rad) + p->misalignment_phase2_rad)));
-        brake_nm += p->foreign_order_torque_amplitude_nm
-            * sin((p->foreign_order_torque_order * theta_rad) + p->foreign_order_torque_phase_rad);
+        brake_nm +=
+            p->misalignment_amplitude_nm * (sin(theta_rad + p->misalignment_phase_rad) +
+                                            (p->misalignment_second_rel * sin((2.0 * theta_rad) + p->misalignment_phase2_rad)));
+        brake_nm += p->foreign_order_torque_amplitude_nm *
+                    sin((p->foreign_order_torque_order * theta_rad) + p->foreign_order_torque_phase_rad);
     }
     if (self->time_torque) {
-        brake_nm += p->fixed_frequency_torque_amplitude_nm
-            * sin((2.0 * REFEREE_PI * p->fixed_frequency_torque_frequency_hz * t_s)
-                  + p->fixed_frequency_torque_phase_rad);
+        brake_nm += p->fixed_frequency_torque_amplitude_nm *
+                    sin((2.0 * REFEREE_PI * p->fixed_frequency_torque_frequency_hz * t_s) + p->fixed_frequency_torque_phase_rad);
     }
     return brake_nm + self->burst_nm;
 }
@@ -108,14 +106,13 @@ static void move(referee_machine_t *self, double h_s, double load_torque_nm, dou
 {
     const referee_parameters_t *const p = self->p;
     const double                      speed = self->speed_rad_s;
-    double torque_nm = self->torque_nm - braking_torque(self, self->theta_rad, t_s);
+    double                            torque_nm = self->torque_nm - braking_torque(self, self->theta_rad, t_s);
     torque_nm -= p->fan_load_torque_nm_s2 * speed * fabs(speed);
     const double load_nm = load_torque_nm + p->load_torque_torque_nm;
     double       viscous_nms = p->motor_viscous_nms;
 
     if (self->load_inertia_kgm2 > 0.0) {
-        const double shaft_nm
-            = shaft_torque(self, self->theta_rad - self->load_theta_rad, speed - self->load_speed_rad_s);
+        const double shaft_nm = shaft_torque(self, self->theta_rad - self->load_theta_rad, speed - self->load_speed_rad_s);
         torque_nm -= shaft_nm;
         const double friction_nm = p->motor_viscous_nms * p->motor_load_friction_share * self->load_speed_rad_s;
         self->load_speed_rad_s += (shaft_nm - load_nm - friction_nm) * h_s / self->load_inertia_kgm2;
@@ -191,14 +188,12 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     const double r_a = r * (1.0 + ((2.0 / 3.0) * p->phase_unbalance_rise_rel)); /* phase a lies on alpha */
 
     const referee_vector_t i = self->i_a;
-    const double           right_x
-        = ((a - r_a - (0.5 * g)) * i.x) + ((b - (0.5 * k)) * i.y) + v_v.x - (speed_e_rad_s * flux.x);
-    const double right_y
-        = ((b - (0.5 * k)) * i.x) + ((d - r + (0.5 * g)) * i.y) + v_v.y - (speed_e_rad_s * flux.y);
-    const double m11 = a + r_a + (0.5 * g);
-    const double m12 = b + (0.5 * k);
-    const double m22 = d + r - (0.5 * g);
-    const double scale = 1.0 / ((m11 * m22) - (m12 * m12));
+    const double           right_x = ((a - r_a - (0.5 * g)) * i.x) + ((b - (0.5 * k)) * i.y) + v_v.x - (speed_e_rad_s * flux.x);
+    const double           right_y = ((b - (0.5 * k)) * i.x) + ((d - r + (0.5 * g)) * i.y) + v_v.y - (speed_e_rad_s * flux.y);
+    const double           m11 = a + r_a + (0.5 * g);
+    const double           m12 = b + (0.5 * k);
+    const double           m22 = d + r - (0.5 * g);
+    const double           scale = 1.0 / ((m11 * m22) - (m12 * m12));
     self->i_a.x = ((m22 * right_x) - (m12 * right_y)) * scale;
     self->i_a.y = ((m11 * right_y) - (m12 * right_x)) * scale;
 

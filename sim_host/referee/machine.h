@@ -21,7 +21,7 @@ typedef struct {
     const referee_parameters_t *p;
     double                      motor_inertia_kgm2, load_inertia_kgm2; /**< The second is 0 with one mass. */
     double                      stiffness_nm_rad, damping_nms, half_gap_rad;
-    double                      l_mean_h, l_swing_h;  /**< L(theta_e) = mean +- swing cos 2 theta_e. */
+    double                      l_mean_h, l_swing_h; /**< L(theta_e) = mean +- swing cos 2 theta_e. */
     bool                        angle_torque, time_torque;
     /* what changes slowly: once per control period */
     double resistance_ohm, dry_friction_nm, burst_nm, burst_left_s;

@@ -2,10 +2,7 @@
 
 #include <math.h>
 
-static uint64_t rotate(uint64_t x, int bits)
-{
-    return (x << bits) | (x >> (64 - bits));
-}
+static uint64_t rotate(uint64_t x, int bits) { return (x << bits) | (x >> (64 - bits)); }
 
 void referee_noise_seed(referee_noise_t *self, uint64_t seed)
 {
@@ -34,10 +31,7 @@ static uint64_t next(referee_noise_t *self)
     return result;
 }
 
-double referee_noise_uniform(referee_noise_t *self)
-{
-    return (double)(next(self) >> 11) * 0x1.0p-53;
-}
+double referee_noise_uniform(referee_noise_t *self) { return (double)(next(self) >> 11) * 0x1.0p-53; }
 
 double referee_noise_normal(referee_noise_t *self)
 {

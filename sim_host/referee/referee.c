@@ -37,35 +37,17 @@ enum {
 
 enum { PARAMETERS = sizeof PARAMETER_DEFAULTS / sizeof PARAMETER_DEFAULTS[0] };
 
-int referee_abi_version(void)
-{
-    return ABI_VERSION;
-}
+int referee_abi_version(void) { return ABI_VERSION; }
 
-size_t referee_parameter_count(void)
-{
-    return PARAMETERS;
-}
+size_t referee_parameter_count(void) { return PARAMETERS; }
 
-const char *referee_parameter_name(size_t index)
-{
-    return (index < PARAMETERS) ? PARAMETER_NAMES[index] : NULL;
-}
+const char *referee_parameter_name(size_t index) { return (index < PARAMETERS) ? PARAMETER_NAMES[index] : NULL; }
 
-double referee_parameter_default(size_t index)
-{
-    return (index < PARAMETERS) ? PARAMETER_DEFAULTS[index] : 0.0;
-}
+double referee_parameter_default(size_t index) { return (index < PARAMETERS) ? PARAMETER_DEFAULTS[index] : 0.0; }
 
-size_t referee_signal_count(void)
-{
-    return SIGNALS;
-}
+size_t referee_signal_count(void) { return SIGNALS; }
 
-const char *referee_signal_name(size_t index)
-{
-    return (index < SIGNALS) ? SIGNAL_NAMES[index] : NULL;
-}
+const char *referee_signal_name(size_t index) { return (index < SIGNALS) ? SIGNAL_NAMES[index] : NULL; }
 
 /* The first parameter that makes no sense, plus one; 0: all do. Places count from motor.pole_pairs, the first. */
 static int first_bad(const double *values, const referee_parameters_t *p)
@@ -76,10 +58,21 @@ static int first_bad(const double *values, const referee_parameters_t *p)
         }
     }
     const double *const positive[] = {
-        &p->motor_pole_pairs, &p->motor_ld_h, &p->motor_lq_h, &p->motor_inertia_kgm2, &p->motor_rated_current_a,
-        &p->bridge_dc_link_v, &p->bridge_pwm_hz, &p->sensor_vdc_filter_s, &p->drive_speed_periods, &p->run_step_s,
-        &p->stribeck_friction_speed_rad_s, &p->two_mass_load_ratio, &p->backlash_load_ratio,
-        &p->resistance_drift_time_s, &p->friction_drift_time_s,
+        &p->motor_pole_pairs,
+        &p->motor_ld_h,
+        &p->motor_lq_h,
+        &p->motor_inertia_kgm2,
+        &p->motor_rated_current_a,
+        &p->bridge_dc_link_v,
+        &p->bridge_pwm_hz,
+        &p->sensor_vdc_filter_s,
+        &p->drive_speed_periods,
+        &p->run_step_s,
+        &p->stribeck_friction_speed_rad_s,
+        &p->two_mass_load_ratio,
+        &p->backlash_load_ratio,
+        &p->resistance_drift_time_s,
+        &p->friction_drift_time_s,
     };
     for (size_t k = 0; k < sizeof positive / sizeof positive[0]; k++) {
         if (!(*positive[k] > 0.0)) {
@@ -142,8 +135,7 @@ static void act(session_t *self, double link_v, double load_nm, double t_s, doub
         referee_bridge_average(&self->machine, newer, link_v, load_nm, t_s + (part * ts_s), (1.0 - part) * ts_s);
         return;
     }
-    const referee_vector_t mean
-        = {(part * older.x) + ((1.0 - part) * newer.x), (part * older.y) + ((1.0 - part) * newer.y)};
+    const referee_vector_t mean = {(part * older.x) + ((1.0 - part) * newer.x), (part * older.y) + ((1.0 - part) * newer.y)};
     referee_bridge_period(&self->machine, mean, link_v, load_nm, t_s);
 }
 

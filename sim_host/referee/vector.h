@@ -10,7 +10,7 @@ typedef struct {
     double y; /**< beta or q */
 } referee_vector_t;
 
-#define REFEREE_PI     3.14159265358979323846
+#define REFEREE_PI 3.14159265358979323846
 #define REFEREE_SQRT_3 1.73205080756887729353
 
 #endif

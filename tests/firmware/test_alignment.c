@@ -141,11 +141,13 @@ void test_alignment_vector_goes_against_the_motion_of_the_rotor(void)
             bench_periods(2500U);
             bench_angle(step[k] * way / 4.0);
             bench_periods(1U);
-            assert_vector(KP * CURRENT, -PI_OF_CIRCLE / 2.0 - fmin(4.0 * step[k], PI_OF_CIRCLE / 3.0) * way, at("step %g", step[k] * way));
+            assert_vector(KP * CURRENT, -PI_OF_CIRCLE / 2.0 - fmin(4.0 * step[k], PI_OF_CIRCLE / 3.0) * way,
+                          at("step %g", step[k] * way));
             bench_periods(400U); /* 3 time constants of 128 periods */
             double alpha, beta;
             bench_voltage(&alpha, &beta);
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(4.0 * step[k] * 0.06, -PI_OF_CIRCLE / 2.0, atan2(beta, alpha), at("after %g", step[k] * way));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(4.0 * step[k] * 0.06, -PI_OF_CIRCLE / 2.0, atan2(beta, alpha),
+                                              at("after %g", step[k] * way));
         }
     }
 }
@@ -226,8 +228,9 @@ void test_alignment_with_other_pole_pairs_says_how_many_there_are(void)
             } else {
                 TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, at("%u of %u", set, true_pairs));
                 const bool told = (drive.fault == FAULT_align_pole_pairs) && (drive.fault_detail == true_pairs);
-                TEST_ASSERT_TRUE_MESSAGE(told || (set >= 2U * true_pairs), /* then its damping is too strong */
-                                         at("%u of %u: %s, %u", set, true_pairs, faults_info((uint16_t)drive.fault)->name, drive.fault_detail));
+                TEST_ASSERT_TRUE_MESSAGE(
+                    told || (set >= 2U * true_pairs), /* then its damping is too strong */
+                    at("%u of %u: %s, %u", set, true_pairs, faults_info((uint16_t)drive.fault)->name, drive.fault_detail));
             }
         }
     }

@@ -210,7 +210,7 @@ void test_configure_float_takes_the_same_gains_and_period(void)
 static double per(double value, double fixed_base) { return value / per_numeric(1.0, fixed_base); }
 
 /* fixed point: one step and the rounding of the float arithmetic before it */
-#define ARRIVES(expected, actual)                                                                           \
+#define ARRIVES(expected, actual)                                                                                                \
     TEST_ASSERT_DOUBLE_WITHIN(fabs(expected) * 4.0 * FLOAT_EPS + per_numeric(0.0, FIXED_STEP), (expected), value_of(actual))
 
 static const double AMP = 10.0, VOLT = 20.0, SPEED = 162.5, UNIT = 650.0;

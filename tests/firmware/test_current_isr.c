@@ -296,7 +296,7 @@ void test_current_isr_references_in_current_mode_are_cut_to_their_limits(void)
 /* 0.6 V/A, no integral part: the voltage is the reference. The longest vector is the larger limit, 13 A. */
 void test_current_isr_d_current_takes_its_part_of_the_longest_vector_first(void)
 {
-    const double triple[][2] = {{5.0, 12.0}, {-5.0, 12.0}, {12.0, 5.0}, {-12.0, 5.0}, {13.0, 0.0}, {0.0, 13.0}};
+    const double   triple[][2] = {{5.0, 12.0}, {-5.0, 12.0}, {12.0, 5.0}, {-12.0, 5.0}, {13.0, 0.0}, {0.0, 13.0}};
     drive_params_t p = bench_params();
     p.iq_limit_a = 13.0f;
     p.id_limit_a = 13.0f;
@@ -504,7 +504,8 @@ void test_current_isr_measures_its_duration_and_remembers_the_longest(void)
     bench_periods(1U);
 
     TEST_ASSERT_EQUAL_UINT32(500U, drive.timing.current.last_cyc);
-    TEST_ASSERT_UINT32_WITHIN(900U, 1800U, drive.timing.current.max_cyc); /* one or two steps of the clock: the speed tick reads it, too */
+    TEST_ASSERT_UINT32_WITHIN(900U, 1800U,
+                              drive.timing.current.max_cyc); /* one or two steps of the clock: the speed tick reads it, too */
 }
 
 void test_current_isr_duration_is_right_when_the_clock_wraps(void)

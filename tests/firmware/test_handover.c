@@ -116,7 +116,9 @@ void test_drive_command_no_vector_is_longer_than_the_limit(void)
         bench_run_with(&p);
         const double longest = fmax((double)p.iq_limit_a, (double)p.id_limit_a);
         for (int k = 0; k < 1000; k++) {
-            const drive_command_t c = {.mode = DRIVE_MODE_CURRENT, .id_ref_a = (float)(30.0 * noise_next(&noise)), .iq_ref_a = (float)(30.0 * noise_next(&noise))};
+            const drive_command_t c = {.mode = DRIVE_MODE_CURRENT,
+                                       .id_ref_a = (float)(30.0 * noise_next(&noise)),
+                                       .iq_ref_a = (float)(30.0 * noise_next(&noise))};
             float                 limit = 0.0f;
             const bool            whole = drive_command_refuses(&drive, &c, &limit) == DRIVE_COMMAND_FINE;
             TEST_ASSERT_TRUE(drive_command(&drive, &c));
@@ -508,13 +510,20 @@ void test_drive_tune_refuses_what_only_changes_at_rest_while_the_bridge_is_armed
 
 void test_drive_tune_names_what_only_changes_at_rest(void)
 {
-    const uint16_t named[] = {PARAM_pole_pairs, PARAM_encoder_counts, PARAM_encoder_offset_rad, PARAM_encoder_reversed, PARAM_method, PARAM_position_method,
-                              PARAM_position_cells, PARAM_aro_cells, PARAM_rc_order, PARAM_observer_fir1_order, PARAM_speed_source,
-                              PARAM_lost_sample_limit, PARAM_stall_samples};
+    const uint16_t named[] = {PARAM_pole_pairs,   PARAM_encoder_counts,      PARAM_encoder_offset_rad, PARAM_encoder_reversed,
+                              PARAM_method,       PARAM_position_method,     PARAM_position_cells,     PARAM_aro_cells,
+                              PARAM_rc_order,     PARAM_observer_fir1_order, PARAM_speed_source,       PARAM_lost_sample_limit,
+                              PARAM_stall_samples};
     bench_into(DRIVE_RUN);
     for (size_t k = 0; k < COUNT_OF(named); k++) {
         drive_params_t p = drive.params;
-        TEST_ASSERT_TRUE(params_set(&p, named[k], (float)((params_get(&p, named[k]) == 1.0f) ? 0.0f : ((named[k] == (uint16_t)PARAM_encoder_counts) ? 4096.0f : ((named[k] == (uint16_t)PARAM_aro_cells) || (named[k] == (uint16_t)PARAM_position_cells)) ? 100.0f : 1.0f))));
+        TEST_ASSERT_TRUE(params_set(
+            &p, named[k],
+            (float)((params_get(&p, named[k]) == 1.0f)
+                        ? 0.0f
+                        : ((named[k] == (uint16_t)PARAM_encoder_counts)                                                ? 4096.0f
+                           : ((named[k] == (uint16_t)PARAM_aro_cells) || (named[k] == (uint16_t)PARAM_position_cells)) ? 100.0f
+                                                                                                                       : 1.0f))));
         TEST_ASSERT_FALSE(tune(&p));
         TEST_ASSERT_EQUAL_STRING(params_info(named[k])->name, params_info(culprit)->name);
     }
@@ -601,7 +610,7 @@ static void spoil(void)
 
 void test_drive_tune_interrupts_keep_away_from_blocks_that_are_being_set_up(void)
 {
-    static blocks_t before, after;
+    static blocks_t     before, after;
     const drive_state_t rest[] = {DRIVE_READY, DRIVE_INIT, DRIVE_OFFSET_CALIBRATION, DRIVE_FAULT};
     const drive_mode_t  mode[] = {DRIVE_MODE_SPEED, DRIVE_MODE_POSITION};
     for (size_t k = 0; k < COUNT_OF(rest) * COUNT_OF(mode) * 7U; k++) {
@@ -667,8 +676,10 @@ void test_drive_tune_at_rest_sets_up_before_the_interrupt_takes_over(void)
         bench.sample.seq++;
         drive_current_isr(&drive);
         look(&after);
-        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.rc_memory, after.rc_memory, sizeof before.rc_memory, at("method %u", (unsigned)method));
-        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.observer_memory, after.observer_memory, sizeof before.observer_memory, at("method %u", (unsigned)method));
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.rc_memory, after.rc_memory, sizeof before.rc_memory,
+                                         at("method %u", (unsigned)method));
+        TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.observer_memory, after.observer_memory, sizeof before.observer_memory,
+                                         at("method %u", (unsigned)method));
         TEST_ASSERT_EQUAL_UINT16(method, drive.params.method);
         bench_periods(20U);
     }
@@ -683,9 +694,9 @@ typedef struct {
 } bound_t;
 
 static const hal_limits_t SMALL_BOARD = {25.0f, 45.0f, 700.0f, 0.8f};
-static const bound_t      BOUND[] = {{PARAM_over_current_a, 25.0f},  {PARAM_iq_limit_a, 25.0f},        {PARAM_id_limit_a, 25.0f},
-                                     {PARAM_align_current_a, 25.0f}, {PARAM_over_voltage_v, 45.0f},    {PARAM_voltage_limit_v, 45.0f},
-                                     {PARAM_offset_limit_a, 0.8f},   {PARAM_over_speed_rad_s, 700.0f}};
+static const bound_t BOUND[] = {{PARAM_over_current_a, 25.0f},  {PARAM_iq_limit_a, 25.0f},       {PARAM_id_limit_a, 25.0f},
+                                {PARAM_align_current_a, 25.0f}, {PARAM_over_voltage_v, 45.0f},   {PARAM_voltage_limit_v, 45.0f},
+                                {PARAM_offset_limit_a, 0.8f},   {PARAM_over_speed_rad_s, 700.0f}};
 
 void test_drive_tune_no_limit_goes_beyond_the_maximum_of_the_board(void)
 {
@@ -714,10 +725,12 @@ void test_drive_init_takes_the_maximum_of_the_board_and_nothing_beyond(void)
         drive_params_t p = bench_params();
         p.over_current_a = 25.0f;
         const bool beyond = (k & 1U) != 0U;
-        TEST_ASSERT_TRUE(params_set(&p, BOUND[k / 2U].param, beyond ? nextafterf(BOUND[k / 2U].most, INFINITY) : BOUND[k / 2U].most));
+        TEST_ASSERT_TRUE(
+            params_set(&p, BOUND[k / 2U].param, beyond ? nextafterf(BOUND[k / 2U].most, INFINITY) : BOUND[k / 2U].most));
         drive_init(&drive, &p);
 
-        TEST_ASSERT_EQUAL_INT_MESSAGE(beyond ? FAULT_configuration : FAULT_none, drive.fault, params_info(BOUND[k / 2U].param)->name);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(beyond ? FAULT_configuration : FAULT_none, drive.fault,
+                                      params_info(BOUND[k / 2U].param)->name);
         TEST_ASSERT_EQUAL_UINT16(beyond ? BOUND[k / 2U].param : 0U, drive.fault_detail);
     }
 }

@@ -16,11 +16,11 @@
 
 static uint16_t flash[PAGES][WORDS];
 static int32_t  writes_until_power_fails; /* negative: it does not */
-static uint16_t pages; /* before those of the parameters, which nobody here may touch */
+static uint16_t pages;                    /* before those of the parameters, which nobody here may touch */
 static uint16_t page_words;
 static bool     tears; /* the power goes in the middle of a word or an erase */
 static noise_t  torn;
-static uint32_t changes;            /* words written and pages erased... */
+static uint32_t changes;             /* words written and pages erased... */
 static int32_t  changes_until_error; /* ...until the storage is busy; negative: never */
 static int32_t  reads, reads_until_error;
 static uint16_t stuck_page, stuck_word, stuck_mask;          /* bits of a cell that read 0 whatever was written... */
@@ -174,10 +174,7 @@ static void assert_table(double size, const char *text)
     }
 }
 
-void test_memory_starts_with_nothing(void)
-{
-    assert_table(0.0, "after power-up");
-}
+void test_memory_starts_with_nothing(void) { assert_table(0.0, "after power-up"); }
 
 void test_memory_reads_back_what_was_written(void)
 {

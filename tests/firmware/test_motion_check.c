@@ -236,9 +236,11 @@ void test_motion_check_speed_that_runs_from_the_torque_at_the_limit_trips_after_
 void test_motion_check_speed_that_comes_nearer_or_stands_or_swings_does_not_trip(void)
 {
     with_checks(0.05, 0U, DRIVE_MODE_SPEED);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_to_fault(-500.0, 0.01, 10.0, 20000), "a heavy load brakes for 50 s"); /* 10 rad/s^2 */
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_to_fault(-500.0, 0.01, 10.0, 20000),
+                                  "a heavy load brakes for 50 s"); /* 10 rad/s^2 */
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_to_fault(0.0, 0.0, 10.0, 2000), "stands: that is a stall");
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_to_fault(50.0, 0.0, -10.0, 1) + samples_to_fault(60.0, 0.0, 10.0, 2000), "balance at the limit");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_to_fault(50.0, 0.0, -10.0, 1) + samples_to_fault(60.0, 0.0, 10.0, 2000),
+                                  "balance at the limit");
     for (double rad_s = 0.5; rad_s < 40.0; rad_s *= 1.5) {
         at_point(80.0, 0.0, 0.0, 0.0); /* another stretch */
         for (int k = 0; k < 4000; k++) {

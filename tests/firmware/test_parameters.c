@@ -209,15 +209,42 @@ void test_parameters_check_names_the_first_of_several(void)
 /* Named here once more, by what each is: the electrical angle, protection, and the kind or size of a memory or a filter. */
 void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(void)
 {
-    static const uint16_t REST[] = {
-        PARAM_pole_pairs, PARAM_encoder_counts, PARAM_encoder_offset_rad, PARAM_encoder_reversed,
-        PARAM_over_current_a, PARAM_over_voltage_v, PARAM_under_voltage_v, PARAM_over_speed_rad_s, PARAM_voltage_limit_v, PARAM_offset_limit_a,
-        PARAM_encoder_jump_rad, PARAM_encoder_jump_periods, PARAM_lost_sample_limit, PARAM_non_finite_limit, PARAM_stall_samples,
-        PARAM_speed_deviation_s, PARAM_zero_check,
-        PARAM_position_min_turn, PARAM_position_max_turn, PARAM_following_error_rad, PARAM_following_error_samples,
-        PARAM_method, PARAM_position_method, PARAM_speed_source, PARAM_speed_divider, PARAM_speed_inline, PARAM_rc_lead, PARAM_rc_order,
-        PARAM_rc_memory, PARAM_rc_cells, PARAM_aro_cells, PARAM_position_cells, PARAM_observer_fir1_order, PARAM_observer_fir1_hz,
-        PARAM_observer_fir2_order, PARAM_observer_fir2_hz};
+    static const uint16_t REST[] = {PARAM_pole_pairs,
+                                    PARAM_encoder_counts,
+                                    PARAM_encoder_offset_rad,
+                                    PARAM_encoder_reversed,
+                                    PARAM_over_current_a,
+                                    PARAM_over_voltage_v,
+                                    PARAM_under_voltage_v,
+                                    PARAM_over_speed_rad_s,
+                                    PARAM_voltage_limit_v,
+                                    PARAM_offset_limit_a,
+                                    PARAM_encoder_jump_rad,
+                                    PARAM_encoder_jump_periods,
+                                    PARAM_lost_sample_limit,
+                                    PARAM_non_finite_limit,
+                                    PARAM_stall_samples,
+                                    PARAM_speed_deviation_s,
+                                    PARAM_zero_check,
+                                    PARAM_position_min_turn,
+                                    PARAM_position_max_turn,
+                                    PARAM_following_error_rad,
+                                    PARAM_following_error_samples,
+                                    PARAM_method,
+                                    PARAM_position_method,
+                                    PARAM_speed_source,
+                                    PARAM_speed_divider,
+                                    PARAM_speed_inline,
+                                    PARAM_rc_lead,
+                                    PARAM_rc_order,
+                                    PARAM_rc_memory,
+                                    PARAM_rc_cells,
+                                    PARAM_aro_cells,
+                                    PARAM_position_cells,
+                                    PARAM_observer_fir1_order,
+                                    PARAM_observer_fir1_hz,
+                                    PARAM_observer_fir2_order,
+                                    PARAM_observer_fir2_hz};
     for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
         bool listed = false;
         for (size_t i = 0; i < COUNT_OF(REST); i++) {

@@ -16,10 +16,10 @@
 /* ---- a shaft -------------------------------------------------------------------------------------------------------------- */
 
 static struct {
-    double theta, speed;   /* rad over all turns, rad/s */
-    double per_amp;        /* rad/s^2 per A of reference; 0: held */
-    bool   ideal;          /* follows its command at once */
-    double index;          /* where the index pulse is, modulo a turn; NaN: nowhere */
+    double theta, speed; /* rad over all turns, rad/s */
+    double per_amp;      /* rad/s^2 per A of reference; 0: held */
+    bool   ideal;        /* follows its command at once */
+    double index;        /* where the index pulse is, modulo a turn; NaN: nowhere */
 } shaft;
 
 static double signal(uint16_t s) { return (double)telemetry_read(&drive, s); }
@@ -81,7 +81,8 @@ static drive_params_t params(void)
 static void go_to(double rad)
 {
     const double          turns = trunc(rad / TWO_PI);
-    const drive_command_t c = {.mode = DRIVE_MODE_POSITION, .target_turns = (int32_t)turns, .target_rad = (float)(rad - turns * TWO_PI)};
+    const drive_command_t c = {
+        .mode = DRIVE_MODE_POSITION, .target_turns = (int32_t)turns, .target_rad = (float)(rad - turns * TWO_PI)};
     TEST_ASSERT_TRUE(drive_command(&drive, &c));
 }
 
@@ -128,7 +129,8 @@ void test_position_steady_lag_is_speed_over_gain_in_both_directions(void)
                 sample();
                 mean += 0.01 * following();
             }
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * speeds[k] / KPP, sign * speeds[k] / KPP, mean, at("%g rad/s", speeds[k] * sign));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * speeds[k] / KPP, sign * speeds[k] / KPP, mean,
+                                              at("%g rad/s", speeds[k] * sign));
             TEST_ASSERT_DOUBLE_WITHIN(1e-3 * speeds[k], sign * speeds[k], signal(SIGNAL_velocity_ref_rad_s));
         }
     }
@@ -164,7 +166,7 @@ void test_position_first_torque_is_that_of_a_hand_calculation(void)
 
 void test_position_comes_to_rest_on_its_target_over_many_turns_both_ways(void)
 {
-    const double targets[] = {0.5, -0.5, 20.0, -33.0, 6.2831855, -6.2831855, -1e-9, 1e-9, 0.0};
+    const double   targets[] = {0.5, -0.5, 20.0, -33.0, 6.2831855, -6.2831855, -1e-9, 1e-9, 0.0};
     drive_params_t p = params();
     p.profile_speed_rad_s = 50.0f;
     p.profile_accel_rad_s2 = 500.0f;
@@ -182,9 +184,10 @@ void test_position_comes_to_rest_on_its_target_over_many_turns_both_ways(void)
 
 void test_position_target_is_the_same_place_however_it_is_split(void)
 {
-    const drive_command_t splits[] = {
-        {.target_turns = 1, .target_rad = 0.25f}, {.target_turns = 2, .target_rad = -6.0331853f}, {.target_turns = 0, .target_rad = 6.5331853f}};
-    drive_params_t p = params();
+    const drive_command_t splits[] = {{.target_turns = 1, .target_rad = 0.25f},
+                                      {.target_turns = 2, .target_rad = -6.0331853f},
+                                      {.target_turns = 0, .target_rad = 6.5331853f}};
+    drive_params_t        p = params();
     p.profile_speed_rad_s = 500.0f;
     for (size_t k = 0; k < COUNT_OF(splits); k++) {
         setUp();
@@ -215,7 +218,7 @@ void test_position_tiny_negative_target_is_not_a_turn_away(void)
 
 void test_position_command_that_is_not_a_number_is_refused(void)
 {
-    const float bad[] = {NAN, INFINITY, -INFINITY};
+    const float          bad[] = {NAN, INFINITY, -INFINITY};
     const drive_params_t p = params();
     run_with(&p, 0.0);
     for (size_t k = 0; k < COUNT_OF(bad); k++) {
@@ -239,7 +242,8 @@ void test_position_torque_is_held_back_by_its_samples(void)
             if (delay == 0U) {
                 plain[k] = iq_ref();
             }
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, (k >= delay) ? plain[k - delay] : 0.0, iq_ref(), at("delay %u, sample %d", delay, k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-9, (k >= delay) ? plain[k - delay] : 0.0, iq_ref(),
+                                              at("delay %u, sample %d", delay, k));
         }
     }
 }
@@ -368,7 +372,8 @@ static void assert_homes(double start, double index, double speed, bool reversed
     /* the index is position 0: the shaft is where its position says */
     const double turns = floor((shaft.theta - index) / TWO_PI + 0.5);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02, shaft.theta - index - turns * TWO_PI, position(), text);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * fabs(speed) * TS + RAD_TOLERANCE, position(), command_now(), text); /* the command did not jump */
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * fabs(speed) * TS + RAD_TOLERANCE, position(), command_now(),
+                                      text); /* the command did not jump */
     samples(1500);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, 0.25, position(), text);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, 0.25, shaft.theta - index - turns * TWO_PI, text);
@@ -584,7 +589,8 @@ void test_position_every_method_runs_with_and_without_an_observer_or_is_refused(
                 ASSERT_FAULT(FAULT_configuration, at("method %u, position method %u", method, position_method));
                 TEST_ASSERT_EQUAL_UINT16(PARAM_position_method, drive.fault_detail);
             } else {
-                TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_RUN, drive.state, at("method %u, position method %u", method, position_method));
+                TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_RUN, drive.state,
+                                              at("method %u, position method %u", method, position_method));
                 go_to(1.0);
                 samples(100);
                 TEST_ASSERT_TRUE(iq_ref() > 0.0);
@@ -650,7 +656,9 @@ void test_position_src_learns_from_the_error_of_the_velocity_loop(void)
     for (int k = 0; k < 70; k++) { /* 1.3 rad: nothing has come back yet */
         spin(19.0, 1);
         const double e = KPP * following() - 19.0;
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01, e, (double)num_to_float(drive.position.src.state.written) * (double)drive.scale.speed_rad_s, at("sample %d", k));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(
+            0.01, e, (double)num_to_float(drive.position.src.state.written) * (double)drive.scale.speed_rad_s,
+            at("sample %d", k));
     }
 }
 
@@ -694,8 +702,9 @@ void test_position_rdc_learns_the_robust_torque_slowly(void)
     samples(1);
     spin(18.0, 349); /* a turn; 2 rad/s too slow: the bound, 1 A */
     for (uint16_t i = 10U; i < 700U; i += 23U) {
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3, 0.25, (double)num_to_float(drive.position.learn.state.grid.cell[i]) * (double)drive.scale.current_a,
-                                          at("cell %u", i));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(
+            1e-3, 0.25, (double)num_to_float(drive.position.learn.state.grid.cell[i]) * (double)drive.scale.current_a,
+            at("cell %u", i));
     }
 }
 

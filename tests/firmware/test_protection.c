@@ -286,7 +286,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
 /* The board is well again. */
 static void heal(void)
 {
-    const bench_t well = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0.0f, 0U}};
+    const bench_t  well = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0.0f, 0U}};
     const uint32_t seq = bench.sample.seq;
     bench.sample = well.sample;
     bench.sample.seq = seq;

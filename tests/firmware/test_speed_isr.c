@@ -317,15 +317,9 @@ static void assert_forc_learns(double reference)
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0 * AMP_TOLERANCE, KP * (e + lesson), iq_ref(), "error and correction through the PI");
 }
 
-void test_speed_isr_repetitive_correction_is_that_of_a_hand_calculation(void)
-{
-    assert_forc_learns(15.707963);
-}
+void test_speed_isr_repetitive_correction_is_that_of_a_hand_calculation(void) { assert_forc_learns(15.707963); }
 
-void test_speed_isr_repetitive_control_works_backwards(void)
-{
-    assert_forc_learns(-15.707963);
-}
+void test_speed_isr_repetitive_control_works_backwards(void) { assert_forc_learns(-15.707963); }
 
 void test_speed_isr_period_of_the_repetitive_controller_is_that_of_the_reference(void)
 {

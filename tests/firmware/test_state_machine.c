@@ -574,9 +574,10 @@ void test_state_machine_other_pole_pairs_or_direction_void_an_alignment(void)
 
 void test_state_machine_shows_no_command_once_the_bridge_is_off(void)
 {
-    static const uint16_t COMMANDS[] = {SIGNAL_speed_ref_rad_s, SIGNAL_id_ref_a, SIGNAL_iq_ref_a, SIGNAL_vd_v, SIGNAL_vq_v,
-                                        SIGNAL_compensation_a,  SIGNAL_velocity_ref_rad_s, SIGNAL_robust_a};
-    drive_params_t        p = bench_params();
+    static const uint16_t COMMANDS[] = {
+        SIGNAL_speed_ref_rad_s, SIGNAL_id_ref_a,           SIGNAL_iq_ref_a, SIGNAL_vd_v, SIGNAL_vq_v,
+        SIGNAL_compensation_a,  SIGNAL_velocity_ref_rad_s, SIGNAL_robust_a};
+    drive_params_t p = bench_params();
     p.auto_run = 0U;
     p.speed_inline = 1U;
     drive_init(&drive, &p);
@@ -793,8 +794,8 @@ void test_state_machine_encoder_that_may_have_lost_counts_is_aligned_anew_with_t
 void test_state_machine_faults_that_a_wrong_zero_makes_are_followed_by_an_alignment(void)
 {
     for (int f = FAULT_none + 1; f < FAULT_COUNT; f++) {
-        const bool doubt = (f == FAULT_encoder_lost) || (f == FAULT_encoder_error) || (f == FAULT_stall) || (f == FAULT_over_speed) ||
-                           (f == FAULT_speed_deviation) || (f == FAULT_electrical_zero);
+        const bool doubt = (f == FAULT_encoder_lost) || (f == FAULT_encoder_error) || (f == FAULT_stall) ||
+                           (f == FAULT_over_speed) || (f == FAULT_speed_deviation) || (f == FAULT_electrical_zero);
         TEST_ASSERT_EQUAL_MESSAGE(doubt, drive_fault_voids_zero((drive_fault_t)f), faults_info((uint16_t)f)->name);
     }
 }

@@ -63,7 +63,8 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 }
 hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
 {
-    must((duty->a >= 0.0f) && (duty->a <= 1.0f) && (duty->b >= 0.0f) && (duty->b <= 1.0f) && (duty->c >= 0.0f) && (duty->c <= 1.0f));
+    must((duty->a >= 0.0f) && (duty->a <= 1.0f) && (duty->b >= 0.0f) && (duty->b <= 1.0f) && (duty->c >= 0.0f) &&
+         (duty->c <= 1.0f));
     return HAL_OK;
 }
 hal_status_t hal_inverter_arm(void)
@@ -102,7 +103,7 @@ uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
     return count;
 }
 
-void hal_limits(hal_limits_t *out) { *out = (hal_limits_t){20.0f, 40.0f, 2000.0f, 1.0f}; }
+void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){20.0f, 40.0f, 2000.0f, 1.0f}; }
 uint16_t     hal_storage_pages(void) { return PAGES; }
 uint16_t     hal_storage_page_words(void) { return WORDS; }
 hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
@@ -171,7 +172,11 @@ static void ask(uint16_t type, const uint8_t *payload, size_t count)
 
 static void hello(void)
 {
-    const uint8_t payload[6] = {1U, 0U, (uint8_t)services.schema, (uint8_t)(services.schema >> 8), (uint8_t)(services.schema >> 16),
+    const uint8_t payload[6] = {1U,
+                                0U,
+                                (uint8_t)services.schema,
+                                (uint8_t)(services.schema >> 8),
+                                (uint8_t)(services.schema >> 16),
                                 (uint8_t)(services.schema >> 24)};
     ask(LINK_hello, payload, 6U);
 }

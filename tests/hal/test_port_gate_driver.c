@@ -12,7 +12,8 @@ static hal_inverter_fault_t meaning(uint16_t warnings, uint16_t vds, uint16_t ic
 
 void test_driver_is_set_to_16_bit_frames_that_it_latches_on_the_falling_edge(void)
 {
-    TEST_ASSERT_EQUAL(1, TIMES_CALLED("SPI_setConfig", SPIA_BASE, 50000000U, SPI_PROT_POL0PHA0, SPI_MODE_CONTROLLER, 1000000U, 16U));
+    TEST_ASSERT_EQUAL(1,
+                      TIMES_CALLED("SPI_setConfig", SPIA_BASE, 50000000U, SPI_PROT_POL0PHA0, SPI_MODE_CONTROLLER, 1000000U, 16U));
 }
 
 void test_driver_gets_its_settings_after_its_wake_up_time(void)

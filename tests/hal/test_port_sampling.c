@@ -141,7 +141,7 @@ void test_phase_near_full_duty_is_calculated_from_the_other_two(void)
     }
     const hal_duty_t high = {0.96f, 0.3f, 0.3f};
     duty = high;
-    period(); /* sets them */
+    period();                   /* sets them */
     chip.cmpss[0].volts = 1.65; /* the shunt of phase a has not settled */
 
     period();

@@ -9,10 +9,10 @@ static const uint32_t GATES[6] = BOARD_PWM_PIN_CONFIGS;
 void setUp(void) { started(); }
 void tearDown(void) {}
 
-#define BEFORE(first, second) \
-    do { \
-        TEST_ASSERT_TRUE_MESSAGE((first) >= 0, "first is not called: " #first); \
-        TEST_ASSERT_TRUE_MESSAGE((second) > (first), "not before: " #second); \
+#define BEFORE(first, second)                                                                                                    \
+    do {                                                                                                                         \
+        TEST_ASSERT_TRUE_MESSAGE((first) >= 0, "first is not called: " #first);                                                  \
+        TEST_ASSERT_TRUE_MESSAGE((second) > (first), "not before: " #second);                                                    \
     } while (0)
 
 void test_start_arms_the_trip_before_the_pins_leave_their_safe_state(void)
@@ -49,7 +49,8 @@ void test_start_leaves_every_gate_low(void)
 void test_start_writes_the_latch_of_an_output_before_its_direction(void)
 {
     BEFORE(CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 0U), CALLED("GPIO_setDirectionMode", BOARD_PIN_EN_GATE, GPIO_DIR_MODE_OUT));
-    BEFORE(CALLED("GPIO_writePin", BOARD_PIN_CHIP_SELECT, 1U), CALLED("GPIO_setDirectionMode", BOARD_PIN_CHIP_SELECT, GPIO_DIR_MODE_OUT));
+    BEFORE(CALLED("GPIO_writePin", BOARD_PIN_CHIP_SELECT, 1U),
+           CALLED("GPIO_setDirectionMode", BOARD_PIN_CHIP_SELECT, GPIO_DIR_MODE_OUT));
 }
 
 void test_start_takes_200_mhz_from_the_crystal(void)
@@ -75,7 +76,8 @@ void test_start_counts_10_khz_up_and_down_at_100_mhz(void)
         TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setTimeBaseCounterMode", EPWM[k], EPWM_COUNTER_MODE_UP_DOWN));
         TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setClockPrescaler", EPWM[k], EPWM_CLOCK_DIVIDER_1, EPWM_HSCLOCK_DIVIDER_1));
         TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setEmulationMode", EPWM[k], EPWM_EMULATION_FREE_RUN));
-        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setCounterCompareShadowLoadMode", EPWM[k], EPWM_COUNTER_COMPARE_A, EPWM_COMP_LOAD_ON_CNTR_ZERO));
+        TEST_ASSERT_EQUAL(1, TIMES_CALLED("EPWM_setCounterCompareShadowLoadMode", EPWM[k], EPWM_COUNTER_COMPARE_A,
+                                          EPWM_COMP_LOAD_ON_CNTR_ZERO));
     }
 }
 
@@ -154,7 +156,7 @@ void test_start_the_board_states_maxima_that_its_hardware_keeps(void)
 {
     hal_limits_t board;
     hal_limits(&board);
-    const double trips_a = ((3612.0 / 4096.0 * 3.3) - 1.65) / 0.07; /* 70 mV/A */
+    const double trips_a = ((3612.0 / 4096.0 * 3.3) - 1.65) / 0.07;                   /* 70 mV/A */
     TEST_ASSERT_DOUBLE_WITHIN(3.3 / 4096.0 / 0.07, trips_a, (double)board.current_a); /* one step of the comparator's converter */
     TEST_ASSERT_TRUE(board.current_a < (3.0 - 1.65) / 0.07);
     TEST_ASSERT_TRUE(board.dc_link_v < 3.0 * 13.42); /* full scale of the divider */
@@ -235,7 +237,7 @@ void test_start_tells_why_the_processor_was_reset(void)
     static const struct {
         uint32_t    bits;
         hal_reset_t cause;
-    } CASE[] = {{0x0U, HAL_RESET_UNKNOWN}, {0x1U, HAL_RESET_POWER_UP}, {0x3U, HAL_RESET_POWER_UP}, {0x2U, HAL_RESET_PIN},
+    } CASE[] = {{0x0U, HAL_RESET_UNKNOWN},  {0x1U, HAL_RESET_POWER_UP}, {0x3U, HAL_RESET_POWER_UP}, {0x2U, HAL_RESET_PIN},
                 {0x4U, HAL_RESET_WATCHDOG}, {0x6U, HAL_RESET_WATCHDOG}, {0x8U, HAL_RESET_WATCHDOG}, {0x100U, HAL_RESET_OTHER}};
     for (size_t k = 0; k < sizeof CASE / sizeof CASE[0]; k++) {
         chip.reset_cause = CASE[k].bits;

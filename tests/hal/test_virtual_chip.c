@@ -5,8 +5,8 @@
 #include "firmware/link/protocol.h"
 #include "tests/hal/support/virtual_chip.h"
 
-#define CALIBRATION 4200 /* periods: 4096, and some */
-#define ALIGNMENT 12000   /* shorter than the default, with nothing on the shaft */
+#define CALIBRATION 4200                 /* periods: 4096, and some */
+#define ALIGNMENT 12000                  /* shorter than the default, with nothing on the shaft */
 #define ALIGNED (1000 + ALIGNMENT + 500) /* 0.1 s in which the shaft rests before it */
 
 void setUp(void) { world_begin(1.0); }
@@ -319,7 +319,7 @@ void test_virtual_chip_answers_the_bench_through_its_serial_port(void)
     TEST_ASSERT_EQUAL_UINT16(1U, good);
     TEST_ASSERT_EQUAL_HEX16(LINK_alive + LINK_ANSWER, frame_type(&decoder));
     TEST_ASSERT_EQUAL_UINT16(77U, frame_seq(&decoder));
-    codec_reader_t   r = frame_payload(&decoder);
+    codec_reader_t r = frame_payload(&decoder);
     const uint32_t counter = codec_get_u32(&r);
     TEST_ASSERT_TRUE((counter > 10U) && (counter <= 20U)); /* periods since the start */
     TEST_ASSERT_EQUAL_UINT16(DRIVE_OFFSET_CALIBRATION, codec_get_u8(&r));

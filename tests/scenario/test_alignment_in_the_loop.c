@@ -230,7 +230,8 @@ void test_alignment_settles_light_and_heavy_rotors(void)
             shaft_new();
             shaft.model.inertia_kgm2 = inertia[n];
             shaft.model.viscous_nms = 2.6e-6;
-            shaft.params.speed_kp_a_per_unit *= (float)fmin(1.0, inertia[n] / 7.06e-5); /* the loop as quick as with the usual rotor */
+            shaft.params.speed_kp_a_per_unit *=
+                (float)fmin(1.0, inertia[n] / 7.06e-5); /* the loop as quick as with the usual rotor */
             shaft.params.speed_ki_a_per_unit_s *= (float)fmin(1.0, inertia[n] / 7.06e-5);
             power_up_at(start_angle(k, 4));
             drive_start(&shaft.drive);
@@ -257,7 +258,8 @@ void test_alignment_of_a_coarse_encoder_is_finer_than_its_counts(void)
             shaft_settle(40000);
             TEST_ASSERT_EQUAL_STRING("none", shaft_fault());
             const double count_deg = 360.0 * PAIRS / counts;
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1 * count_deg + 0.3, 0.5 * count_deg, shaft_zero_error_deg(), at("%g counts from angle %d", counts, k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1 * count_deg + 0.3, 0.5 * count_deg, shaft_zero_error_deg(),
+                                              at("%g counts from angle %d", counts, k));
         }
     }
 }

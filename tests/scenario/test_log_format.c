@@ -84,9 +84,9 @@ static void second_implementation(double angle0, double counts, double lsb)
     const double T = 1e-4;
     motor_t      x = {0.0, 0.0, 0.0, angle0};
     v_limited = i_limited = 0;
-    double       th = encoder(angle0, counts), w = 0.0;
-    double       speed_x = 0.0, d_x = 0.0, q_x = 0.0, iq_ref = 0.0;
-    double       v_alpha = 0.0, v_beta = 0.0;
+    double th = encoder(angle0, counts), w = 0.0;
+    double speed_x = 0.0, d_x = 0.0, q_x = 0.0, iq_ref = 0.0;
+    double v_alpha = 0.0, v_beta = 0.0;
     for (int k = 0; k < PERIODS; k++) {
         /* sample */
         const double angle = encoder(x.th, counts);

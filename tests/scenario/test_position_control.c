@@ -17,19 +17,50 @@ static void set_up(const char *const *names, const double *values, int count, vo
 /* docs/reference/yeh2024.md; the disturbance with whole cycles per turn in machine and model */
 static void machine(void)
 {
-    static const char *const model[] = {"pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms",
-                                        "rated_current_a", "rated_torque_nm", "dc_link_v", "counts_per_rev", "current_range_a"};
-    static const double model_value[] = {4, 0.8, 5e-3, 5e-3, 0.868 / 6.0, 0.78e-2, 0.339e-1, 11, 9.55, 310, 4194304, 200};
-    static const char *const param[] = {
-        "pole_pairs", "current_kp_v_per_a", "current_ki_v_per_as", "motor_resistance_ohm", "motor_ld_h", "motor_lq_h", "motor_psi_wb",
-        "iq_limit_a", "position_kp_per_s", "position_kv_a_per_rad_s", "position_ti_s", "profile_accel_rad_s2", "torque_delay_samples",
-        "over_current_a", "over_voltage_v", "under_voltage_v", "over_speed_rad_s", "encoder_counts", "profile_speed_rad_s",
-        "rdc_inertia_kgm2", "rdc_viscous_nms", "rdc_coulomb_nm", "rdc_static_nm", "rdc_stribeck_rad_s", "rdc_shape",
-        "rdc_line1_cycles", "rdc_line1_nm", "rdc_line1_rad", "rdc_line2_cycles", "rdc_line2_nm", "rdc_line2_rad",
-        "rdc_p31", "rdc_p32", "rdc_p33", "rdc_rho_nm", "rdc_sigma"};
-    static const double param_value[] = {4, 15, 2400, 0.8, 5e-3, 5e-3, 0.868 / 6.0, 30, 10, 1.5, 0.05, 0, 1, 40, 450, 50, 100, 4194304, SPEED,
-                                         0.78e-2, 0.339e-1, 0.387, 0.457, 0.551, 1.957, 24, 0.140, 1.275, 4, 0.022, 0.521,
-                                         1.4977e-5, 2.03552e-2, 3.03823e-3, 0.15, 0.02};
+    static const char *const model[] = {"pole_pairs",      "resistance_ohm", "ld_h",           "lq_h",
+                                        "psi_wb",          "inertia_kgm2",   "viscous_nms",    "rated_current_a",
+                                        "rated_torque_nm", "dc_link_v",      "counts_per_rev", "current_range_a"};
+    static const double      model_value[] = {4, 0.8, 5e-3, 5e-3, 0.868 / 6.0, 0.78e-2, 0.339e-1, 11, 9.55, 310, 4194304, 200};
+    static const char *const param[] = {"pole_pairs",
+                                        "current_kp_v_per_a",
+                                        "current_ki_v_per_as",
+                                        "motor_resistance_ohm",
+                                        "motor_ld_h",
+                                        "motor_lq_h",
+                                        "motor_psi_wb",
+                                        "iq_limit_a",
+                                        "position_kp_per_s",
+                                        "position_kv_a_per_rad_s",
+                                        "position_ti_s",
+                                        "profile_accel_rad_s2",
+                                        "torque_delay_samples",
+                                        "over_current_a",
+                                        "over_voltage_v",
+                                        "under_voltage_v",
+                                        "over_speed_rad_s",
+                                        "encoder_counts",
+                                        "profile_speed_rad_s",
+                                        "rdc_inertia_kgm2",
+                                        "rdc_viscous_nms",
+                                        "rdc_coulomb_nm",
+                                        "rdc_static_nm",
+                                        "rdc_stribeck_rad_s",
+                                        "rdc_shape",
+                                        "rdc_line1_cycles",
+                                        "rdc_line1_nm",
+                                        "rdc_line1_rad",
+                                        "rdc_line2_cycles",
+                                        "rdc_line2_nm",
+                                        "rdc_line2_rad",
+                                        "rdc_p31",
+                                        "rdc_p32",
+                                        "rdc_p33",
+                                        "rdc_rho_nm",
+                                        "rdc_sigma"};
+    static const double      param_value[] = {4,     15,      2400,     0.8,   5e-3,      5e-3,       0.868 / 6.0, 30,   10,
+                                              1.5,   0.05,    0,        1,     40,        450,        50,          100,  4194304,
+                                              SPEED, 0.78e-2, 0.339e-1, 0.387, 0.457,     0.551,      1.957,       24,   0.140,
+                                              1.275, 4,       0.022,    0.521, 1.4977e-5, 2.03552e-2, 3.03823e-3,  0.15, 0.02};
     TEST_ASSERT_EQUAL_INT(COUNT_OF(model), COUNT_OF(model_value));
     TEST_ASSERT_EQUAL_INT(COUNT_OF(param), COUNT_OF(param_value));
     set_up(model, model_value, COUNT_OF(model), rig_model);
@@ -136,7 +167,8 @@ static void assert_homes(double speed)
     TEST_ASSERT_EQUAL_STRING("none", rig_fault());
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_read("homed"));
     const double turns = floor((rig_read("true_theta_m_rad") - 0.5) / TWO_PI + 0.5);
-    TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.5, rig_read("true_theta_m_rad") - turns * TWO_PI); /* static friction holds it somewhere near */
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.5,
+                              rig_read("true_theta_m_rad") - turns * TWO_PI); /* static friction holds it somewhere near */
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.5, rig_read("position_ref_rad"));
 }
 

@@ -140,14 +140,15 @@ void test_protection_start_with_a_wrong_zero_ends_within_a_tenth_of_a_second(voi
             rig_param("encoder_offset_rad", remainder(error / 360.0 * TWO_PI, TWO_PI));
             rig_input("speed_ref_rad_s", speed);
             rig_start();
-            int ms = 0;
+            int    ms = 0;
             double most = 0.0;
             for (; (ms < 300) && (rig_read("fault") == 0.0); ms++) {
                 rig_run(10);
                 most = fmax(most, fabs(rig_read("true_speed_rad_s")));
             }
             const char *const name = rig_fault();
-            TEST_ASSERT_TRUE_MESSAGE((strcmp(name, "speed_deviation") == 0) || (strcmp(name, "electrical_zero") == 0), at("%g degrees", error));
+            TEST_ASSERT_TRUE_MESSAGE((strcmp(name, "speed_deviation") == 0) || (strcmp(name, "electrical_zero") == 0),
+                                     at("%g degrees", error));
             TEST_ASSERT_TRUE_MESSAGE((ms <= 100) && (most < 250.0), at("%g degrees: %d ms", error, ms));
         }
     }

@@ -42,7 +42,8 @@ static void assert_step(double rpm)
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.05, ideal_step(1e-4 * k), w, at("%g r/min, period %d", rpm, k));
         }
     }
-    TEST_ASSERT_TRUE_MESSAGE((top - 1.0 > ideal_overshoot() - 0.01) && (top - 1.0 < ideal_overshoot() + 0.05), at("overshoot %g", top - 1.0));
+    TEST_ASSERT_TRUE_MESSAGE((top - 1.0 > ideal_overshoot() - 0.01) && (top - 1.0 < ideal_overshoot() + 0.05),
+                             at("overshoot %g", top - 1.0));
     /* settled: the slowest mode has gone down by exp(-40 0.4); encoder ripple of the M/T speed is what is left */
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, rig_read("true_speed_rad_s") / (rpm * RPM));
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, rig_read("speed_rad_s") / (rpm * RPM));

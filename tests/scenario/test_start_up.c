@@ -27,7 +27,8 @@ static void assert_turns(double speed_ref, const char *text)
     TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(4.0, rig_read("state"), text);
     const double before = rig_read("true_theta_m_rad");
     rig_run(500);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * fabs(speed_ref), 0.05 * speed_ref / 0.05, (rig_read("true_theta_m_rad") - before) / 0.05, text);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * fabs(speed_ref), 0.05 * speed_ref / 0.05,
+                                      (rig_read("true_theta_m_rad") - before) / 0.05, text);
 }
 
 /* 16 angles of one electrical turn, also exactly opposite to each vector of the alignment; no friction to hold the rotor,

@@ -20,8 +20,8 @@ void setUp(void)
 }
 void tearDown(void) { es_sim_free(sim); }
 
-static void start(void) { TEST_ASSERT_TRUE_MESSAGE(es_sim_start(sim), es_sim_error(sim)); }
-static void run(int64_t periods) { TEST_ASSERT_EQUAL_INT64(0, es_sim_run(sim, periods, 1, NULL, 0)); }
+static void   start(void) { TEST_ASSERT_TRUE_MESSAGE(es_sim_start(sim), es_sim_error(sim)); }
+static void   run(int64_t periods) { TEST_ASSERT_EQUAL_INT64(0, es_sim_run(sim, periods, 1, NULL, 0)); }
 static double shown(const char *signal) { return es_sim_read(sim, signal); }
 
 static void assert_error_names(const char *what)
@@ -54,8 +54,9 @@ static void assert_list(info_t info, int count, bool bounded)
         TEST_ASSERT_NOT_NULL_MESSAGE(f.unit, f.name);
         TEST_ASSERT_TRUE_MESSAGE(strlen(f.doc) > 0U, f.name);
         TEST_ASSERT_NOT_NULL_MESSAGE(f.choices, f.name);
-        TEST_ASSERT_TRUE_MESSAGE((strcmp(f.kind, "float") == 0) || (strcmp(f.kind, "integer") == 0) || (strcmp(f.kind, "flag") == 0) ||
-                                     (strcmp(f.kind, "choice") == 0), f.name);
+        TEST_ASSERT_TRUE_MESSAGE((strcmp(f.kind, "float") == 0) || (strcmp(f.kind, "integer") == 0) ||
+                                     (strcmp(f.kind, "flag") == 0) || (strcmp(f.kind, "choice") == 0),
+                                 f.name);
         TEST_ASSERT_TRUE_MESSAGE((f.min <= f.value) && (f.value <= f.max), f.name);
         TEST_ASSERT_TRUE_MESSAGE(!bounded || (isfinite(f.min) && isfinite(f.max)), f.name);
         for (int k = 0; k < i; k++) {

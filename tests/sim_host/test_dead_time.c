@@ -143,7 +143,8 @@ void test_dead_time_at_edges_loses_nothing_while_the_ripple_turns_the_current(vo
 void test_dead_time_by_edges_mixes_the_two_losses(void)
 {
     model.substeps = 1.0;
-    const double end_a[3] = {held_current_a(0.05, DEAD_S, 0.0), held_current_a(0.05, DEAD_S, 0.5), held_current_a(0.05, DEAD_S, 1.0)};
+    const double end_a[3] = {held_current_a(0.05, DEAD_S, 0.0), held_current_a(0.05, DEAD_S, 0.5),
+                             held_current_a(0.05, DEAD_S, 1.0)};
     TEST_ASSERT_TRUE(fabs(end_a[2] - end_a[0]) > 0.01);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.5 * (end_a[0] + end_a[2]), end_a[1]);
 }

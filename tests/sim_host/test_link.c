@@ -24,7 +24,8 @@ static uint16_t        answer_type;
 static codec_reader_t  answer;
 static uint16_t        answer_octets[FRAME_PAYLOAD_MAX];
 
-static const char *const NAMES[SIGNALS] = {"speed_ref_rad_s", "speed_rad_s", "theta_m_rad", "iq_ref_a", "iq_a", "ia_a", "vq_v", "vdc_v"};
+static const char *const NAMES[SIGNALS] = {
+    "speed_ref_rad_s", "speed_rad_s", "theta_m_rad", "iq_ref_a", "iq_a", "ia_a", "vq_v", "vdc_v"};
 
 static uint16_t number_of(const char *signal)
 {
@@ -60,7 +61,7 @@ static void keep_stream(codec_reader_t r)
 /* One millisecond of drive and line. */
 static void millisecond(void)
 {
-    uint8_t octets[2 * LINE_OCTETS_PER_MS];
+    uint8_t       octets[2 * LINE_OCTETS_PER_MS];
     const int64_t room = (rows + 10 <= ROWS_MAX) ? 10 : 0;
     rows += es_sim_run(sim, 10, 1, (room > 0) ? &record[rows][0] : NULL, room);
     const int n = es_sim_link_read(sim, octets, LINE_OCTETS_PER_MS);
@@ -286,7 +287,7 @@ static void store_auto_run(void)
 /* 0.2 s: the timeout of the link is longer */
 void test_link_changes_nothing_about_the_drive(void)
 {
-    static double   without[2000][SIGNALS];
+    static double without[2000][SIGNALS];
     store_auto_run();
     es_sim_t *const other = es_sim_new();
     TEST_ASSERT_TRUE(es_sim_set_param(other, "offset_calibration_periods", 0.0));

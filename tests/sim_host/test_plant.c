@@ -324,7 +324,8 @@ static sim_state_t end_state(int substeps)
 
 static double distance(sim_state_t a, sim_state_t b)
 {
-    return fabs(a.id_a - b.id_a) + fabs(a.iq_a - b.iq_a) + fabs(a.speed_rad_s - b.speed_rad_s) + fabs(a.theta_m_rad - b.theta_m_rad);
+    return fabs(a.id_a - b.id_a) + fabs(a.iq_a - b.iq_a) + fabs(a.speed_rad_s - b.speed_rad_s) +
+           fabs(a.theta_m_rad - b.theta_m_rad);
 }
 
 void test_plant_integration_is_of_fourth_order(void)
@@ -334,7 +335,8 @@ void test_plant_integration_is_of_fourth_order(void)
     TEST_ASSERT_TRUE(before > 1e-8); /* there is something to get smaller */
     for (int n = 2; n <= 8; n *= 2) {
         const double now = distance(end_state(n), best);
-        TEST_ASSERT_TRUE_MESSAGE((before / now > 12.0) && (before / now < 24.0), at("%d steps: %g times better", n, before / now));
+        TEST_ASSERT_TRUE_MESSAGE((before / now > 12.0) && (before / now < 24.0),
+                                 at("%d steps: %g times better", n, before / now));
         before = now;
     }
 }
@@ -481,7 +483,8 @@ void test_plant_gates_off_every_current_dies_within_three_periods_and_stays_dead
             plant.x.iq_a = 6.0 * sin(TWO_PI / 24.0 * k);
             machine_coast(3); /* 6 A take 24 V / (1.5 L) 75 us alone */
             for (int n = 0; n < 200; n++) {
-                TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(0.0, hypot(plant.x.id_a, plant.x.iq_a), at("steps %d, case %d, period %d", steps, k, n));
+                TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(0.0, hypot(plant.x.id_a, plant.x.iq_a),
+                                                 at("steps %d, case %d, period %d", steps, k, n));
                 machine_coast(1);
             }
         }
@@ -548,12 +551,14 @@ void test_plant_start_refuses_every_field_outside_its_range_by_name(void)
         for (size_t k = 0; k < COUNT_OF(bad); k++) {
             machine_defaults();
             *sim_model_at(&model, i) = bad[k];
-            TEST_ASSERT_EQUAL_STRING(f->name, sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, 1U));
+            TEST_ASSERT_EQUAL_STRING(
+                f->name, sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, 1U));
         }
         if (f->kind != SIM_REAL) {
             machine_defaults();
             *sim_model_at(&model, i) = f->min + 0.5;
-            TEST_ASSERT_EQUAL_STRING(f->name, sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, 1U));
+            TEST_ASSERT_EQUAL_STRING(
+                f->name, sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, 1U));
         }
     }
 }

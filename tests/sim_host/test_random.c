@@ -26,11 +26,16 @@ void test_random_seed_is_spread_by_splitmix64(void)
 /* Blackman and Vigna's xoshiro256plusplus.c from state 1, 2, 3, 4; a uniform number is the upper 53 bits */
 void test_random_uniform_numbers_are_those_of_xoshiro256_plus_plus(void)
 {
-    static const uint64_t PUBLISHED[] = {UINT64_C(41943041),             UINT64_C(58720359),
-                                         UINT64_C(3588806011781223),     UINT64_C(3591011842654386),
-                                         UINT64_C(9228616714210784205),  UINT64_C(9973669472204895162),
-                                         UINT64_C(14011001112246962877), UINT64_C(12406186145184390807),
-                                         UINT64_C(15849039046786891736), UINT64_C(10450023813501588000)};
+    static const uint64_t PUBLISHED[] = {UINT64_C(41943041),
+                                         UINT64_C(58720359),
+                                         UINT64_C(3588806011781223),
+                                         UINT64_C(3591011842654386),
+                                         UINT64_C(9228616714210784205),
+                                         UINT64_C(9973669472204895162),
+                                         UINT64_C(14011001112246962877),
+                                         UINT64_C(12406186145184390807),
+                                         UINT64_C(15849039046786891736),
+                                         UINT64_C(10450023813501588000)};
     const sim_random_t    state = {{1U, 2U, 3U, 4U}};
     r = state;
     for (size_t k = 0; k < sizeof PUBLISHED / sizeof PUBLISHED[0]; k++) {

@@ -26,7 +26,8 @@ void test_sensors_encoder_shows_the_count_below(void)
     machine_start();
     const double counts[] = {0.0, 0.01, 0.5, 0.99, 1.01, 17.3, 1999.99, 2000.01, 3999.5};
     for (size_t k = 0; k < COUNT_OF(counts); k++) {
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-12, floor(counts[k]) * COUNT, angle_at(counts[k] * COUNT), at("%g counts", counts[k]));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-12, floor(counts[k]) * COUNT, angle_at(counts[k] * COUNT),
+                                          at("%g counts", counts[k]));
     }
 }
 
@@ -88,9 +89,9 @@ static void assert_edges(double w, double angle)
 
 void test_sensors_edges_are_timed_forward(void)
 {
-    assert_edges(15.7, 0.3 * COUNT); /* an edge per period */
+    assert_edges(15.7, 0.3 * COUNT);    /* an edge per period */
     assert_edges(300.0, 100.3 * COUNT); /* nearly twenty */
-    assert_edges(0.7, 0.3 * COUNT); /* one in twenty */
+    assert_edges(0.7, 0.3 * COUNT);     /* one in twenty */
 }
 
 void test_sensors_edges_are_timed_backward_and_through_zero(void)
@@ -100,10 +101,7 @@ void test_sensors_edges_are_timed_backward_and_through_zero(void)
     assert_edges(-0.7, 0.3 * COUNT);
 }
 
-void test_sensors_edges_of_negative_angles_are_timed_forward(void)
-{
-    assert_edges(40.0, -1.5);
-}
+void test_sensors_edges_of_negative_angles_are_timed_forward(void) { assert_edges(40.0, -1.5); }
 
 /* Passed upwards and, after a reversal, downwards: the same edge, at two times. */
 void test_sensors_edge_has_one_position_whichever_way_it_is_passed(void)
@@ -263,7 +261,8 @@ void test_sensors_noise_is_the_same_for_the_same_seed_and_another_for_another(vo
     model.current_noise_a = 0.03;
     double first[3];
     for (int run = 0; run < 3; run++) {
-        TEST_ASSERT_NULL(sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, (run == 2) ? 8U : 7U));
+        TEST_ASSERT_NULL(
+            sim_plant_start(&plant, &model, (const double (*)[SIM_EFFECT_PARAMS])effect_values, 4000.0, (run == 2) ? 8U : 7U));
         sim_plant_read(&plant, &reading);
         first[run] = reading.ia_a;
     }

@@ -101,7 +101,8 @@ void test_two_mass_brake_stops_the_load_without_turning_it_back(void)
         machine_voltage(0.0, 0.0, 1);
         TEST_ASSERT_TRUE(plant.load.speed_rad_s >= 0.0);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, plant.x.speed_rad_s); /* 20 / (0.1 / J) = 14 ms, then it swings out with zeta r w = 113 1/s */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0,
+                              plant.x.speed_rad_s); /* 20 / (0.1 / J) = 14 ms, then it swings out with zeta r w = 113 1/s */
     TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.load.speed_rad_s);
 }
 

@@ -19,9 +19,9 @@
 #include "unity.h"
 
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
-#define FIXED_STEP (1.0 / 16777216.0)   /* one step of Q7.24 */
-#define FLOAT_EPS (1.0 / 8388608.0)     /* distance of two floats at 1 */
-#define TURN_STEPS 4294967296.0         /* steps of an angle_t per turn */
+#define FIXED_STEP (1.0 / 16777216.0) /* one step of Q7.24 */
+#define FLOAT_EPS (1.0 / 8388608.0)   /* distance of two floats at 1 */
+#define TURN_STEPS 4294967296.0       /* steps of an angle_t per turn */
 #define TWO_PI 6.283185307179586476925
 
 #ifdef EVENSPIN_FIXED
@@ -29,26 +29,34 @@
 /** What no block may calculate with: the one bit pattern that has no negative. */
 static const num_t NOT_FINITE[] = {INT32_MIN};
 /** Extremes that are numbers, and some ordinary ones between them. */
-static const num_t NASTY[] = {INT32_MIN, INT32_MAX, -INT32_MAX, 0, 1, -1, 0x1000000, -0x1000000, 0x7F000000, -0x7F000000,
-                              12345, -999999999};
+static const num_t  NASTY[] = {INT32_MIN, INT32_MAX,  -INT32_MAX, 0,           1,     -1,
+                               0x1000000, -0x1000000, 0x7F000000, -0x7F000000, 12345, -999999999};
 static inline num_t num_of(double x)
 {
     const double steps = x / FIXED_STEP;
     return (steps >= 2147483647.0) ? INT32_MAX : ((steps <= -2147483647.0) ? -INT32_MAX : (num_t)llround(steps));
 }
 static inline double value_of(num_t x) { return (double)x * FIXED_STEP; }
-static inline double per_numeric(double in_float, double in_fixed) { (void)in_float; return in_fixed; }
+static inline double per_numeric(double in_float, double in_fixed)
+{
+    (void)in_float;
+    return in_fixed;
+}
 #define FLOAT_ONLY() TEST_IGNORE_MESSAGE("float only")
 #define FIXED_ONLY() ((void)0)
 
 #else
 
-static const num_t NOT_FINITE[] = {NAN, -NAN, INFINITY, -INFINITY, 1e38f, -1e38f, FLT_MAX, 1.1e12f};
-static const num_t NASTY[] = {NAN, INFINITY, -INFINITY, 1e38f, -1e38f, 1e12f, -1e12f, 0.0f, -0.0f, FLT_MIN, -FLT_MIN,
-                              1e-42f, 1.0f, -1.0f, 3e6f, -7e-5f};
-static inline num_t num_of(double x) { return (num_t)x; }
+static const num_t   NOT_FINITE[] = {NAN, -NAN, INFINITY, -INFINITY, 1e38f, -1e38f, FLT_MAX, 1.1e12f};
+static const num_t   NASTY[] = {NAN,   INFINITY, -INFINITY, 1e38f,  -1e38f, 1e12f, -1e12f, 0.0f,
+                                -0.0f, FLT_MIN,  -FLT_MIN,  1e-42f, 1.0f,   -1.0f, 3e6f,   -7e-5f};
+static inline num_t  num_of(double x) { return (num_t)x; }
 static inline double value_of(num_t x) { return (double)x; }
-static inline double per_numeric(double in_float, double in_fixed) { (void)in_fixed; return in_float; }
+static inline double per_numeric(double in_float, double in_fixed)
+{
+    (void)in_fixed;
+    return in_float;
+}
 #define FLOAT_ONLY() ((void)0)
 #define FIXED_ONLY() TEST_IGNORE_MESSAGE("fixed point only")
 
@@ -67,10 +75,7 @@ static inline uint32_t noise_bits(noise_t *self)
     self->seed = (self->seed * UINT32_C(1664525)) + UINT32_C(1013904223);
     return self->seed;
 }
-static inline double noise_next(noise_t *self)
-{
-    return ((double)(noise_bits(self) >> 16) - 32768.0) / 65536.0;
-}
+static inline double noise_next(noise_t *self) { return ((double)(noise_bits(self) >> 16) - 32768.0) / 65536.0; }
 /** A whole number in [0, below). */
 static inline uint32_t noise_pick(noise_t *self, uint32_t below)
 {
@@ -95,7 +100,7 @@ static inline const char *at(const char *format, ...)
 }
 
 #define ASSERT_NUM_WITHIN(tolerance, expected, actual) TEST_ASSERT_DOUBLE_WITHIN((tolerance), (expected), value_of(actual))
-#define ASSERT_NUM_WITHIN_AT(tolerance, expected, actual, text)                                                         \
+#define ASSERT_NUM_WITHIN_AT(tolerance, expected, actual, text)                                                                  \
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE((tolerance), (expected), value_of(actual), (text))
 /** Finite and within +-bound; NaN fails. */
 #define ASSERT_BOUNDED_AT(bound, actual, text) TEST_ASSERT_TRUE_MESSAGE(fabs(value_of(actual)) <= (bound), (text))

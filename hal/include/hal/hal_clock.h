@@ -12,6 +12,6 @@ uint32_t hal_clock_cyc(void);
 /** Cycles per second, 200e6 on the F28379D. */
 uint32_t hal_clock_hz(void);
 /** Make the speed interrupt pending; it runs when no current interrupt does. From the current interrupt. */
-void     hal_clock_request_speed_isr(void);
+void hal_clock_request_speed_isr(void);
 
 #endif

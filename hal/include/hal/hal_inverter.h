@@ -14,8 +14,8 @@ typedef struct {
 /** What the hardware itself has found, besides what the firmware checks. */
 typedef enum {
     HAL_INVERTER_FINE = 0,
-    HAL_INVERTER_OVER_CURRENT,   /**< Comparator tripped the PWM. */
-    HAL_INVERTER_DRIVER_FAULT,   /**< Gate driver pulls its fault line. */
+    HAL_INVERTER_OVER_CURRENT, /**< Comparator tripped the PWM. */
+    HAL_INVERTER_DRIVER_FAULT, /**< Gate driver pulls its fault line. */
     HAL_INVERTER_OVER_TEMPERATURE
 } hal_inverter_fault_t;
 
@@ -24,10 +24,10 @@ hal_status_t hal_inverter_set_duty(const hal_duty_t *duty);
 /** Let the gates follow the duties, from the next period on. From the main loop. @return HAL_SENSOR_FAULT while a hardware fault stands. */
 hal_status_t hal_inverter_arm(void);
 /** All gates off within one PWM period. Cannot fail; any context; idempotent. */
-void         hal_inverter_disarm(void);
+void hal_inverter_disarm(void);
 /** First hardware fault since the last hal_inverter_clear_fault. Any context. */
 hal_inverter_fault_t hal_inverter_fault(void);
 /** Forget the hardware fault; it comes back if its cause stands. From the main loop, disarmed. */
-void         hal_inverter_clear_fault(void);
+void hal_inverter_clear_fault(void);
 
 #endif

@@ -8,8 +8,8 @@
 #include "hal/hal_types.h"
 
 /** Pages that can be erased one by one, and words in each. 0 pages: this board stores nothing. */
-uint16_t     hal_storage_pages(void);
-uint16_t     hal_storage_page_words(void);
+uint16_t hal_storage_pages(void);
+uint16_t hal_storage_page_words(void);
 /** Read words. From the main loop. */
 hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count);
 /** Program words that were erased before. May take milliseconds: refuses with HAL_BUSY while the bridge is armed. */

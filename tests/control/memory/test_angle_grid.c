@@ -108,13 +108,13 @@ static double position_of(angle_t angle, uint16_t cells) { return (double)angle 
 /* A walk must visit the points in (from, to], one by one, with the values of the straight line; nothing else. */
 static uint16_t assert_walk(angle_t from, double v_from, angle_t to, double v_to, double bound)
 {
-    const uint16_t cells = grid.cells;
-    const int32_t  turn = (int32_t)(to - from);
-    const bool     up = turn >= 0;
-    const double   start = position_of(from, cells);
-    const double   way = (double)turn * cells / TURN_STEPS;
-    const double   end = start + way;
-    double         next = up ? (floor(start) + 1.0) : (ceil(start) - 1.0);
+    const uint16_t  cells = grid.cells;
+    const int32_t   turn = (int32_t)(to - from);
+    const bool      up = turn >= 0;
+    const double    start = position_of(from, cells);
+    const double    way = (double)turn * cells / TURN_STEPS;
+    const double    end = start + way;
+    double          next = up ? (floor(start) + 1.0) : (ceil(start) - 1.0);
     ctl_grid_walk_t walk = ctl_grid_walk(&grid, from, num_of(v_from), to, num_of(v_to));
     uint16_t        index = 0U;
     uint16_t        visited = 0U;
@@ -173,7 +173,7 @@ void test_ctl_grid_walk_across_zero_wraps_both_ways(void)
     TEST_ASSERT_EQUAL_UINT16(1U, assert_walk((7U * cell) - 5U, 0.0, UINT32_MAX, 1.0, walk_bound(1.0))); /* 7 */
     TEST_ASSERT_EQUAL_UINT16(3U, assert_walk((7U * cell) - 5U, 0.0, cell, 1.0, walk_bound(3.0)));       /* 7, 0, 1 */
     TEST_ASSERT_EQUAL_UINT16(3U, assert_walk(cell + 5U, 0.0, 7U * cell, 1.0, walk_bound(3.0)));         /* 1, 0, 7 */
-    TEST_ASSERT_EQUAL_UINT16(1U, assert_walk(0U, 0.0, 7U * cell, 1.0, 0.0)); /* 0 was visited before */
+    TEST_ASSERT_EQUAL_UINT16(1U, assert_walk(0U, 0.0, 7U * cell, 1.0, 0.0));                            /* 0 was visited before */
 }
 
 void test_ctl_grid_walk_at_standstill_visits_nothing(void)

@@ -171,7 +171,8 @@ void test_ctl_ring_of_any_length_agrees_with_a_plain_list(void)
                 break;
             }
             for (uint16_t d = 0; d < capacity; d++) {
-                ASSERT_NUM_WITHIN_AT(0.0, list[d], ctl_ring_get(&ring, d), at("capacity %u, turn %u, delay %u", capacity, turn, d));
+                ASSERT_NUM_WITHIN_AT(0.0, list[d], ctl_ring_get(&ring, d),
+                                     at("capacity %u, turn %u, delay %u", capacity, turn, d));
             }
         }
     }

@@ -69,7 +69,8 @@ static machine_t m;
 static dq_t slope(dq_t i, dq_t v)
 {
     const double w = m.rad_s * POLE_PAIRS;
-    const dq_t   s = {(v.d - (R_OHM * i.d) + (w * LQ_H * i.q)) / LD_H, (v.q - (R_OHM * i.q) - (w * ((LD_H * i.d) + PSI_WB))) / LQ_H};
+    const dq_t   s = {(v.d - (R_OHM * i.d) + (w * LQ_H * i.q)) / LD_H,
+                      (v.q - (R_OHM * i.q) - (w * ((LD_H * i.d) + PSI_WB))) / LQ_H};
     return s;
 }
 

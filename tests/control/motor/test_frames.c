@@ -95,7 +95,8 @@ void test_ctl_clarke_keeps_the_amplitude_of_a_three_phase_set(void)
 {
     for (int i = 0; i < 24; i++) {
         const double    phi = TWO_PI * i / 24.0;
-        const ctl_abc_t in = {num_of(2.0 * cos(phi)), num_of(2.0 * cos(phi - TWO_PI / 3.0)), num_of(2.0 * cos(phi + TWO_PI / 3.0))};
+        const ctl_abc_t in = {num_of(2.0 * cos(phi)), num_of(2.0 * cos(phi - TWO_PI / 3.0)),
+                              num_of(2.0 * cos(phi + TWO_PI / 3.0))};
         ctl_ab_t        out;
 
         (void)ctl_clarke(&in, &out);
@@ -126,7 +127,8 @@ void test_ctl_frames_there_and_back_give_the_phases_without_their_common_part(vo
     noise_t noise = {15U};
     for (uint32_t i = 0; i < 300U; i++) {
         const ctl_rotor_t rotor = rotor_at(noise_bits(&noise));
-        const ctl_abc_t   in = {num_of(8.0 * noise_next(&noise)), num_of(8.0 * noise_next(&noise)), num_of(8.0 * noise_next(&noise))};
+        const ctl_abc_t   in = {num_of(8.0 * noise_next(&noise)), num_of(8.0 * noise_next(&noise)),
+                                num_of(8.0 * noise_next(&noise))};
         const double      common = (value_of(in.a) + value_of(in.b) + value_of(in.c)) / 3.0;
         ctl_ab_t          ab;
         ctl_dq_t          dq;
@@ -271,7 +273,8 @@ void test_ctl_frames_raw_are_the_same_for_numbers(void)
 {
     noise_t noise = {25U};
     for (uint32_t i = 0; i < 500U; i++) {
-        const ctl_abc_t   abc = {num_of(30.0 * noise_next(&noise)), num_of(30.0 * noise_next(&noise)), num_of(30.0 * noise_next(&noise))};
+        const ctl_abc_t   abc = {num_of(30.0 * noise_next(&noise)), num_of(30.0 * noise_next(&noise)),
+                                 num_of(30.0 * noise_next(&noise))};
         const ctl_ab_t    ab = {abc.b, abc.c};
         const ctl_dq_t    dq = {abc.a, abc.c};
         const ctl_rotor_t r = rotor_at(noise_bits(&noise));

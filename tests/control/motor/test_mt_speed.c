@@ -76,10 +76,7 @@ void test_ctl_mt_does_not_notice_the_wrap_of_the_count(void)
     assert_steady(-3.3, INT32_MIN + 30, 0U);
 }
 
-void test_ctl_mt_first_sample_has_no_speed_yet(void)
-{
-    ASSERT_NUM_WITHIN(0.0, 0.0, ctl_mt_step(&mt, 1000, 5U, 100U));
-}
+void test_ctl_mt_first_sample_has_no_speed_yet(void) { ASSERT_NUM_WITHIN(0.0, 0.0, ctl_mt_step(&mt, 1000, 5U, 100U)); }
 
 void test_ctl_mt_at_a_reversal_over_one_edge_is_zero_then_follows(void)
 {

@@ -45,10 +45,7 @@ static void assert_golden(const double *golden, size_t count)
     }
 }
 
-void test_ctl_pi_with_hold_matches_golden(void)
-{
-    assert_golden(GOLDEN_PI_HOLD, COUNT_OF(GOLDEN_PI_HOLD));
-}
+void test_ctl_pi_with_hold_matches_golden(void) { assert_golden(GOLDEN_PI_HOLD, COUNT_OF(GOLDEN_PI_HOLD)); }
 
 void test_ctl_pi_with_outward_hold_matches_golden(void)
 {
@@ -80,15 +77,9 @@ void test_ctl_pi_with_inexact_gains_agrees_with_double_precision(void)
 
 /* ---- the two equations ---------------------------------------------------------------------------------------------- */
 
-void test_ctl_pi_fresh_with_a_zero_error_gives_zero(void)
-{
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, sample(0.0, 3.0));
-}
+void test_ctl_pi_fresh_with_a_zero_error_gives_zero(void) { TEST_ASSERT_EQUAL_DOUBLE(0.0, sample(0.0, 3.0)); }
 
-void test_ctl_pi_first_output_is_proportional(void)
-{
-    TEST_ASSERT_EQUAL_DOUBLE(1.25 * 0.5, sample(0.5, 3.0));
-}
+void test_ctl_pi_first_output_is_proportional(void) { TEST_ASSERT_EQUAL_DOUBLE(1.25 * 0.5, sample(0.5, 3.0)); }
 
 void test_ctl_pi_integrates_after_the_output_not_before(void)
 {

@@ -310,7 +310,8 @@ void test_ctl_vector_limit_raw_keeps_its_contract_over_the_whole_range(void)
             TEST_ASSERT_TRUE_MESSAGE(is > limit * 0.999999, at("turn %u: cut without need", i));
             const double least = (limit < 1e-18) ? 1e-18 : limit * 1e-6; /* three roundings and the root's 2e-7 */
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(least, limit, got, at("turn %u", i));
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(((limit < 1e-18) ? 1e-18 : limit) * is * 4e-6 + 1e-37, 0.0, (double)out.d * (double)v.q - (double)out.q * (double)v.d, at("turn %u", i));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(((limit < 1e-18) ? 1e-18 : limit) * is * 4e-6 + 1e-37, 0.0,
+                                              (double)out.d * (double)v.q - (double)out.q * (double)v.d, at("turn %u", i));
         }
     }
 }

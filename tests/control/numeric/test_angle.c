@@ -96,7 +96,7 @@ void test_angle_to_rad_matches_golden(void)
 
 void test_angle_to_rad_stays_within_one_turn(void)
 {
-    const double rounding = per_numeric(3e-7, FIXED_STEP);
+    const double  rounding = per_numeric(3e-7, FIXED_STEP);
     const angle_t edge[] = {0U, 1U, UINT32_MAX, 2U * ANGLE_QUARTER, (2U * ANGLE_QUARTER) - 1U, (2U * ANGLE_QUARTER) + 1U};
     for (size_t i = 0; i < COUNT_OF(edge); i++) {
         const double rad = value_of(angle_to_rad(edge[i]));
@@ -196,8 +196,8 @@ void test_angle_from_rad_short_keeps_its_bound_within_half_a_turn(void)
         for (int sign = -1; sign <= 1; sign += 2) {
             const double given = value_of(num_of(sign * size));
 
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(size), 0.0,
-                                              distance_rad(angle_from_rad_short(num_of(sign * size)), given), at("%g rad", given));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(
+                from_rad_bound(size), 0.0, distance_rad(angle_from_rad_short(num_of(sign * size)), given), at("%g rad", given));
         }
     }
 }
@@ -263,7 +263,8 @@ void test_angle_to_turns_is_the_part_of_a_turn(void)
     for (uint32_t i = 0; i < 500U; i++) {
         const angle_t angle = noise_bits(&noise);
 
-        ASSERT_NUM_WITHIN_AT(per_numeric(1.0 / 33554432.0, FIXED_STEP), (double)angle / TURN_STEPS, angle_to_turns(angle), at("turn %u", i));
+        ASSERT_NUM_WITHIN_AT(per_numeric(1.0 / 33554432.0, FIXED_STEP), (double)angle / TURN_STEPS, angle_to_turns(angle),
+                             at("turn %u", i));
     }
 }
 

@@ -129,8 +129,8 @@ void test_num_log2_is_continuous_where_it_changes_the_exponent(void)
 {
     const double knee = 1.41421356237;
     for (int k = -6; k <= 5; k++) {
-        const num_t below = num_of(ldexp(knee - 1e-6, k));
-        const num_t above = num_of(ldexp(knee + 1e-6, k));
+        const num_t  below = num_of(ldexp(knee - 1e-6, k));
+        const num_t  above = num_of(ldexp(knee + 1e-6, k));
         const double rise = log2(value_of(above)) - log2(value_of(below));
 
         ASSERT_NUM_WITHIN_AT(per_numeric(1e-6, 6e-7), rise, num_sub(num_log2(above), num_log2(below)), at("2^%d", k));
@@ -258,7 +258,8 @@ void test_num_math_raw_forms_keep_the_bounds_where_they_are_allowed(void)
         const double value = value_of(given);
         if (value > 0.0) {
             ASSERT_NUM_WITHIN_AT(log2_bound(log2(value)), log2(value), num_log2_raw(given), at("log2(%g)", x));
-            ASSERT_NUM_WITHIN_AT(pow_bound(pow(value, 0.625)) + per_numeric(0.0, 1e-6), pow(value, 0.625), num_pow_raw(given, num_of(0.625)), at("%g^0.625", x));
+            ASSERT_NUM_WITHIN_AT(pow_bound(pow(value, 0.625)) + per_numeric(0.0, 1e-6), pow(value, 0.625),
+                                 num_pow_raw(given, num_of(0.625)), at("%g^0.625", x));
             ASSERT_NUM_WITHIN_AT(sqrt_bound(sqrt(value)), sqrt(value), num_sqrt_raw(given), at("sqrt(%g)", x));
         }
     }

@@ -105,7 +105,7 @@ void test_tmu_sqrt_agrees_with_the_portable_one(void)
 {
     FLOAT_ONLY();
     for (double x = 1.2e-38; x < 1.0e12; x *= 1.37) {
-        const num_t given = num_of(x);
+        const num_t  given = num_of(x);
         const double want = sqrt(value_of(given));
 
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-7 * want, want, value_of(num_sqrt(given)), at("%g", x));
@@ -126,7 +126,6 @@ void test_tmu_sqrt_of_what_has_no_root_is_that_of_the_portable_one(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.2, 1e6, value_of(num_sqrt((num_t)ODD[7])));
 }
 
-
 void test_tmu_is_not_used_in_fixed_point(void)
 {
     FIXED_ONLY();
@@ -137,4 +136,3 @@ void test_tmu_is_not_used_in_fixed_point(void)
     TEST_ASSERT_TRUE((sine == sine_twin) && (cosine == cosine_twin));
     TEST_ASSERT_TRUE(num_sqrt(num_of(2.0)) == num_sqrt_portable(num_of(2.0)));
 }
-

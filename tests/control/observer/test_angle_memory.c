@@ -100,7 +100,8 @@ static void assert_golden(uint16_t count, ctl_write_t write, const double *golde
     for (uint16_t i = 0; i < count; i++) {
         /* values within +-2: a point of a walk is off by 3e-7 for each before it, a short average by 4 half steps; past
          * errors fade with 9/16 a write */
-        ASSERT_NUM_WITHIN_AT(per_numeric(1.5e-6, 1.5e-6), golden[i], cells[i], at("way of writing %d, point %u of %u", (int)write, i, count));
+        ASSERT_NUM_WITHIN_AT(per_numeric(1.5e-6, 1.5e-6), golden[i], cells[i],
+                             at("way of writing %d, point %u of %u", (int)write, i, count));
     }
 }
 
@@ -400,7 +401,11 @@ static void turn(int passes, int direction, double (*shape)(double))
         ctl_angle_memory_look(&memory);
     }
 }
-static double constant(double position) { (void)position; return 2.0; }
+static double constant(double position)
+{
+    (void)position;
+    return 2.0;
+}
 static double ripple(double position) { return sin(TWO_PI * 2.0 * position / CELLS); }
 
 void test_ctl_angle_memory_error_falls_by_1_minus_gain_every_pass(void)
@@ -416,8 +421,8 @@ void test_ctl_angle_memory_error_falls_by_1_minus_gain_every_pass(void)
                 turn(passes, direction, constant);
 
                 for (int i = 3; i < (int)CELLS - 3; i++) { /* those near the seam are one pass ahead or behind */
-                    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-6, 12.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.75, passes)), cell(i),
-                                                      at("way of writing %d, pass %d, point %d", w, passes, i));
+                    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-6, 12.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.75, passes)),
+                                                      cell(i), at("way of writing %d, pass %d, point %d", w, passes, i));
                 }
             }
         }
@@ -457,8 +462,10 @@ void test_ctl_angle_memory_in_the_end_reads_the_waveform_it_saw_whatever_the_way
                 }
                 /* lines between samples a third of a cell apart lose up to h^2 / 72, a hat of three a side some h^2 / 12;
                  * reading on a line another h^2 / 8 */
-                const double theory = (((w == (int)CTL_WRITE_HAT) ? (1.0 / 12.0) : (1.0 / 81.0)) + ((r == 0) ? 0.125 : 0.0)) * h * h;
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.2 * theory, theory, worst, at("write %d, read %d, direction %d", w, r, direction));
+                const double theory =
+                    (((w == (int)CTL_WRITE_HAT) ? (1.0 / 12.0) : (1.0 / 81.0)) + ((r == 0) ? 0.125 : 0.0)) * h * h;
+                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.2 * theory, theory, worst,
+                                                  at("write %d, read %d, direction %d", w, r, direction));
             }
         }
     }
@@ -623,7 +630,8 @@ void test_ctl_angle_memory_after_a_skipped_sample_hats_and_all_points_begin_anew
 
 void test_ctl_angle_memory_jump_of_a_quarter_turn_or_more_teaches_nothing_and_is_counted(void)
 {
-    static const uint32_t JUMPS[] = {ANGLE_QUARTER, ANGLE_QUARTER + 1U, UINT32_C(0x60000000), UINT32_C(0x7FFFFFFF), UINT32_C(0x80000000)};
+    static const uint32_t JUMPS[] = {ANGLE_QUARTER, ANGLE_QUARTER + 1U, UINT32_C(0x60000000), UINT32_C(0x7FFFFFFF),
+                                     UINT32_C(0x80000000)};
     for (int w = 0; w <= (int)CTL_WRITE_HAT; w++) {
         for (size_t j = 0; j < COUNT_OF(JUMPS); j++) {
             for (int up = 0; up < 2; up++) {
@@ -768,7 +776,8 @@ void test_ctl_angle_memory_stays_within_its_limit_and_memory_whatever_comes(void
                 ctl_angle_memory_write(&memory, angle, noise_nasty(&noise), noise_nasty(&noise));
 
                 /* a cubic between points that alternate reaches 1.25 times them */
-                ASSERT_BOUNDED_AT((r == 0) ? 2.000001 : 2.500001, ctl_angle_memory_read(&memory, noise_bits(&noise)), at("sample %d", k));
+                ASSERT_BOUNDED_AT((r == 0) ? 2.000001 : 2.500001, ctl_angle_memory_read(&memory, noise_bits(&noise)),
+                                  at("sample %d", k));
             }
             for (int i = 0; i < (int)CELLS; i++) {
                 TEST_ASSERT_TRUE(fabs(cell(i)) <= 2.0);

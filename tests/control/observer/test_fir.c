@@ -17,7 +17,8 @@ static ctl_fir_params_t designed(uint16_t order, double cutoff)
 /* 1 2 3 2 1 over 16: exact in both numerics, and no two shifts of it look alike. */
 static ctl_fir_params_t valid_params(void)
 {
-    const ctl_fir_params_t p = {.order = 4U, .tap = {num_of(0.0625), num_of(0.125), num_of(0.1875), num_of(0.125), num_of(0.0625)}};
+    const ctl_fir_params_t p = {.order = 4U,
+                                .tap = {num_of(0.0625), num_of(0.125), num_of(0.1875), num_of(0.125), num_of(0.0625)}};
     return p;
 }
 
@@ -54,7 +55,8 @@ void test_ctl_fir_cascade_is_two_filters_one_after_the_other_times_the_gain(void
                 const num_t  x = num_of(0.2 * noise_next(&noise));
                 const double want = 16.0 * value_of(ctl_fir_step(&other, ctl_fir_step(&one, x)));
                 /* 0.2 times 16: float to 2^-24 of that in some ten sums; fixed: half a step a sum, the first ones times 16 */
-                ASSERT_NUM_WITHIN_AT(per_numeric(3e-6, 3e-5), want, ctl_fir_cascade_step_raw(&cascade, x), at("orders %u and %u, sample %d", first, second, k));
+                ASSERT_NUM_WITHIN_AT(per_numeric(3e-6, 3e-5), want, ctl_fir_cascade_step_raw(&cascade, x),
+                                     at("orders %u and %u, sample %d", first, second, k));
             }
         }
     }
@@ -202,7 +204,8 @@ void test_ctl_fir_delays_a_ramp_by_half_its_order(void)
             if (k >= order) { /* full of ramp */
                 /* sum of taps within 5e-7 of 1 (float), n steps (fixed), times a ramp of up to 7.5 */
                 TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(8e-6, 8.0 * (order + 1.0) * FIXED_STEP),
-                                                  0.125 * (k - (ctl_fir_delay_half(&p) / 2.0)), y, at("order %u, sample %d", order, k));
+                                                  0.125 * (k - (ctl_fir_delay_half(&p) / 2.0)), y,
+                                                  at("order %u, sample %d", order, k));
             }
         }
     }
@@ -237,7 +240,8 @@ void test_ctl_fir_delays_every_sine_by_what_it_declares(void)
                 double gain = 0.0;
                 start(&p);
                 /* the rounding of an output of size 1, averaged, over the slope of the sine */
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-7 / FREQUENCIES[f], ctl_fir_delay_half(&p) / 2.0, delay_of_sine(FREQUENCIES[f], &gain),
+                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-7 / FREQUENCIES[f], ctl_fir_delay_half(&p) / 2.0,
+                                                  delay_of_sine(FREQUENCIES[f], &gain),
                                                   at("order %u, frequency %g", order, FREQUENCIES[f]));
                 TEST_ASSERT_TRUE(gain > 0.5);
             }

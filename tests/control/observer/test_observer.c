@@ -20,7 +20,11 @@ static ctl_observer_params_t params_of(ctl_observer_kind_t kind)
 {
     const ctl_observer_params_t p = {
         .kind = kind,
-        .memory = {.gain = num_of(0.05), .forgetting = num_of(1.0), .write = CTL_WRITE_ONE, .read = CTL_READ_LINEAR, .limit = num_of(5.0)},
+        .memory = {.gain = num_of(0.05),
+                   .forgetting = num_of(1.0),
+                   .write = CTL_WRITE_ONE,
+                   .read = CTL_READ_LINEAR,
+                   .limit = num_of(5.0)},
         .age_half = 21U,
         .ahead = num_of(1.5),
         .rad_per_speed = num_of(TS_S * SPEED_UNIT),
@@ -86,7 +90,8 @@ void test_ctl_observer_dob_answers_a_step_as_a_first_order_lag(void)
     warm_up(0.0);
     for (int k = 1; k < 200; k++) {
         /* each sample rounds once: half steps add up to a tenth of 1 / gain steps */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-6, 10.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.95, k)), step(0.0, 0.0, 2.0), at("sample %d", k));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-6, 10.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.95, k)), step(0.0, 0.0, 2.0),
+                                          at("sample %d", k));
     }
 }
 
@@ -153,7 +158,8 @@ void test_ctl_observer_aro_puts_the_disturbance_where_it_will_act_at_any_speed_a
         double   speed;
         uint16_t age_half;
         double   ahead;
-    } CASES[] = {{10.0, 21U, 1.5}, {47.0, 21U, 1.5}, {47.0, 20U, 2.0}, {-47.0, 21U, 2.5}, {105.0, 2U, 0.0}, {-105.0, 62U, 12.0}, {105.0, 61U, 0.5}};
+    } CASES[] = {{10.0, 21U, 1.5}, {47.0, 21U, 1.5},    {47.0, 20U, 2.0}, {-47.0, 21U, 2.5},
+                 {105.0, 2U, 0.0}, {-105.0, 62U, 12.0}, {105.0, 61U, 0.5}};
     for (size_t i = 0; i < COUNT_OF(CASES); i++) {
         ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
         p.memory.gain = num_of(0.5);
@@ -165,7 +171,8 @@ void test_ctl_observer_aro_puts_the_disturbance_where_it_will_act_at_any_speed_a
 
         /* the line of the memory, and at 105 rad/s a line of a third of a cell between samples; half a sample of age would
          * be 0.5 3 w T_s / 2 + ...: 0.01 at 47 rad/s */
-        TEST_ASSERT_TRUE_MESSAGE((worst < (1.3 * LINE_LOSS)) && (worst > (0.5 * LINE_LOSS)), at("case %u: %g", (unsigned)i, worst));
+        TEST_ASSERT_TRUE_MESSAGE((worst < (1.3 * LINE_LOSS)) && (worst > (0.5 * LINE_LOSS)),
+                                 at("case %u: %g", (unsigned)i, worst));
     }
 }
 
@@ -204,7 +211,8 @@ void test_ctl_observer_aro_reversal_of_rotation_does_not_spoil_what_was_learned(
                 const bool   turning = fabs(speed) < 6.0; /* within 4 cells of the reversal */
                 const double hat = turning ? (3.5 * TWO_PI / CELLS / 3.0) : (LINE_LOSS * 2.0 / 3.0);
                 const double bound = (1.3 * LINE_LOSS) + ((w == (int)CTL_WRITE_HAT) ? hat : 0.0);
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(bound, shape(theta + (speed * 1.5 * TS_S)), out, at("write %d, sample %d", w, k));
+                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(bound, shape(theta + (speed * 1.5 * TS_S)), out,
+                                                  at("write %d, sample %d", w, k));
             } else {
                 ctl_observer_hold(&observer, true); /* the history of this test begins here */
                 (void)step(theta, speed, 0.0);
@@ -254,7 +262,8 @@ void test_ctl_observer_ro_puts_the_disturbance_when_it_will_act(void)
         int      samples;
         uint16_t age_half;
         double   ahead;
-    } CASES[] = {{1500, 21U, 1.5}, {1500, 20U, 2.0}, {4878, 21U, 2.25}, {300, 62U, 12.0}, {700, 0U, 0.0}, {700, 1U, 0.5}, {6141, 3U, 0.25}};
+    } CASES[] = {{1500, 21U, 1.5}, {1500, 20U, 2.0}, {4878, 21U, 2.25}, {300, 62U, 12.0},
+                 {700, 0U, 0.0},   {700, 1U, 0.5},   {6141, 3U, 0.25}};
     for (size_t i = 0; i < COUNT_OF(CASES); i++) {
         ctl_observer_params_t p = params_of(CTL_OBSERVER_RO);
         p.memory.gain = num_of(0.5);
@@ -268,7 +277,8 @@ void test_ctl_observer_ro_puts_the_disturbance_when_it_will_act(void)
 
         /* a line between two samples, and 1e-6 of what was not yet learned */
         const double h = TWO_PI / CASES[i].samples;
-        TEST_ASSERT_TRUE_MESSAGE(worst < ((CURVATURE * h * h / 8.0) + per_numeric(4e-6, 5e-6)), at("case %u: %g", (unsigned)i, worst));
+        TEST_ASSERT_TRUE_MESSAGE(worst < ((CURVATURE * h * h / 8.0) + per_numeric(4e-6, 5e-6)),
+                                 at("case %u: %g", (unsigned)i, worst));
     }
 }
 
@@ -339,7 +349,10 @@ static double rig_ripple(double rad)
            (0.020 * sin((10.0 * rad) + 0.5)) + (0.008 * sin((20.0 * rad) + 2.0)) + (0.010 * sin((30.0 * rad) + 0.9));
 }
 
-static double rig_acceleration(double rad, double rad_s) { return (rig.acting_nm + rig_ripple(rad) - rig.load_nm - (RIG_B * rad_s)) / RIG_J; }
+static double rig_acceleration(double rad, double rad_s)
+{
+    return (rig.acting_nm + rig_ripple(rad) - rig.load_nm - (RIG_B * rad_s)) / RIG_J;
+}
 
 static void rig_start(double rpm, uint32_t counts, double actuation)
 {
@@ -438,7 +451,8 @@ static ripple_t rig_remainder(double rpm, uint32_t counts, double actuation, dou
 
 static void assert_ripple(ripple_t got, double rms_from, double rms_to, double order12_to, const char *text)
 {
-    TEST_ASSERT_TRUE_MESSAGE((got.rms_rpm > rms_from) && (got.rms_rpm < rms_to), at("%s: %g of the rms is left", text, got.rms_rpm));
+    TEST_ASSERT_TRUE_MESSAGE((got.rms_rpm > rms_from) && (got.rms_rpm < rms_to),
+                             at("%s: %g of the rms is left", text, got.rms_rpm));
     TEST_ASSERT_TRUE_MESSAGE(got.order12_rpm < order12_to, at("%s: %g of the 12th order is left", text, got.order12_rpm));
 }
 
@@ -579,7 +593,7 @@ static bool  is_kept(void) { return memcmp(kept, room, sizeof kept) == 0; }
 /* Turn at 50 rad/s; the shape plus an offset. */
 #define RUN_RAD_S 50.0
 static double ran_rad;
-static void run(double turns, double offset)
+static void   run(double turns, double offset)
 {
     const double way = RUN_RAD_S * TS_S;
     const int    samples = (int)floor(turns * TWO_PI / way);
@@ -722,8 +736,8 @@ void test_ctl_observer_on_hold_learns_nothing_and_goes_on_compensating(void)
         ctl_observer_hold(&observer, true);
         for (int k = 0; k < 5000; k++) { /* whole turns: it goes on where it was */
             const double theta = TWO_PI * k / 1000.0;
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.4 * LINE_LOSS, shape(theta + (TWO_PI * 1.5 / 1000.0)), step(theta, speed_of(1000), 3.0),
-                                              at("kind %d, sample %d", kind, k));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.4 * LINE_LOSS, shape(theta + (TWO_PI * 1.5 / 1000.0)),
+                                              step(theta, speed_of(1000), 3.0), at("kind %d, sample %d", kind, k));
         }
 
         ctl_observer_hold(&observer, false);
@@ -833,7 +847,8 @@ void test_ctl_observer_target_gives_the_nearest_number_of_samples_per_turn(void)
     static const struct {
         double   rpm;
         uint16_t samples;
-    } CASES[] = {{2000.0, 300U}, {-2000.0, 300U}, {123.0, 4878U}, {451.0, 1330U}, {100.0, 6000U}, {2500.0, 240U}, {449.9, 1334U}, {9.5, 63158U}};
+    } CASES[] = {{2000.0, 300U}, {-2000.0, 300U}, {123.0, 4878U}, {451.0, 1330U},
+                 {100.0, 6000U}, {2500.0, 240U},  {449.9, 1334U}, {9.5, 63158U}};
     for (size_t i = 0; i < COUNT_OF(CASES); i++) {
         TEST_ASSERT_EQUAL_UINT16_MESSAGE(CASES[i].samples, samples_at(CASES[i].rpm), at("%g rpm", CASES[i].rpm));
     }
@@ -1066,8 +1081,8 @@ void test_ctl_observer_counters_stop_at_their_end(void)
 
 void test_ctl_observer_jump_of_the_angle_leaves_the_memory_unharmed(void)
 {
-    static const uint32_t JUMPS[] = {UINT32_C(0x42000000), UINT32_C(0x4CCCCCCC), UINT32_C(0x60000000), UINT32_C(0x7FFFFFFF), UINT32_C(0x80000000),
-                                     UINT32_C(0xA0000000), UINT32_C(0xBE000000)};
+    static const uint32_t JUMPS[] = {UINT32_C(0x42000000), UINT32_C(0x4CCCCCCC), UINT32_C(0x60000000), UINT32_C(0x7FFFFFFF),
+                                     UINT32_C(0x80000000), UINT32_C(0xA0000000), UINT32_C(0xBE000000)};
     for (int w = 0; w <= (int)CTL_WRITE_HAT; w++) {
         for (size_t j = 0; j < COUNT_OF(JUMPS); j++) {
             ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
@@ -1145,7 +1160,8 @@ void test_ctl_observer_output_stays_within_the_limit_whatever_comes(void)
                 }
                 angle += noise_bits(&noise) >> noise_pick(&noise, 32U);
 
-                ASSERT_BOUNDED_AT(0.75, ctl_observer_step(&observer, angle, noise_nasty(&noise), noise_nasty(&noise)), at("kind %d, sample %d", kind, k));
+                ASSERT_BOUNDED_AT(0.75, ctl_observer_step(&observer, angle, noise_nasty(&noise), noise_nasty(&noise)),
+                                  at("kind %d, sample %d", kind, k));
                 ASSERT_BOUNDED_AT(1.0, ctl_observer_news(&observer), at("kind %d, sample %d", kind, k));
             }
             TEST_ASSERT_TRUE(observer.state.rejected > 1000U);
@@ -1434,7 +1450,8 @@ void test_ctl_observer_usual_way_gives_the_same_bits(void)
 void test_ctl_observer_usual_way_is_for_a_plain_aro_after_its_fast_start(void)
 {
     for (int option = 0; option < 8; option++) {
-        ctl_observer_params_t p = params_of((option == 1) ? CTL_OBSERVER_RO : ((option == 2) ? CTL_OBSERVER_DOB : CTL_OBSERVER_ARO));
+        ctl_observer_params_t p =
+            params_of((option == 1) ? CTL_OBSERVER_RO : ((option == 2) ? CTL_OBSERVER_DOB : CTL_OBSERVER_ARO));
         p.memory.write = (option == 3) ? CTL_WRITE_ALL : CTL_WRITE_ONE;
         p.memory.read = (option == 4) ? CTL_READ_CUBIC : CTL_READ_LINEAR;
         p.remove_mean = option == 5;
@@ -1443,7 +1460,8 @@ void test_ctl_observer_usual_way_is_for_a_plain_aro_after_its_fast_start(void)
         p.fast_samples = 100U;
         start(&p);
         for (int k = 0; k < 200; k++) {
-            TEST_ASSERT_EQUAL_MESSAGE((option == 0) && (k > 100), ctl_observer_is_usual(&observer), at("option %d, sample %d", option, k));
+            TEST_ASSERT_EQUAL_MESSAGE((option == 0) && (k > 100), ctl_observer_is_usual(&observer),
+                                      at("option %d, sample %d", option, k));
             (void)step(0.008 * k, 80.0, 0.1);
         }
     }

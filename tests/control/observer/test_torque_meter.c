@@ -43,7 +43,10 @@ static angle_t angle_at(double rad)
 }
 
 /* One sample: where the shaft is, and the reference of the sample before. */
-static double torque_nm(double rad, double ref_nm) { return value_of(ctl_meter_step(&meter, angle_at(rad), num_of(ref_nm)).torque); }
+static double torque_nm(double rad, double ref_nm)
+{
+    return value_of(ctl_meter_step(&meter, angle_at(rad), num_of(ref_nm)).torque);
+}
 
 /* A step of the angle, 1.5e-9 rad, is J / T_s^2 times that in torque, 1.3e-4 N m, before filters that leave a tenth; a22
  * is known to 3e-8, which is 4e-5 N m at 150 rad/s. Fixed point counts radians in 6e-8: 5.4e-3 N m before the filters. */
@@ -232,7 +235,10 @@ void test_ctl_meter_of_a_blocked_shaft_measures_what_holds_it(void)
     }
 }
 
-static double reference_at(int k, noise_t *noise) { return (0.4 * sin(0.05 * k)) + ((k % 40) < 20 ? 0.3 : -0.3) + noise_next(noise); }
+static double reference_at(int k, noise_t *noise)
+{
+    return (0.4 * sin(0.05 * k)) + ((k % 40) < 20 ? 0.3 : -0.3) + noise_next(noise);
+}
 
 /* Largest torque that is left when only the reference moves the plant of the paper: T_e[k] = T_ref[k-1],
  * w[k+1] = a22 w[k] + a23 T_e[k], theta[k+1] = theta[k] + T_s w[k]. */
@@ -412,7 +418,8 @@ void test_ctl_meter_output_is_bounded_whatever_comes(void)
         const ctl_meter_out_t out = ctl_meter_step(&meter, noise_bits(&noise), noise_nasty(&noise));
 
         ASSERT_BOUNDED_AT(2.0 * num_max_value(), out.torque, at("sample %d", k));
-        ASSERT_BOUNDED_AT(1.01 * 0.25 / (TS_S * SPEED_UNIT), out.speed, at("sample %d", k)); /* the largest step, and no overshoot */
+        ASSERT_BOUNDED_AT(1.01 * 0.25 / (TS_S * SPEED_UNIT), out.speed,
+                          at("sample %d", k)); /* the largest step, and no overshoot */
     }
 }
 

@@ -125,10 +125,7 @@ void test_ctl_friction_check_accepts_the_paper_and_none_at_all(void)
     assert_refused(&p, CTL_OK, 0U);
 }
 
-void test_ctl_friction_check_without_parameters_is_null(void)
-{
-    assert_refused(NULL, CTL_ERR_NULL, 0U);
-}
+void test_ctl_friction_check_without_parameters_is_null(void) { assert_refused(NULL, CTL_ERR_NULL, 0U); }
 
 void test_ctl_friction_check_rejects_static_below_coulomb_and_names_it(void)
 {

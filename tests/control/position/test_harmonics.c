@@ -104,9 +104,11 @@ void test_ctl_harmonics_of_any_position_is_bounded_by_its_amplitude(void)
 
 void test_ctl_cycles_q20_is_the_nearest_whole_number(void)
 {
-    const struct { float cycles; uint32_t q20; } row[] = {
-        {1.0f, 1048576U}, {24.0f, 25165824U}, {0.5f, 524288U}, {4.0625f, 4259840U}, {9.5367431640625e-7f, 1U},
-        {4.0e-7f, 0U}, {6.0e-7f, 1U}, {2048.0f, 2147483648U}, {4094.0f, 4292870144U}};
+    const struct {
+        float    cycles;
+        uint32_t q20;
+    } row[] = {{1.0f, 1048576U}, {24.0f, 25165824U}, {0.5f, 524288U},        {4.0625f, 4259840U},   {9.5367431640625e-7f, 1U},
+               {4.0e-7f, 0U},    {6.0e-7f, 1U},      {2048.0f, 2147483648U}, {4094.0f, 4292870144U}};
     for (size_t k = 0; k < COUNT_OF(row); k++) {
         TEST_ASSERT_EQUAL_UINT32_MESSAGE(row[k].q20, ctl_cycles_q20(row[k].cycles), at("%g", (double)row[k].cycles));
     }

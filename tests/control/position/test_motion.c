@@ -73,7 +73,7 @@ void test_ctl_position_difference_is_the_way_in_rad_wherever_it_lies(void)
             const ctl_position_t way = (ctl_position_t)(turns[k] * TURN_STEPS);
             const double         rad = TWO_PI / TURN_STEPS * (double)way;
             /* fixed point: half a step, and 2 pi 2^24 as a whole number errs by 7e-10 of itself */
-            const double         tolerance = per_numeric(1.5 * FLOAT_EPS * rad, 0.5 * FIXED_STEP + 1e-9 * rad);
+            const double tolerance = per_numeric(1.5 * FLOAT_EPS * rad, 0.5 * FIXED_STEP + 1e-9 * rad);
 
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, rad, difference(base[b] + way, base[b]), at("%g turns", turns[k]));
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, -rad, difference(base[b], base[b] + way), at("-%g turns", turns[k]));
@@ -86,7 +86,8 @@ void test_ctl_position_difference_has_no_seam_at_a_turn(void)
 {
     for (int64_t k = -40; k <= 40; k++) {
         const ctl_position_t x = 2 * CTL_ONE_TURN + k * 4096;
-        TEST_ASSERT_DOUBLE_WITHIN(per_numeric(13.0 * FLOAT_EPS, 0.7 * FIXED_STEP), TWO_PI * (2.0 + (double)k / 1048576.0), difference(x, 0));
+        TEST_ASSERT_DOUBLE_WITHIN(per_numeric(13.0 * FLOAT_EPS, 0.7 * FIXED_STEP), TWO_PI * (2.0 + (double)k / 1048576.0),
+                                  difference(x, 0));
     }
 }
 

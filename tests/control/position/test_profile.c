@@ -6,18 +6,21 @@
 #include "control/position/profile.h"
 
 #define SCALE (1.0 / 1024.0)
-#define SPEED_OF(step) ((double)(step) / 65536.0 * SCALE)     /* 2^-16 turns */
-#define ACCEL_OF(change) ((double)(change) / 4096.0 * SCALE)  /* 2^-20 turns */
-#define SPEED 20000000LL      /* 0.0047 turns per sample */
+#define SPEED_OF(step) ((double)(step) / 65536.0 * SCALE)    /* 2^-16 turns */
+#define ACCEL_OF(change) ((double)(change) / 4096.0 * SCALE) /* 2^-20 turns */
+#define SPEED 20000000LL                                     /* 0.0047 turns per sample */
 #define ACCEL 150000LL
-#define DOWN_TO 4             /* steps of 2^-32 turn: the mean cuts, and the differences see it */
+#define DOWN_TO 4 /* steps of 2^-32 turn: the mean cuts, and the differences see it */
 
 static ctl_profile_t profile;
 
 static ctl_profile_params_t params(int64_t speed, int64_t acceleration, uint16_t smooth)
 {
-    const ctl_profile_params_t p = {
-        .speed = speed, .acceleration = acceleration, .smooth = smooth, .speed_scale = num_of(SCALE), .accel_scale = num_of(SCALE)};
+    const ctl_profile_params_t p = {.speed = speed,
+                                    .acceleration = acceleration,
+                                    .smooth = smooth,
+                                    .speed_scale = num_of(SCALE),
+                                    .accel_scale = num_of(SCALE)};
     return p;
 }
 
@@ -34,17 +37,18 @@ void tearDown(void) {}
 static int64_t watch(ctl_position_t target, ctl_setpoint_t *out)
 {
     const ctl_profile_params_t *const p = &profile.params;
-    const ctl_position_t before = profile.state.position;
-    const int64_t        last = profile.state.last;
-    const ctl_setpoint_t s = ctl_profile_step(&profile, target);
-    const int64_t        step = s.position - before;
-    const int64_t        change = step - last;
+    const ctl_position_t              before = profile.state.position;
+    const int64_t                     last = profile.state.last;
+    const ctl_setpoint_t              s = ctl_profile_step(&profile, target);
+    const int64_t                     step = s.position - before;
+    const int64_t                     change = step - last;
 
     TEST_ASSERT_TRUE_MESSAGE(llabs(step) <= p->speed, at("step %lld", (long long)step));
     if (p->acceleration > 0) {
         /* the mean over n samples may round the position by less than one each time */
         const int64_t round = (p->smooth > 1U) ? 2 : 0;
-        TEST_ASSERT_TRUE_MESSAGE(llabs(change) <= p->acceleration + round, at("change %lld at step %lld", (long long)change, (long long)last));
+        TEST_ASSERT_TRUE_MESSAGE(llabs(change) <= p->acceleration + round,
+                                 at("change %lld at step %lld", (long long)change, (long long)last));
         const double acceleration = ACCEL_OF(change);
         if (fabs(acceleration) < 127.0) {
             ASSERT_NUM_WITHIN(per_numeric(2e-7 * fabs(acceleration), FIXED_STEP), acceleration, s.acceleration);
@@ -125,9 +129,11 @@ void test_ctl_profile_does_not_creep_at_the_end_whatever_the_ratio_of_the_limits
         const int64_t way = 1 + (int64_t)noise_bits(&noise) / ((n % 7) + 1);
         start(speed, ACCEL, 1U);
         const double ramp = (double)speed / (double)ACCEL;
-        const double time = ((double)way > ramp * (double)speed) ? (double)way / (double)speed + ramp : 2.0 * sqrt((double)way / (double)ACCEL);
+        const double time =
+            ((double)way > ramp * (double)speed) ? (double)way / (double)speed + ramp : 2.0 * sqrt((double)way / (double)ACCEL);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.5, time + 1.0, (double)run_to(way, 100000), at("way %lld at %lld", (long long)way, (long long)speed));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.5, time + 1.0, (double)run_to(way, 100000),
+                                          at("way %lld at %lld", (long long)way, (long long)speed));
     }
 }
 
@@ -166,7 +172,8 @@ void test_ctl_profile_never_turns_back_on_the_way_to_a_fixed_target(void)
 {
     noise_t noise = {113U};
     for (int n = 0; n < 300; n++) {
-        start(1 + (int64_t)noise_pick(&noise, 50000000U), 1 + (int64_t)noise_pick(&noise, 2000000U), (uint16_t)(1U + noise_pick(&noise, 64U)));
+        start(1 + (int64_t)noise_pick(&noise, 50000000U), 1 + (int64_t)noise_pick(&noise, 2000000U),
+              (uint16_t)(1U + noise_pick(&noise, 64U)));
         const double   full = fmin((double)profile.params.speed * 200.0, 1e13);
         const int64_t  way = (int64_t)(full * 2.0 * noise_next(&noise));
         ctl_setpoint_t s = {0, (num_t)0, (num_t)0, false};
@@ -229,7 +236,7 @@ void test_ctl_profile_fastest_motion_there_is_ends_exactly(void)
 /* the mean over n samples delays by (n - 1) / 2 and ends n - 1 later */
 void test_ctl_profile_smoothing_adds_its_samples_to_the_time(void)
 {
-    const int plain = run_to(3 * CTL_ONE_TURN, 3000);
+    const int      plain = run_to(3 * CTL_ONE_TURN, 3000);
     const uint16_t lengths[] = {2U, 7U, 20U, 64U};
     for (size_t k = 0; k < COUNT_OF(lengths); k++) {
         start(SPEED, ACCEL, lengths[k]);
@@ -435,7 +442,7 @@ void test_ctl_profile_tune_with_the_same_mean_changes_nothing_but_the_limits(voi
     for (int k = 0; k < 77; k++) {
         (void)watch(CTL_ONE_TURN, &s);
     }
-    const ctl_profile_state_t before = profile.state;
+    const ctl_profile_state_t  before = profile.state;
     const ctl_profile_params_t p = params(SPEED / 2, ACCEL / 2, 20U);
 
     TEST_ASSERT_EQUAL(CTL_OK, ctl_profile_tune(&profile, &p).status);

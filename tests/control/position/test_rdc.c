@@ -53,7 +53,8 @@ static double friction(double v)
 
 static double lines(double rad)
 {
-    return 0.14 * sin(24.0 * rad + TWO_PI * 871564313.0 / TURN_STEPS) + 0.022 * sin(4.0 * rad + TWO_PI * 356141600.0 / TURN_STEPS);
+    return 0.14 * sin(24.0 * rad + TWO_PI * 871564313.0 / TURN_STEPS) +
+           0.022 * sin(4.0 * rad + TWO_PI * 356141600.0 / TURN_STEPS);
 }
 
 void setUp(void)
@@ -216,8 +217,9 @@ void test_ctl_rdc_without_error_is_the_model_on_the_command(void)
         for (size_t k = 0; k < COUNT_OF(accelerations); k++) {
             for (int turn = -3; turn <= 3; turn++) {
                 const double         part = 0.13 * (double)(turn + 4);
-                const ctl_setpoint_t c = command(turn * CTL_ONE_TURN + (ctl_position_t)(part * TURN_STEPS), speeds[i], accelerations[k]);
-                const double         want = INERTIA * accelerations[k] + friction(speeds[i]) + lines(TWO_PI * part);
+                const ctl_setpoint_t c =
+                    command(turn * CTL_ONE_TURN + (ctl_position_t)(part * TURN_STEPS), speeds[i], accelerations[k]);
+                const double want = INERTIA * accelerations[k] + friction(speeds[i]) + lines(TWO_PI * part);
 
                 TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3e-6, want, step(&c, 0.0, 0.0), at("v %g, a %g", speeds[i], accelerations[k]));
             }
@@ -268,11 +270,12 @@ void test_ctl_rdc_output_stays_finite_for_any_input(void)
 {
     noise_t noise = {109U};
     for (int k = 0; k < 20000; k++) {
-        const ctl_setpoint_t c = {(ctl_position_t)(((uint64_t)noise_bits(&noise) << 32) | noise_bits(&noise)), noise_nasty(&noise),
-                                  noise_nasty(&noise), false};
-        const num_t out = ctl_rdc_step(&rdc, &c, noise_nasty(&noise), noise_nasty(&noise));
+        const ctl_setpoint_t c = {(ctl_position_t)(((uint64_t)noise_bits(&noise) << 32) | noise_bits(&noise)),
+                                  noise_nasty(&noise), noise_nasty(&noise), false};
+        const num_t          out = ctl_rdc_step(&rdc, &c, noise_nasty(&noise), noise_nasty(&noise));
 
-        ASSERT_BOUNDED_AT(0.1 * num_max_value() + 128.0, out, at("sample %d", k)); /* inertia and viscous friction together 0.05 */
+        ASSERT_BOUNDED_AT(0.1 * num_max_value() + 128.0, out,
+                          at("sample %d", k)); /* inertia and viscous friction together 0.05 */
         ASSERT_BOUNDED_AT(0.15 + FIXED_STEP, rdc.state.robust, at("sample %d", k));
         ASSERT_BOUNDED_AT(100.0, rdc.state.x1, at("sample %d", k));
     }
@@ -325,11 +328,14 @@ void test_ctl_rdc_init_rejects_too_many_lines(void)
 
 void test_ctl_rdc_init_rejects_negative_inertia_bound_width_and_times(void)
 {
-    const struct { uint16_t field; double bad; } row[] = {
-        {CTL_RDC_INERTIA, -1e-3}, {CTL_RDC_RHO, -1e-3}, {CTL_RDC_SIGMA, 0.0}, {CTL_RDC_SIGMA, -1.0}, {CTL_RDC_SAMPLE, 0.0}, {CTL_RDC_SAMPLE, -1e-3}};
+    const struct {
+        uint16_t field;
+        double   bad;
+    } row[] = {{CTL_RDC_INERTIA, -1e-3}, {CTL_RDC_RHO, -1e-3},  {CTL_RDC_SIGMA, 0.0},
+               {CTL_RDC_SIGMA, -1.0},    {CTL_RDC_SAMPLE, 0.0}, {CTL_RDC_SAMPLE, -1e-3}};
     for (size_t k = 0; k < COUNT_OF(row); k++) {
         ctl_rdc_params_t p = valid_params();
-        num_t *const at_field[] = {NULL, &p.inertia, NULL, NULL, NULL, NULL, &p.rho, &p.sigma, &p.sample_s};
+        num_t *const     at_field[] = {NULL, &p.inertia, NULL, NULL, NULL, NULL, &p.rho, &p.sigma, &p.sample_s};
         *at_field[row[k].field] = num_of(row[k].bad);
         assert_refused(&p, CTL_ERR_RANGE, row[k].field);
     }
@@ -340,8 +346,10 @@ void test_ctl_rdc_init_rejects_what_is_not_a_number_wherever_it_is(void)
     for (size_t k = 0; k < COUNT_OF(NOT_FINITE); k++) {
         for (int f = 0; f < 8; f++) {
             ctl_rdc_params_t p = valid_params();
-            num_t *const     place[] = {&p.inertia, &p.p_row[0], &p.p_row[1], &p.p_row[2], &p.rho, &p.sigma, &p.sample_s, &p.integral_max};
-            const uint16_t   field[] = {CTL_RDC_INERTIA, CTL_RDC_P, CTL_RDC_P, CTL_RDC_P, CTL_RDC_RHO, CTL_RDC_SIGMA, CTL_RDC_SAMPLE, CTL_RDC_SAMPLE};
+            num_t *const     place[] = {&p.inertia, &p.p_row[0], &p.p_row[1], &p.p_row[2],
+                                        &p.rho,     &p.sigma,    &p.sample_s, &p.integral_max};
+            const uint16_t   field[] = {CTL_RDC_INERTIA, CTL_RDC_P,     CTL_RDC_P,      CTL_RDC_P,
+                                        CTL_RDC_RHO,     CTL_RDC_SIGMA, CTL_RDC_SAMPLE, CTL_RDC_SAMPLE};
             *place[f] = NOT_FINITE[k];
             assert_refused(&p, CTL_ERR_RANGE, field[f]);
         }
@@ -357,12 +365,15 @@ void test_ctl_rdc_raw_is_the_same_for_numbers(void)
     start(&p);
     ctl_rdc_t twin = rdc;
     for (int k = 0; k < 300; k++) {
-        const ctl_setpoint_t c = command((ctl_position_t)noise_bits(&noise) * 5, 4.0 * noise_next(&noise), 10.0 * noise_next(&noise));
-        const num_t          error = num_of(0.01 * noise_next(&noise));
-        const num_t          speed_error = num_of(noise_next(&noise));
+        const ctl_setpoint_t c =
+            command((ctl_position_t)noise_bits(&noise) * 5, 4.0 * noise_next(&noise), 10.0 * noise_next(&noise));
+        const num_t error = num_of(0.01 * noise_next(&noise));
+        const num_t speed_error = num_of(noise_next(&noise));
 
-        TEST_ASSERT_TRUE_MESSAGE(ctl_rdc_step(&twin, &c, error, speed_error) == ctl_rdc_step_raw(&rdc, &c, error, speed_error), at("sample %d", k));
-        ASSERT_NUM_WITHIN_AT(per_numeric(1e-7, 3.0 * FIXED_STEP), value_of(ctl_rdc_robust(speed_error, num_of(0.25), num_of(0.5))),
+        TEST_ASSERT_TRUE_MESSAGE(ctl_rdc_step(&twin, &c, error, speed_error) == ctl_rdc_step_raw(&rdc, &c, error, speed_error),
+                                 at("sample %d", k));
+        ASSERT_NUM_WITHIN_AT(per_numeric(1e-7, 3.0 * FIXED_STEP),
+                             value_of(ctl_rdc_robust(speed_error, num_of(0.25), num_of(0.5))),
                              ctl_rdc_robust_raw(speed_error, num_of(0.25), num_of(0.5)), at("sample %d", k));
     }
 }

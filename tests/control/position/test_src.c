@@ -17,9 +17,15 @@ static ctl_src_params_t valid_params(void) /* W T / 2 = 1/4 at the speed 2 */
     return p;
 }
 
-static void start_with(const ctl_src_params_t *p, uint16_t cells) { TEST_ASSERT_EQUAL(CTL_OK, ctl_src_init(&src, p, memory, cells).status); }
+static void start_with(const ctl_src_params_t *p, uint16_t cells)
+{
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_src_init(&src, p, memory, cells).status);
+}
 
-static double step(angle_t theta, double speed, double err) { return value_of(ctl_src_step(&src, theta, num_of(speed), num_of(err))); }
+static double step(angle_t theta, double speed, double err)
+{
+    return value_of(ctl_src_step(&src, theta, num_of(speed), num_of(err)));
+}
 
 void setUp(void)
 {
@@ -120,7 +126,8 @@ void test_ctl_src_corner_is_fixed_over_the_way(void)
         p.lambda = ANGLE_QUARTER;
         p.omega_half_ts = num_of(20.0 * TWO_PI / 8000.0 / 2.0); /* corner at order 20; speed 1 makes 2 pi / 8000 rad per sample */
         start_with(&p, 1000U);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02, sqrt(0.5), gain_at(20.0, speed, per_turn[n]), at("%u per turn", (unsigned)per_turn[n]));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02, sqrt(0.5), gain_at(20.0, speed, per_turn[n]),
+                                          at("%u per turn", (unsigned)per_turn[n]));
         start_with(&p, 1000U);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, gain_at(4.0, speed, per_turn[n]));
         start_with(&p, 1000U);
@@ -316,7 +323,8 @@ void test_ctl_src_output_is_bounded_for_any_input(void)
 {
     noise_t noise = {149U};
     for (int k = 0; k < 20000; k++) {
-        ASSERT_BOUNDED_AT(50.0, ctl_src_step(&src, noise_bits(&noise), noise_nasty(&noise), noise_nasty(&noise)), at("sample %d", k));
+        ASSERT_BOUNDED_AT(50.0, ctl_src_step(&src, noise_bits(&noise), noise_nasty(&noise), noise_nasty(&noise)),
+                          at("sample %d", k));
     }
     TEST_ASSERT_TRUE(src.state.rejected > 100U);
 }

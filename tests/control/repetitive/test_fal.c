@@ -137,10 +137,7 @@ void test_ctl_fal_with_alpha_one_is_the_error_itself(void)
     ASSERT_NUM_WITHIN(fal_bound(7.0), -7.0, ctl_fal(&fal, num_of(-7.0)));
 }
 
-void test_ctl_fal_of_zero_is_zero(void)
-{
-    ASSERT_NUM_WITHIN(0.0, 0.0, ctl_fal(&fal, (num_t)0));
-}
+void test_ctl_fal_of_zero_is_zero(void) { ASSERT_NUM_WITHIN(0.0, 0.0, ctl_fal(&fal, (num_t)0)); }
 
 void test_ctl_fal_of_what_is_not_finite_is_that_of_the_largest_number_or_zero(void)
 {

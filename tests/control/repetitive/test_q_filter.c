@@ -32,7 +32,8 @@ void test_ctl_q_apply_scales_every_cosine_by_its_magnitude_without_phase(void)
             const double phase = 0.7;
             const double gain = TAPS[i][1] + (2.0 * TAPS[i][0] * cos(w));
 
-            const num_t y = ctl_q_apply(q_of(TAPS[i][0], TAPS[i][1]), num_of(cos(phase - w)), num_of(cos(phase)), num_of(cos(phase + w)));
+            const num_t y =
+                ctl_q_apply(q_of(TAPS[i][0], TAPS[i][1]), num_of(cos(phase - w)), num_of(cos(phase)), num_of(cos(phase + w)));
 
             /* taps and samples rounded, one product and one sum more: some steps of numbers up to 1 */
             ASSERT_NUM_WITHIN_AT(per_numeric(3e-7, 4.0 * FIXED_STEP), gain * cos(phase), y, at("taps %u, w %g", (unsigned)i, w));

@@ -30,10 +30,7 @@ static ctl_rc_params_t valid_params(void)
     return p;
 }
 
-static void start(const ctl_rc_params_t *p)
-{
-    TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&rc, p, memory, CAPACITY).status);
-}
+static void start(const ctl_rc_params_t *p) { TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&rc, p, memory, CAPACITY).status); }
 
 static ctl_period_t period_of(double samples)
 {
@@ -166,7 +163,8 @@ void test_ctl_rc_order_0_cuts_or_rounds_the_period(void)
     static const struct {
         double samples;
         int    truncated, nearest;
-    } CASES[] = {{48.0, 48, 48}, {48.4, 48, 48}, {48.5, 48, 49}, {48.86, 48, 49}, {48.9990, 48, 49}, {48.9996, 49, 49}, {49.1, 49, 49}};
+    } CASES[] = {{48.0, 48, 48},    {48.4, 48, 48},    {48.5, 48, 49}, {48.86, 48, 49},
+                 {48.9990, 48, 49}, {48.9996, 49, 49}, {49.1, 49, 49}};
     for (size_t i = 0; i < COUNT_OF(CASES); i++) {
         ctl_rc_params_t p = valid_params();
         double          answer = 0.0;
@@ -174,10 +172,12 @@ void test_ctl_rc_order_0_cuts_or_rounds_the_period(void)
         p.lead = 0U;
         p.truncate = true;
         start(&p);
-        TEST_ASSERT_EQUAL_INT_MESSAGE(CASES[i].truncated, answer_to_an_impulse(CASES[i].samples, &answer), at("N = %g", CASES[i].samples));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(CASES[i].truncated, answer_to_an_impulse(CASES[i].samples, &answer),
+                                      at("N = %g", CASES[i].samples));
         p.truncate = false;
         start(&p);
-        TEST_ASSERT_EQUAL_INT_MESSAGE(CASES[i].nearest, answer_to_an_impulse(CASES[i].samples, &answer), at("N = %g", CASES[i].samples));
+        TEST_ASSERT_EQUAL_INT_MESSAGE(CASES[i].nearest, answer_to_an_impulse(CASES[i].samples, &answer),
+                                      at("N = %g", CASES[i].samples));
     }
 }
 
@@ -652,7 +652,8 @@ void test_ctl_rc_memory_stops_at_its_limit_and_leaves_it_at_once(void)
         for (int k = 0; k < 19; k++) {
             (void)step(-1.0, 20.0);
         }
-        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(1.5, step(-1.0, 20.0), at("lead %u", lead)); /* one lesson below, not hidden behind windup */
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(1.5, step(-1.0, 20.0),
+                                         at("lead %u", lead)); /* one lesson below, not hidden behind windup */
         for (int k = 0; k < 400; k++) {
             TEST_ASSERT_TRUE(step(-1.0, 20.0) >= -2.0);
         }
@@ -849,7 +850,8 @@ void test_ctl_rc_reset_forgets_what_was_learned_but_not_what_was_counted(void)
 
         TEST_ASSERT_EQUAL_UINT16(0U, rc.state.frozen);
         for (int k = 0; k < 100; k++) {
-            ASSERT_NUM_WITHIN_AT(0.0, 0.0, ctl_rc_step(&rc, (num_t)0, period_of(20.5), turns(k / 20.5)), at("mode %d, %d", mode, k));
+            ASSERT_NUM_WITHIN_AT(0.0, 0.0, ctl_rc_step(&rc, (num_t)0, period_of(20.5), turns(k / 20.5)),
+                                 at("mode %d, %d", mode, k));
         }
         TEST_ASSERT_EQUAL_UINT32(1U, rc.state.rejected);
         TEST_ASSERT_EQUAL_UINT32(1U, rc.state.cut_periods);
@@ -883,7 +885,8 @@ void test_ctl_rc_after_a_reset_runs_as_after_init(void)
 
 void test_ctl_period_ratio_splits_the_quotient(void)
 {
-    static const double CASES[][2] = {{100.0, 2.0}, {15.0, 0.306640625}, {1.0, 3.0}, {120.0, 0.00390625}, {0.5, 60.0}, {7.0, 7.0}};
+    static const double CASES[][2] = {{100.0, 2.0},        {15.0, 0.306640625}, {1.0, 3.0},
+                                      {120.0, 0.00390625}, {0.5, 60.0},         {7.0, 7.0}};
     for (size_t i = 0; i < COUNT_OF(CASES); i++) {
         const double       want = CASES[i][0] / CASES[i][1];
         const ctl_period_t n = ctl_period_ratio(num_of(CASES[i][0]), num_of(CASES[i][1]));
@@ -1130,9 +1133,9 @@ void test_ctl_rc_init_takes_the_ends_of_every_range(void)
 void test_ctl_rc_the_straight_way_gives_what_the_general_way_gives(void)
 {
     /* a freeze that nothing reaches is all that tells them apart */
-    static num_t      other_memory[CAPACITY];
-    static ctl_rc_t   general;
-    ctl_rc_params_t   p = valid_params();
+    static num_t    other_memory[CAPACITY];
+    static ctl_rc_t general;
+    ctl_rc_params_t p = valid_params();
     p.q.side = num_of(0.45);
     p.q.centre = num_of(0.1);
     for (int fal = 0; fal < 2; fal++) {
@@ -1149,7 +1152,8 @@ void test_ctl_rc_the_straight_way_gives_what_the_general_way_gives(void)
             const ctl_period_t n = period_of(((k % 900) < 700) ? 40.0 + (0.01 * (k % 37)) : ((k % 2) ? 2.5 : 500.0));
             const num_t        want = ctl_rc_step(&general, e, n, 0U);
 
-            ASSERT_NUM_WITHIN_AT(per_numeric(1e-4, 1e-4), value_of(want), ctl_rc_step(&rc, e, n, 0U), at("fal %d, sample %d", fal, k));
+            ASSERT_NUM_WITHIN_AT(per_numeric(1e-4, 1e-4), value_of(want), ctl_rc_step(&rc, e, n, 0U),
+                                 at("fal %d, sample %d", fal, k));
         }
         TEST_ASSERT_EQUAL_UINT32(general.state.cut_periods, rc.state.cut_periods);
         TEST_ASSERT_TRUE(rc.state.cut_periods > 0U);
@@ -1168,7 +1172,8 @@ void test_ctl_rc_raw_takes_a_period_that_is_too_short_or_almost_whole_as_the_oth
         const ctl_period_t  n = period_of(PERIODS[(k / 10) % 4]);
         const num_t         e = num_of((k % 20) * 0.125);
 
-        TEST_ASSERT_TRUE_MESSAGE(ctl_rc_step(&rc, e, n, 0U) == ctl_rc_step_raw(&raw, e, n.whole, n.fraction, 0U), at("sample %d", k));
+        TEST_ASSERT_TRUE_MESSAGE(ctl_rc_step(&rc, e, n, 0U) == ctl_rc_step_raw(&raw, e, n.whole, n.fraction, 0U),
+                                 at("sample %d", k));
     }
     TEST_ASSERT_EQUAL_UINT32(rc.state.cut_periods, raw.state.cut_periods);
 }
@@ -1200,7 +1205,7 @@ void test_ctl_rc_tune_keeps_what_was_learned_and_takes_the_new_gain_and_fal(void
 
     wait(16U, 20.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0, step(4.0, 20.0)); /* of before the change: half of 4, 20 - 3 samples later */
-    ctl_rc_tune(&rc, &p); /* no change: nothing happens */
+    ctl_rc_tune(&rc, &p);                                  /* no change: nothing happens */
     wait(16U, 20.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.25 * 2.0, step(0.0, 20.0)); /* a quarter of the root of 4 */
     p.fal_at = CTL_RC_FAL_NONE;

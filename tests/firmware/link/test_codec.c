@@ -33,7 +33,8 @@ void test_codec_puts_the_least_octet_first(void)
 
 void test_codec_gets_what_was_put_at_the_ends_of_every_range(void)
 {
-    static const uint32_t bits[] = {0U, 1U, UINT32_C(0x7FFFFFFF), UINT32_C(0x80000000), UINT32_C(0xFFFFFFFF), UINT32_C(0x00FF8000)};
+    static const uint32_t bits[] = {
+        0U, 1U, UINT32_C(0x7FFFFFFF), UINT32_C(0x80000000), UINT32_C(0xFFFFFFFF), UINT32_C(0x00FF8000)};
     for (uint16_t i = 0U; i < COUNT(bits); i++) {
         codec_writer_t w = codec_writer(memory, 16U);
         codec_put_u32(&w, bits[i]);

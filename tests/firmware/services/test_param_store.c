@@ -246,9 +246,9 @@ static uint32_t pick(uint32_t below)
 /* Any bit of any word of either slot. "Saved" means that the set can be read again. */
 void test_param_store_save_into_a_cell_that_is_stuck_is_not_called_a_save(void)
 {
-    unsigned saved = 0U;
-    unsigned wrong = 0U;
-    unsigned lost = 0U;
+    unsigned       saved = 0U;
+    unsigned       wrong = 0U;
+    unsigned       lost = 0U;
     const unsigned all = trials(200U, 2000U);
     for (unsigned k = 0U; k < all; k++) {
         setUp();
@@ -264,7 +264,9 @@ void test_param_store_save_into_a_cell_that_is_stuck_is_not_called_a_save(void)
         saved += ok ? 1U : 0U;
         wrong += same(ok ? &newer : &older, &loaded) ? 0U : 1U;
     }
-    (void)printf("stuck bit: %u of %u saves told as saved, %u of them or of the older sets not to be read again, %u nothing to read\n", saved, all, wrong, lost);
+    (void)printf(
+        "stuck bit: %u of %u saves told as saved, %u of them or of the older sets not to be read again, %u nothing to read\n",
+        saved, all, wrong, lost);
     TEST_ASSERT_EQUAL_UINT32(0U, wrong);
     TEST_ASSERT_EQUAL_UINT32(0U, lost);
     TEST_ASSERT_TRUE((saved > (all / 4U)) && (saved < all));
@@ -272,8 +274,8 @@ void test_param_store_save_into_a_cell_that_is_stuck_is_not_called_a_save(void)
 
 void test_param_store_load_from_a_cell_that_is_unsteady_takes_a_set_that_was_saved(void)
 {
-    unsigned never_saved = 0U;
-    unsigned newest_taken = 0U;
+    unsigned       never_saved = 0U;
+    unsigned       newest_taken = 0U;
     const unsigned all = trials(2000U, 20000U);
     TEST_ASSERT_EQUAL_INT(HAL_OK, save(&older));
     TEST_ASSERT_EQUAL_INT(HAL_OK, save(&newer));
@@ -287,7 +289,8 @@ void test_param_store_load_from_a_cell_that_is_unsteady_takes_a_set_that_was_sav
             never_saved += (same(&newer, &loaded) || same(&older, &loaded)) ? 0U : 1U;
         }
     }
-    (void)printf("unsteady bit: %u of %u power-ups took a set that was never saved, %u the newest\n", never_saved, all, newest_taken);
+    (void)printf("unsteady bit: %u of %u power-ups took a set that was never saved, %u the newest\n", never_saved, all,
+                 newest_taken);
     TEST_ASSERT_EQUAL_UINT32(0U, never_saved);
     TEST_ASSERT_TRUE(newest_taken > (all - (all / 5U)));
 }

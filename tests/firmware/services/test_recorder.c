@@ -89,7 +89,8 @@ void test_recorder_is_right_for_every_length_and_every_moment_of_the_trigger(voi
                     period = 0U;
                     see_many(1.0f, moment);
                     see_many(20.0f, 40U);
-                    const uint32_t at = (((uint32_t)moment + decimation - 1U) / decimation) * decimation; /* first row at or after it */
+                    const uint32_t at =
+                        (((uint32_t)moment + decimation - 1U) / decimation) * decimation; /* first row at or after it */
                     expect_rows(at - ((uint32_t)pre * decimation), (uint16_t)(pre + post), decimation);
                     TEST_ASSERT_EQUAL_UINT32(moment, r.trigger_counter);
                 }

@@ -167,7 +167,8 @@ void test_requests_capture_takes_all_the_room_and_not_a_row_more(void)
     TEST_ASSERT_EQUAL_HEX16(LINK_capture_configure + LINK_ANSWER, line_ask());
     c.post++;
     put_capture(&c);
-    expect_refusal(LINK_capture_configure, LINK_NO_too_many, (LINE_CAPTURE_VALUES / 2U) + 1U, 0.0f, (float)(LINE_CAPTURE_VALUES / 2U));
+    expect_refusal(LINK_capture_configure, LINK_NO_too_many, (LINE_CAPTURE_VALUES / 2U) + 1U, 0.0f,
+                   (float)(LINE_CAPTURE_VALUES / 2U));
     c.pre = 65535U; /* whose sum is beyond 16 bits */
     c.post = 65535U;
     put_capture(&c);
@@ -245,8 +246,10 @@ void test_requests_stream_starts_stops_and_refuses(void)
     static const struct {
         uint16_t decimation, count, signal, code, field;
         float    low, high;
-    } BAD[] = {{0U, 1U, 0U, LINK_NO_range, 0U, 1.0f, 65535.0f}, {1U, 13U, 0U, LINK_NO_too_many, 13U, 0.0f, 12.0f},
-               {1U, 1U, SIGNAL_COUNT, LINK_NO_index, SIGNAL_COUNT, 0.0f, (float)SIGNAL_COUNT - 1.0f}, {1U, 2U, 0U, LINK_NO_length, 6U, 8.0f, 8.0f}};
+    } BAD[] = {{0U, 1U, 0U, LINK_NO_range, 0U, 1.0f, 65535.0f},
+               {1U, 13U, 0U, LINK_NO_too_many, 13U, 0.0f, 12.0f},
+               {1U, 1U, SIGNAL_COUNT, LINK_NO_index, SIGNAL_COUNT, 0.0f, (float)SIGNAL_COUNT - 1.0f},
+               {1U, 2U, 0U, LINK_NO_length, 6U, 8.0f, 8.0f}};
     for (uint16_t i = 0U; i < 4U; i++) {
         w = line_begin(LINK_stream_configure);
         codec_put_u16(w, BAD[i].decimation);
@@ -316,7 +319,9 @@ void test_requests_list_and_text_beyond_their_end_are_refused(void)
         uint16_t kind, index;
         uint16_t field;
         float    high;
-    } BAD[] = {{4U, 0U, 4U, 3.0f}, {0U, PARAM_COUNT, PARAM_COUNT, (float)PARAM_COUNT - 1.0f}, {1U, 0xFFFFU, 0xFFFFU, (float)SIGNAL_COUNT - 1.0f}};
+    } BAD[] = {{4U, 0U, 4U, 3.0f},
+               {0U, PARAM_COUNT, PARAM_COUNT, (float)PARAM_COUNT - 1.0f},
+               {1U, 0xFFFFU, 0xFFFFU, (float)SIGNAL_COUNT - 1.0f}};
     for (uint16_t i = 0U; i < 3U; i++) {
         codec_writer_t *w = line_begin(LINK_list);
         codec_put_u8(w, BAD[i].kind);

@@ -112,10 +112,10 @@ void test_session_lists_every_parameter_with_its_limits(void)
 
 void test_session_tells_the_documentation_in_pieces(void)
 {
-    static char           text[512];
-    uint16_t              at = 0U;
-    uint16_t              total = 1U;
-    const char *const     expected = faults_info(FAULT_following_error)->check;
+    static char       text[512];
+    uint16_t          at = 0U;
+    uint16_t          total = 1U;
+    const char *const expected = faults_info(FAULT_following_error)->check;
     while (at < total) {
         codec_writer_t *const w = line_begin(LINK_text);
         codec_put_u8(w, 2U);
@@ -470,7 +470,7 @@ void test_session_fault_sends_an_event_disarms_and_freezes_what_was_before_it(vo
     codec_put_u8(line_begin(LINK_capture_status), 1U);
     TEST_ASSERT_EQUAL_HEX16(LINK_capture_status + LINK_ANSWER, line_ask());
     skip(6U);
-    const uint16_t pre = codec_get_u16(&line.in);
+    const uint16_t        pre = codec_get_u16(&line.in);
     codec_writer_t *const w = line_begin(LINK_capture_read);
     codec_put_u8(w, 1U);
     codec_put_u32(w, (uint32_t)(pre - 1U) * 8U); /* the row before the fault and the one of it */
@@ -502,7 +502,7 @@ void test_session_fault_sends_an_event_disarms_and_freezes_what_was_before_it(vo
 
 void test_session_shows_what_the_angle_observer_has_learned(void)
 {
-    static float amps[200];
+    static float    amps[200];
     codec_writer_t *w = line_begin(LINK_learned);
     codec_put_u16(w, 0U);
     codec_put_u8(w, 60U);

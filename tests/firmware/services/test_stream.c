@@ -9,11 +9,12 @@ static uint16_t       octets[248];
 static codec_writer_t w;
 static uint32_t       now; /* the next period */
 
-static const uint16_t EIGHT[8] = {SIGNAL_ia_a, SIGNAL_vdc_v, SIGNAL_ib_a, SIGNAL_ia_a, SIGNAL_ia_a, SIGNAL_ia_a, SIGNAL_ia_a, SIGNAL_ib_a};
+static const uint16_t EIGHT[8] = {SIGNAL_ia_a, SIGNAL_vdc_v, SIGNAL_ib_a, SIGNAL_ia_a,
+                                  SIGNAL_ia_a, SIGNAL_ia_a,  SIGNAL_ia_a, SIGNAL_ib_a};
 
 typedef struct {
-    uint16_t config, rows, frame;
-    uint32_t counter;
+    uint16_t       config, rows, frame;
+    uint32_t       counter;
     codec_reader_t values;
 } got_t;
 
@@ -73,7 +74,8 @@ void test_stream_of_eight_signals_loses_no_row_and_keeps_their_order(void)
             TEST_ASSERT_EQUAL_UINT16(7U, got.rows); /* 224 of 240 octets */
             for (uint16_t row = 0U; row < got.rows; row++) {
                 for (uint16_t i = 0U; i < 8U; i++) {
-                    const float value = (EIGHT[i] == SIGNAL_vdc_v) ? 24.0f : ((EIGHT[i] == SIGNAL_ib_a) ? -(float)expected : (float)expected);
+                    const float value =
+                        (EIGHT[i] == SIGNAL_vdc_v) ? 24.0f : ((EIGHT[i] == SIGNAL_ib_a) ? -(float)expected : (float)expected);
                     TEST_ASSERT_EQUAL_FLOAT(value, codec_get_f32(&got.values));
                 }
                 expected += 10U;
@@ -126,7 +128,7 @@ void test_stream_that_nobody_takes_drops_the_newest_counts_them_and_shows_the_ga
     uint32_t next = 7U;
     while (take(&got)) {
         if (got.counter != next) {
-            TEST_ASSERT_EQUAL_UINT32(128U, next); /* where the ring was full... */
+            TEST_ASSERT_EQUAL_UINT32(128U, next);        /* where the ring was full... */
             TEST_ASSERT_EQUAL_UINT32(200U, got.counter); /* ...to where there was room again: in a frame of its own */
             gap = true;
         }

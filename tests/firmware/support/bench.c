@@ -121,7 +121,9 @@ static void limits(hal_limits_t *out, int calls)
 
 void bench_start(void)
 {
-    const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U}, .seq_by_itself = true, .limits = {1000.0f, 1000.0f, 20000.0f, 100.0f}};
+    const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U},
+                           .seq_by_itself = true,
+                           .limits = {1000.0f, 1000.0f, 20000.0f, 100.0f}};
     bench = board;
     (void)memset(&drive, 0, sizeof drive);
     hal_sample_read_Stub(sample_read);
@@ -249,7 +251,8 @@ void bench_live(uint32_t periods)
 
 void bench_command(drive_mode_t mode, double speed_ref_rad_s, double id_ref_a, double iq_ref_a)
 {
-    const drive_command_t c = {.mode = mode, .speed_ref_rad_s = (float)speed_ref_rad_s, .id_ref_a = (float)id_ref_a, .iq_ref_a = (float)iq_ref_a};
+    const drive_command_t c = {
+        .mode = mode, .speed_ref_rad_s = (float)speed_ref_rad_s, .id_ref_a = (float)id_ref_a, .iq_ref_a = (float)iq_ref_a};
     TEST_ASSERT_TRUE(drive_command(&drive, &c));
 }
 

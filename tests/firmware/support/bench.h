@@ -23,15 +23,7 @@
 #define PI_OF_CIRCLE 3.14159265358979323846
 #define SQRT3 1.7320508075688772935
 
-typedef enum {
-    CALL_READ = 1,
-    CALL_EDGE,
-    CALL_DUTY,
-    CALL_ARM,
-    CALL_DISARM,
-    CALL_CLEAR,
-    CALL_REQUEST_SPEED
-} bench_call_t;
+typedef enum { CALL_READ = 1, CALL_EDGE, CALL_DUTY, CALL_ARM, CALL_DISARM, CALL_CLEAR, CALL_REQUEST_SPEED } bench_call_t;
 
 typedef struct {
     /* what the board shows */
@@ -43,7 +35,7 @@ typedef struct {
     hal_inverter_fault_t inverter_fault;
     hal_limits_t         limits; /* what it bears: as much as the list of parameters knows, unless a test says less */
     uint32_t             clock_cyc;
-    uint32_t             isr_cyc; /* how far the clock goes between two readings */
+    uint32_t             isr_cyc;       /* how far the clock goes between two readings */
     bool                 seq_by_itself; /* every period has the next sequence number */
 
     /* what the drive did */
@@ -106,30 +98,30 @@ void bench_spin(double speed_rad_s, double end);
 int bench_first(bench_call_t call);
 
 /** Asserts zero voltage, exactly. */
-#define ASSERT_ZERO_VOLTAGE(text)                                     \
-    do {                                                              \
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.5f, bench.duty.a, (text));  \
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.5f, bench.duty.b, (text));  \
-        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.5f, bench.duty.c, (text));  \
+#define ASSERT_ZERO_VOLTAGE(text)                                                                                                \
+    do {                                                                                                                         \
+        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.5f, bench.duty.a, (text));                                                             \
+        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.5f, bench.duty.b, (text));                                                             \
+        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.5f, bench.duty.c, (text));                                                             \
     } while (0)
 /* The board cuts what rounding leaves beside 0 and 1: below 4e-7, see control/motor/svm.h. */
 #define BENCH_DUTY_IS_LEGAL(duty) (((duty) >= -4.0e-7f) && ((duty) <= 1.0000004f))
-#define ASSERT_DUTIES_LEGAL(text)                                             \
-    do {                                                                      \
-        TEST_ASSERT_TRUE_MESSAGE(BENCH_DUTY_IS_LEGAL(bench.duty.a), (text));  \
-        TEST_ASSERT_TRUE_MESSAGE(BENCH_DUTY_IS_LEGAL(bench.duty.b), (text));  \
-        TEST_ASSERT_TRUE_MESSAGE(BENCH_DUTY_IS_LEGAL(bench.duty.c), (text));  \
+#define ASSERT_DUTIES_LEGAL(text)                                                                                                \
+    do {                                                                                                                         \
+        TEST_ASSERT_TRUE_MESSAGE(BENCH_DUTY_IS_LEGAL(bench.duty.a), (text));                                                     \
+        TEST_ASSERT_TRUE_MESSAGE(BENCH_DUTY_IS_LEGAL(bench.duty.b), (text));                                                     \
+        TEST_ASSERT_TRUE_MESSAGE(BENCH_DUTY_IS_LEGAL(bench.duty.c), (text));                                                     \
     } while (0)
-#define ASSERT_FAULT(expected, text)                                                                    \
-    do {                                                                                                \
-        TEST_ASSERT_EQUAL_STRING_MESSAGE(faults_info(expected)->name, faults_info((uint16_t)drive.fault)->name, (text)); \
-        TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, (text));                                \
-        TEST_ASSERT_FALSE_MESSAGE(bench.armed, (text));                                                 \
+#define ASSERT_FAULT(expected, text)                                                                                             \
+    do {                                                                                                                         \
+        TEST_ASSERT_EQUAL_STRING_MESSAGE(faults_info(expected)->name, faults_info((uint16_t)drive.fault)->name, (text));         \
+        TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, (text));                                                         \
+        TEST_ASSERT_FALSE_MESSAGE(bench.armed, (text));                                                                          \
     } while (0)
-#define ASSERT_NO_FAULT(text)                                                                           \
-    do {                                                                                                \
-        TEST_ASSERT_EQUAL_STRING_MESSAGE("none", faults_info((uint16_t)drive.fault)->name, (text));     \
-        TEST_ASSERT_NOT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, (text));                            \
+#define ASSERT_NO_FAULT(text)                                                                                                    \
+    do {                                                                                                                         \
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("none", faults_info((uint16_t)drive.fault)->name, (text));                              \
+        TEST_ASSERT_NOT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, (text));                                                     \
     } while (0)
 
 #endif

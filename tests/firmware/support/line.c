@@ -62,9 +62,9 @@ static uint32_t link_lost(int calls)
 
 void line_restart(void)
 {
-    static const line_t nothing;
-    const services_setup_t setup = {&drive, &line_defaults, "test board", capture, black_box, LINE_CAPTURE_VALUES, LINE_BOX_VALUES,
-                                    line_reset};
+    static const line_t    nothing;
+    const services_setup_t setup = {&drive,    &line_defaults,      "test board",    capture,
+                                    black_box, LINE_CAPTURE_VALUES, LINE_BOX_VALUES, line_reset};
     line = nothing;
     line.room = FRAME_WIRE_MAX;
     frame_decoder_reset(&decoder);

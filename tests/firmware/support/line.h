@@ -23,17 +23,17 @@ typedef struct {
 } line_frame_t;
 
 typedef struct {
-    uint16_t to_drive[LINE_OCTETS];
-    uint32_t sent, read;      /* octets, free-running */
-    uint16_t room;            /* octets that a call of hal_link_write takes at most */
-    uint16_t reads_per_pass, most_reads_per_pass;
-    line_frame_t frame[LINE_FRAMES]; /* everything the drive sent */
-    uint16_t frames;
-    uint16_t dropped;
-    uint16_t seq;
-    frame_t  request;         /* line_begin, then put into its payload, then line_ask */
-    line_frame_t answer;
-    codec_reader_t in;        /* payload of the answer */
+    uint16_t       to_drive[LINE_OCTETS];
+    uint32_t       sent, read; /* octets, free-running */
+    uint16_t       room;       /* octets that a call of hal_link_write takes at most */
+    uint16_t       reads_per_pass, most_reads_per_pass;
+    line_frame_t   frame[LINE_FRAMES]; /* everything the drive sent */
+    uint16_t       frames;
+    uint16_t       dropped;
+    uint16_t       seq;
+    frame_t        request; /* line_begin, then put into its payload, then line_ask */
+    line_frame_t   answer;
+    codec_reader_t in; /* payload of the answer */
 } line_t;
 
 extern line_t         line;

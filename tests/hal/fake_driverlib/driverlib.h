@@ -164,16 +164,27 @@ typedef enum { SPI_PROT_POL0PHA0 = 0 } SPI_TransferProtocol;
 typedef enum { SYSCTL_EPWMCLK_DIV_2 = 1 } SysCtl_EPWMCLKDivider;
 typedef enum { SYSCTL_LSPCLK_PRESCALE_4 = 2 } SysCtl_LSPCLKPrescaler;
 typedef enum {
-    SYSCTL_PERIPH_CLK_TIMER1 = 0x400, SYSCTL_PERIPH_CLK_TIMER2 = 0x500, SYSCTL_PERIPH_CLK_TBCLKSYNC = 0x1200,
-    SYSCTL_PERIPH_CLK_EPWM1 = 2, SYSCTL_PERIPH_CLK_EPWM2 = 0x102, SYSCTL_PERIPH_CLK_EPWM3 = 0x202,
-    SYSCTL_PERIPH_CLK_EQEP1 = 4, SYSCTL_PERIPH_CLK_SCIA = 7, SYSCTL_PERIPH_CLK_SPIA = 8, SYSCTL_PERIPH_CLK_ADCA = 13,
-    SYSCTL_PERIPH_CLK_ADCB = 0x10d, SYSCTL_PERIPH_CLK_ADCC = 0x20d, SYSCTL_PERIPH_CLK_CMPSS1 = 14,
-    SYSCTL_PERIPH_CLK_CMPSS3 = 0x20e, SYSCTL_PERIPH_CLK_CMPSS6 = 0x50e
+    SYSCTL_PERIPH_CLK_TIMER1 = 0x400,
+    SYSCTL_PERIPH_CLK_TIMER2 = 0x500,
+    SYSCTL_PERIPH_CLK_TBCLKSYNC = 0x1200,
+    SYSCTL_PERIPH_CLK_EPWM1 = 2,
+    SYSCTL_PERIPH_CLK_EPWM2 = 0x102,
+    SYSCTL_PERIPH_CLK_EPWM3 = 0x202,
+    SYSCTL_PERIPH_CLK_EQEP1 = 4,
+    SYSCTL_PERIPH_CLK_SCIA = 7,
+    SYSCTL_PERIPH_CLK_SPIA = 8,
+    SYSCTL_PERIPH_CLK_ADCA = 13,
+    SYSCTL_PERIPH_CLK_ADCB = 0x10d,
+    SYSCTL_PERIPH_CLK_ADCC = 0x20d,
+    SYSCTL_PERIPH_CLK_CMPSS1 = 14,
+    SYSCTL_PERIPH_CLK_CMPSS3 = 0x20e,
+    SYSCTL_PERIPH_CLK_CMPSS6 = 0x50e
 } SysCtl_PeripheralPCLOCKCR;
 typedef enum { SYSCTL_WD_MODE_RESET = 0 } SysCtl_WDMode;
 typedef enum { SYSCTL_WD_PRESCALE_4 = 3 } SysCtl_WDPrescaler;
 typedef enum {
-    XBAR_EPWM_MUX00_CMPSS1_CTRIPH_OR_L = 0x0001, XBAR_EPWM_MUX04_CMPSS3_CTRIPH_OR_L = 0x0801,
+    XBAR_EPWM_MUX00_CMPSS1_CTRIPH_OR_L = 0x0001,
+    XBAR_EPWM_MUX04_CMPSS3_CTRIPH_OR_L = 0x0801,
     XBAR_EPWM_MUX10_CMPSS6_CTRIPH_OR_L = 0x1401
 } XBAR_EPWMMuxConfig;
 typedef enum { XBAR_INPUT1 = 0 } XBAR_InputNum;
@@ -181,30 +192,30 @@ typedef enum { XBAR_TRIP4 = 0 } XBAR_TripNum;
 
 /* ---- System control ---- */
 
-void SysCtl_disableWatchdog(void);
-void SysCtl_enableWatchdog(void);
-void SysCtl_serviceWatchdog(void);
-void SysCtl_setWatchdogMode(SysCtl_WDMode mode);
-void SysCtl_setWatchdogPrescaler(SysCtl_WDPrescaler prescaler);
+void     SysCtl_disableWatchdog(void);
+void     SysCtl_enableWatchdog(void);
+void     SysCtl_serviceWatchdog(void);
+void     SysCtl_setWatchdogMode(SysCtl_WDMode mode);
+void     SysCtl_setWatchdogPrescaler(SysCtl_WDPrescaler prescaler);
 uint32_t SysCtl_getResetCause(void);
-void SysCtl_clearResetCause(uint32_t rstCauses);
-bool SysCtl_setClock(uint32_t config);
-void SysCtl_setLowSpeedClock(SysCtl_LSPCLKPrescaler prescaler);
-void SysCtl_setEPWMClockDivider(SysCtl_EPWMCLKDivider divider);
-void SysCtl_enablePeripheral(SysCtl_PeripheralPCLOCKCR peripheral);
-void SysCtl_disablePeripheral(SysCtl_PeripheralPCLOCKCR peripheral);
-void SysCtl_delay(uint32_t count);
+void     SysCtl_clearResetCause(uint32_t rstCauses);
+bool     SysCtl_setClock(uint32_t config);
+void     SysCtl_setLowSpeedClock(SysCtl_LSPCLKPrescaler prescaler);
+void     SysCtl_setEPWMClockDivider(SysCtl_EPWMCLKDivider divider);
+void     SysCtl_enablePeripheral(SysCtl_PeripheralPCLOCKCR peripheral);
+void     SysCtl_disablePeripheral(SysCtl_PeripheralPCLOCKCR peripheral);
+void     SysCtl_delay(uint32_t count);
 
 /* ---- GPIO ---- */
 
 uint32_t GPIO_readPin(uint32_t pin);
-void GPIO_setControllerCore(uint32_t pin, GPIO_CoreSelect core);
-void GPIO_setDirectionMode(uint32_t pin, GPIO_Direction pinIO);
-void GPIO_setPadConfig(uint32_t pin, uint32_t pinType);
-void GPIO_setPinConfig(uint32_t pinConfig);
-void GPIO_setQualificationMode(uint32_t pin, GPIO_QualificationMode qualification);
-void GPIO_setQualificationPeriod(uint32_t pin, uint32_t divider);
-void GPIO_writePin(uint32_t pin, uint32_t outVal);
+void     GPIO_setControllerCore(uint32_t pin, GPIO_CoreSelect core);
+void     GPIO_setDirectionMode(uint32_t pin, GPIO_Direction pinIO);
+void     GPIO_setPadConfig(uint32_t pin, uint32_t pinType);
+void     GPIO_setPinConfig(uint32_t pinConfig);
+void     GPIO_setQualificationMode(uint32_t pin, GPIO_QualificationMode qualification);
+void     GPIO_setQualificationPeriod(uint32_t pin, uint32_t divider);
+void     GPIO_writePin(uint32_t pin, uint32_t outVal);
 
 /* ---- X-BAR ---- */
 
@@ -224,8 +235,8 @@ void EPWM_setTimeBasePeriod(uint32_t base, uint16_t periodCount);
 void EPWM_setCounterCompareShadowLoadMode(uint32_t base, EPWM_CounterCompareModule compModule,
                                           EPWM_CounterCompareLoadMode loadMode);
 void EPWM_setCounterCompareValue(uint32_t base, EPWM_CounterCompareModule compModule, uint16_t compCount);
-void EPWM_setActionQualifierAction(uint32_t base, EPWM_ActionQualifierOutputModule epwmOutput,
-                                   EPWM_ActionQualifierOutput output, EPWM_ActionQualifierOutputEvent event);
+void EPWM_setActionQualifierAction(uint32_t base, EPWM_ActionQualifierOutputModule epwmOutput, EPWM_ActionQualifierOutput output,
+                                   EPWM_ActionQualifierOutputEvent event);
 void EPWM_setDeadBandDelayMode(uint32_t base, EPWM_DeadBandDelayMode delayMode, bool enableDelayMode);
 void EPWM_setDeadBandDelayPolarity(uint32_t base, EPWM_DeadBandDelayMode delayMode, EPWM_DeadBandPolarity polarity);
 void EPWM_setRisingEdgeDeadBandDelayInput(uint32_t base, uint16_t input);
@@ -238,14 +249,14 @@ void EPWM_setTripZoneDigitalCompareEventCondition(uint32_t base, EPWM_TripZoneDi
 void EPWM_setTripZoneAction(uint32_t base, EPWM_TripZoneEvent tzEvent, EPWM_TripZoneAction tzAction);
 uint16_t EPWM_getTripZoneFlagStatus(uint32_t base);
 uint16_t EPWM_getOneShotTripZoneFlagStatus(uint32_t base);
-void EPWM_clearTripZoneFlag(uint32_t base, uint16_t tzFlags);
-void EPWM_clearOneShotTripZoneFlag(uint32_t base, uint16_t tzOSTFlags);
-void EPWM_forceTripZoneEvent(uint32_t base, uint16_t tzForceEvent);
+void     EPWM_clearTripZoneFlag(uint32_t base, uint16_t tzFlags);
+void     EPWM_clearOneShotTripZoneFlag(uint32_t base, uint16_t tzOSTFlags);
+void     EPWM_forceTripZoneEvent(uint32_t base, uint16_t tzForceEvent);
 void EPWM_selectDigitalCompareTripInput(uint32_t base, EPWM_DigitalCompareTripInput tripSource, EPWM_DigitalCompareType dcType);
 void EPWM_setDigitalCompareEventSource(uint32_t base, EPWM_DigitalCompareModule dcModule, EPWM_DigitalCompareEvent dcEvent,
                                        EPWM_DigitalCompareEventSource dcEventSource);
-void EPWM_setDigitalCompareEventSyncMode(uint32_t base, EPWM_DigitalCompareModule dcModule,
-                                         EPWM_DigitalCompareEvent dcEvent, EPWM_DigitalCompareSyncMode syncMode);
+void EPWM_setDigitalCompareEventSyncMode(uint32_t base, EPWM_DigitalCompareModule dcModule, EPWM_DigitalCompareEvent dcEvent,
+                                         EPWM_DigitalCompareSyncMode syncMode);
 void EPWM_enableADCTrigger(uint32_t base, EPWM_ADCStartOfConversionType adcSOCType);
 void EPWM_setADCTriggerSource(uint32_t base, EPWM_ADCStartOfConversionType adcSOCType, EPWM_ADCStartOfConversionSource socSource);
 void EPWM_setADCTriggerEventPrescale(uint32_t base, EPWM_ADCStartOfConversionType adcSOCType, uint16_t preScaleCount);
@@ -253,17 +264,17 @@ void EPWM_setEmulationMode(uint32_t base, EPWM_EmulationMode emulationMode);
 
 /* ---- ADC ---- */
 
-void ADC_setMode(uint32_t base, ADC_Resolution resolution, ADC_SignalMode signalMode);
-void ADC_setPrescaler(uint32_t base, ADC_ClkPrescale clkPrescale);
-void ADC_setInterruptPulseMode(uint32_t base, ADC_PulseMode pulseMode);
-void ADC_enableConverter(uint32_t base);
-void ADC_setupSOC(uint32_t base, ADC_SOCNumber socNumber, ADC_Trigger trigger, ADC_Channel channel, uint32_t sampleWindow);
+void     ADC_setMode(uint32_t base, ADC_Resolution resolution, ADC_SignalMode signalMode);
+void     ADC_setPrescaler(uint32_t base, ADC_ClkPrescale clkPrescale);
+void     ADC_setInterruptPulseMode(uint32_t base, ADC_PulseMode pulseMode);
+void     ADC_enableConverter(uint32_t base);
+void     ADC_setupSOC(uint32_t base, ADC_SOCNumber socNumber, ADC_Trigger trigger, ADC_Channel channel, uint32_t sampleWindow);
 uint16_t ADC_readResult(uint32_t resultBase, ADC_SOCNumber socNumber);
-void ADC_setInterruptSource(uint32_t base, ADC_IntNumber adcIntNum, uint16_t intTrigger);
-void ADC_enableInterrupt(uint32_t base, ADC_IntNumber adcIntNum);
-void ADC_clearInterruptStatus(uint32_t base, ADC_IntNumber adcIntNum);
-bool ADC_getInterruptOverflowStatus(uint32_t base, ADC_IntNumber adcIntNum);
-void ADC_clearInterruptOverflowStatus(uint32_t base, ADC_IntNumber adcIntNum);
+void     ADC_setInterruptSource(uint32_t base, ADC_IntNumber adcIntNum, uint16_t intTrigger);
+void     ADC_enableInterrupt(uint32_t base, ADC_IntNumber adcIntNum);
+void     ADC_clearInterruptStatus(uint32_t base, ADC_IntNumber adcIntNum);
+bool     ADC_getInterruptOverflowStatus(uint32_t base, ADC_IntNumber adcIntNum);
+void     ADC_clearInterruptOverflowStatus(uint32_t base, ADC_IntNumber adcIntNum);
 
 /* ---- CMPSS ---- */
 
@@ -284,30 +295,30 @@ void CMPSS_clearFilterLatchLow(uint32_t base);
 
 /* ---- eQEP ---- */
 
-void EQEP_enableModule(uint32_t base);
-void EQEP_setDecoderConfig(uint32_t base, uint16_t config);
-void EQEP_setPositionCounterConfig(uint32_t base, EQEP_PositionResetMode mode, uint32_t maxPosition);
+void     EQEP_enableModule(uint32_t base);
+void     EQEP_setDecoderConfig(uint32_t base, uint16_t config);
+void     EQEP_setPositionCounterConfig(uint32_t base, EQEP_PositionResetMode mode, uint32_t maxPosition);
 uint32_t EQEP_getPosition(uint32_t base);
-void EQEP_setPosition(uint32_t base, uint32_t position);
-int16_t EQEP_getDirection(uint32_t base);
-void EQEP_setLatchMode(uint32_t base, uint32_t latchMode);
+void     EQEP_setPosition(uint32_t base, uint32_t position);
+int16_t  EQEP_getDirection(uint32_t base);
+void     EQEP_setLatchMode(uint32_t base, uint32_t latchMode);
 uint32_t EQEP_getIndexPositionLatch(uint32_t base);
-void EQEP_setCaptureConfig(uint32_t base, EQEP_CAPCLKPrescale capPrescale, EQEP_UPEVNTPrescale evntPrescale);
-void EQEP_enableCapture(uint32_t base);
+void     EQEP_setCaptureConfig(uint32_t base, EQEP_CAPCLKPrescale capPrescale, EQEP_UPEVNTPrescale evntPrescale);
+void     EQEP_enableCapture(uint32_t base);
 uint16_t EQEP_getCaptureTimerLatch(uint32_t base);
 uint16_t EQEP_getInterruptStatus(uint32_t base);
-void EQEP_clearInterruptStatus(uint32_t base, uint16_t intFlags);
-void EQEP_setEmulationMode(uint32_t base, EQEP_EmulationMode emuMode);
+void     EQEP_clearInterruptStatus(uint32_t base, uint16_t intFlags);
+void     EQEP_setEmulationMode(uint32_t base, EQEP_EmulationMode emuMode);
 
 /* ---- CPU timers ---- */
 
-void CPUTimer_setPeriod(uint32_t base, uint32_t periodCount);
-void CPUTimer_setPreScaler(uint32_t base, uint16_t prescaler);
-void CPUTimer_reloadTimerCounter(uint32_t base);
-void CPUTimer_stopTimer(uint32_t base);
-void CPUTimer_startTimer(uint32_t base);
+void     CPUTimer_setPeriod(uint32_t base, uint32_t periodCount);
+void     CPUTimer_setPreScaler(uint32_t base, uint16_t prescaler);
+void     CPUTimer_reloadTimerCounter(uint32_t base);
+void     CPUTimer_stopTimer(uint32_t base);
+void     CPUTimer_startTimer(uint32_t base);
 uint32_t CPUTimer_getTimerCount(uint32_t base);
-void CPUTimer_setEmulationMode(uint32_t base, CPUTimer_EmulationMode mode);
+void     CPUTimer_setEmulationMode(uint32_t base, CPUTimer_EmulationMode mode);
 
 /* ---- Interrupt / PIE ---- */
 
@@ -321,33 +332,33 @@ bool Interrupt_disableGlobal(void);
 
 /* ---- SCI (UART) ---- */
 
-void SCI_setConfig(uint32_t base, uint32_t lspclkHz, uint32_t baud, uint32_t config);
-void SCI_enableModule(uint32_t base);
-void SCI_performSoftwareReset(uint32_t base);
-void SCI_resetChannels(uint32_t base);
-void SCI_enableFIFO(uint32_t base);
-void SCI_resetTxFIFO(uint32_t base);
-void SCI_resetRxFIFO(uint32_t base);
+void            SCI_setConfig(uint32_t base, uint32_t lspclkHz, uint32_t baud, uint32_t config);
+void            SCI_enableModule(uint32_t base);
+void            SCI_performSoftwareReset(uint32_t base);
+void            SCI_resetChannels(uint32_t base);
+void            SCI_enableFIFO(uint32_t base);
+void            SCI_resetTxFIFO(uint32_t base);
+void            SCI_resetRxFIFO(uint32_t base);
 SCI_TxFIFOLevel SCI_getTxFIFOStatus(uint32_t base);
 SCI_RxFIFOLevel SCI_getRxFIFOStatus(uint32_t base);
-void SCI_writeCharNonBlocking(uint32_t base, uint16_t data);
-uint16_t SCI_readCharNonBlocking(uint32_t base);
-uint16_t SCI_getRxStatus(uint32_t base);
-bool SCI_getOverflowStatus(uint32_t base);
-void SCI_clearOverflowStatus(uint32_t base);
+void            SCI_writeCharNonBlocking(uint32_t base, uint16_t data);
+uint16_t        SCI_readCharNonBlocking(uint32_t base);
+uint16_t        SCI_getRxStatus(uint32_t base);
+bool            SCI_getOverflowStatus(uint32_t base);
+void            SCI_clearOverflowStatus(uint32_t base);
 
 /* ---- SPI ---- */
 
-void SPI_setConfig(uint32_t base, uint32_t lspclkHz, SPI_TransferProtocol protocol, SPI_Mode mode, uint32_t bitRate,
-                   uint16_t dataWidth);
-void SPI_enableModule(uint32_t base);
-void SPI_disableModule(uint32_t base);
-void SPI_enableFIFO(uint32_t base);
-void SPI_resetRxFIFO(uint32_t base);
+void            SPI_setConfig(uint32_t base, uint32_t lspclkHz, SPI_TransferProtocol protocol, SPI_Mode mode, uint32_t bitRate,
+                              uint16_t dataWidth);
+void            SPI_enableModule(uint32_t base);
+void            SPI_disableModule(uint32_t base);
+void            SPI_enableFIFO(uint32_t base);
+void            SPI_resetRxFIFO(uint32_t base);
 SPI_RxFIFOLevel SPI_getRxFIFOStatus(uint32_t base);
-void SPI_writeDataNonBlocking(uint32_t base, uint16_t data);
-uint16_t SPI_readDataNonBlocking(uint32_t base);
-void SPI_setEmulationMode(uint32_t base, SPI_EmulationMode mode);
+void            SPI_writeDataNonBlocking(uint32_t base, uint16_t data);
+uint16_t        SPI_readDataNonBlocking(uint32_t base);
+void            SPI_setEmulationMode(uint32_t base, SPI_EmulationMode mode);
 
 /* ---- Flash ---- */
 

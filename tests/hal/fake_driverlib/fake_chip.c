@@ -35,8 +35,8 @@ void fake_record(const char *name, int count, const uint32_t *arguments)
     }
 }
 
-void fake_forget_calls(void) { calls = 0; }
-int  fake_call_count(void) { return calls; }
+void        fake_forget_calls(void) { calls = 0; }
+int         fake_call_count(void) { return calls; }
 const char *fake_call_name(int number) { return ((number >= 0) && (number < calls)) ? log_of_calls[number].name : ""; }
 
 static bool agrees(const call_t *c, const char *name, int count, const uint32_t *arguments)
@@ -237,10 +237,7 @@ void fake_interrupts(void)
 
 /* ---- pins --------------------------------------------------------------------------------------------------------------------------- */
 
-static bool nfault_is_low(void)
-{
-    return chip.nfault_stuck || ((chip.drv[1] | chip.drv[2] | chip.drv[3] | chip.drv[4]) != 0U);
-}
+static bool nfault_is_low(void) { return chip.nfault_stuck || ((chip.drv[1] | chip.drv[2] | chip.drv[3] | chip.drv[4]) != 0U); }
 
 uint32_t GPIO_readPin(uint32_t pin)
 {
@@ -412,11 +409,8 @@ void XBAR_enableEPWMMux(XBAR_TripNum trip, uint32_t muxes)
     chip.epwm_xbar_muxes |= muxes;
 }
 
-static fake_cmpss_t *cmpss_of(uint32_t base)
-{
-    return &chip.cmpss[(base == CMPSS6_BASE) ? 0 : ((base == CMPSS3_BASE) ? 1 : 2)];
-}
-void CMPSS_enableModule(uint32_t base)
+static fake_cmpss_t *cmpss_of(uint32_t base) { return &chip.cmpss[(base == CMPSS6_BASE) ? 0 : ((base == CMPSS3_BASE) ? 1 : 2)]; }
+void                 CMPSS_enableModule(uint32_t base)
 {
     RECORD(base);
     cmpss_of(base)->on = true;
@@ -451,7 +445,8 @@ void fake_trips(void)
     const bool nfault = nfault_is_low() && (chip.input_xbar1 == BOARD_PIN_NFAULT);
     for (int k = 0; k < 3; k++) {
         fake_epwm_t *const e = &chip.epwm[k];
-        if (over && ((e->tz_signals & EPWM_TZ_SIGNAL_DCAEVT1) != 0U) && e->dc_input && e->dc_condition && e->dc_source && e->dc_direct) {
+        if (over && ((e->tz_signals & EPWM_TZ_SIGNAL_DCAEVT1) != 0U) && e->dc_input && e->dc_condition && e->dc_source &&
+            e->dc_direct) {
             e->tz_flags = (uint16_t)(e->tz_flags | EPWM_TZ_FLAG_OST | EPWM_TZ_FLAG_DCAEVT1);
             e->ost_flags = (uint16_t)(e->ost_flags | EPWM_TZ_OST_FLAG_DCAEVT1);
         }
@@ -470,13 +465,15 @@ static bool connected(int k)
 
 bool fake_gate_follows(int k)
 {
-    return connected(k) && ((chip.epwm[k].tz_flags & EPWM_TZ_FLAG_OST) == 0U) && chip.clocks_run && (chip.latch[BOARD_PIN_EN_GATE] != 0U);
+    return connected(k) && ((chip.epwm[k].tz_flags & EPWM_TZ_FLAG_OST) == 0U) && chip.clocks_run &&
+           (chip.latch[BOARD_PIN_EN_GATE] != 0U);
 }
 
 bool fake_gate_is_low(int k)
 {
     const fake_epwm_t *const e = &chip.epwm[k];
-    return !connected(k) || (((e->tz_flags & EPWM_TZ_FLAG_OST) != 0U) && e->action_low[0] && e->action_low[1] && e->action_low[2]);
+    return !connected(k) ||
+           (((e->tz_flags & EPWM_TZ_FLAG_OST) != 0U) && e->action_low[0] && e->action_low[1] && e->action_low[2]);
 }
 
 double fake_duty(int k)
@@ -606,7 +603,8 @@ void EQEP_clearInterruptStatus(uint32_t base, uint16_t intFlags)
 static bool driver_listens(void)
 {
     const bool awake = (chip.latch[BOARD_PIN_WAKE] != 0U) && (chip.latch[BOARD_PIN_EN_GATE] != 0U);
-    return awake && ((chip.cycles - chip.en_gate_cycles) >= 200000U) && (chip.latch[BOARD_PIN_CHIP_SELECT] == 0U) && !chip.drv_mute;
+    return awake && ((chip.cycles - chip.en_gate_cycles) >= 200000U) && (chip.latch[BOARD_PIN_CHIP_SELECT] == 0U) &&
+           !chip.drv_mute;
 }
 
 void SPI_writeDataNonBlocking(uint32_t base, uint16_t data)

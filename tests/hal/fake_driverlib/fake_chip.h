@@ -22,7 +22,7 @@ typedef struct {
     uint16_t period, compare, compare_active;
     uint16_t red, fed;
     uint16_t tz_flags, ost_flags, tz_signals;
-    bool     action_low[3];     /* on a trip, outputs A and B; on the digital compare event, output A */
+    bool     action_low[3]; /* on a trip, outputs A and B; on the digital compare event, output A */
     bool     dc_input, dc_condition, dc_source, dc_direct;
     bool     rises_on_up, falls_on_down;
 } fake_epwm_t;
@@ -41,15 +41,15 @@ typedef struct {
     bool     pie_ack_group1, adc_pending, adc_flag, adc_overflow;
     uint16_t deepest, depth; /* of nested interrupts */
     void (*vector[FAKE_VECTORS])(void);
-    void (*on_eint)(void); /* called once, inside the next EINT */
-    jmp_buf  escape;       /* where NOP jumps to... */
-    bool     escape_set;   /* ...if it does: the way out of an endless loop */
+    void (*on_eint)(void);        /* called once, inside the next EINT */
+    jmp_buf     escape;           /* where NOP jumps to... */
+    bool        escape_set;       /* ...if it does: the way out of an endless loop */
     const char *interrupted_call; /* in this call, once, ... */
     int         calls_before;     /* ...after so many of them, ... */
     void (*interrupt)(void);      /* ...this happens before it has its effect */
     uint64_t timer_start;
     uint64_t interrupt_cycles; /* that pass after every look of an interrupt at the cycle counter */
-    void (*on_clock)(void); /* called when the main loop reads the cycle counter: the world goes on */
+    void (*on_clock)(void);    /* called when the main loop reads the cycle counter: the world goes on */
 
     /* pins */
     uint32_t pin_config[FAKE_PINS];
@@ -84,10 +84,10 @@ typedef struct {
     bool     qep_on;
 
     /* gate driver */
-    uint16_t drv[16];     /* registers */
+    uint16_t drv[16];      /* registers */
     uint16_t drv_cause[5]; /* standing causes, by status register */
-    bool     drv_mute;    /* nothing on SOMI */
-    bool     spi_hangs;   /* the SPI never finishes */
+    bool     drv_mute;     /* nothing on SOMI */
+    bool     spi_hangs;    /* the SPI never finishes */
     uint64_t en_gate_cycles;
     uint16_t spi_answer;
     bool     spi_full;

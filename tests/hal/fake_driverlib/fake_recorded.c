@@ -39,15 +39,11 @@ void EPWM_setDeadBandDelayPolarity(uint32_t base, EPWM_DeadBandDelayMode delayMo
 }
 void EPWM_setRisingEdgeDeadBandDelayInput(uint32_t base, uint16_t input) { RECORD((uint32_t)base, (uint32_t)input); }
 void EPWM_setFallingEdgeDeadBandDelayInput(uint32_t base, uint16_t input) { RECORD((uint32_t)base, (uint32_t)input); }
-void EPWM_setADCTriggerSource(uint32_t base, EPWM_ADCStartOfConversionType adcSOCType,
-                              EPWM_ADCStartOfConversionSource socSource)
+void EPWM_setADCTriggerSource(uint32_t base, EPWM_ADCStartOfConversionType adcSOCType, EPWM_ADCStartOfConversionSource socSource)
 {
     RECORD((uint32_t)base, (uint32_t)adcSOCType, (uint32_t)socSource);
 }
-void EPWM_setEmulationMode(uint32_t base, EPWM_EmulationMode emulationMode)
-{
-    RECORD((uint32_t)base, (uint32_t)emulationMode);
-}
+void EPWM_setEmulationMode(uint32_t base, EPWM_EmulationMode emulationMode) { RECORD((uint32_t)base, (uint32_t)emulationMode); }
 void ADC_setMode(uint32_t base, ADC_Resolution resolution, ADC_SignalMode signalMode)
 {
     RECORD((uint32_t)base, (uint32_t)resolution, (uint32_t)signalMode);

@@ -26,7 +26,7 @@ extern double      amplifier_offset_v[3]; /* zero errors of phases A, B, C */
 extern double      short_circuit_a;       /* additional current through the shunt of phase A */
 extern bool        encoder_reversed;      /* tracks swapped */
 extern uint32_t    periods_with_gates_on;
-extern uint32_t    longest_hunger;        /* periods between two services of the watchdog, at most */
+extern uint32_t    longest_hunger; /* periods between two services of the watchdog, at most */
 
 /** A healthy chip and a motor at rest at @p angle_rad; nothing runs yet. */
 void world_begin(double angle_rad);

@@ -18,8 +18,14 @@ void rig_new(void)
     rig_param("align_periods", 0.0);
 }
 
-void rig_model(const char *name, double value) { TEST_ASSERT_TRUE_MESSAGE(es_sim_set_model(rig, name, value), es_sim_error(rig)); }
-void rig_param(const char *name, double value) { TEST_ASSERT_TRUE_MESSAGE(es_sim_set_param(rig, name, value), es_sim_error(rig)); }
+void rig_model(const char *name, double value)
+{
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_model(rig, name, value), es_sim_error(rig));
+}
+void rig_param(const char *name, double value)
+{
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_param(rig, name, value), es_sim_error(rig));
+}
 void rig_effect(const char *effect, const char *param, double value)
 {
     TEST_ASSERT_TRUE_MESSAGE(es_sim_set_effect(rig, effect, param, value), es_sim_error(rig));

@@ -32,8 +32,8 @@ void shaft_settle(int64_t periods);
 void shaft_speed(double rad_s);
 void shaft_watch(void);
 /** What the drive believes of the electrical angle less the truth, degrees, for an absolute encoder. */
-double shaft_zero_error_deg(void);
-double shaft_rad_s(void);
+double      shaft_zero_error_deg(void);
+double      shaft_rad_s(void);
 const char *shaft_fault(void);
 
 #endif

@@ -15,9 +15,7 @@ void setUp(void)
     p.bridge_dc_link_v = 100.0;
 }
 
-void tearDown(void)
-{
-}
+void tearDown(void) {}
 
 /* Current of phase a after `periods` with a constant voltage on alpha. */
 static double settle(double v_alpha, int periods)

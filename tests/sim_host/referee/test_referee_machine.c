@@ -10,14 +10,9 @@ static const double H_S = 5e-6;
 static referee_parameters_t p;
 static referee_machine_t    machine;
 
-void setUp(void)
-{
-    p = plain_motor();
-}
+void setUp(void) { p = plain_motor(); }
 
-void tearDown(void)
-{
-}
+void tearDown(void) {}
 
 static void run(double duration_s, double v_alpha, double load_nm)
 {

@@ -9,9 +9,9 @@
 
 enum { PERIODS = 10000, SIGNALS = 32 };
 
-static referee_parameters_t p;
-static double               speed_ref[PERIODS], none[PERIODS], load[PERIODS], mode[PERIODS];
-static double               log_rows[PERIODS * SIGNALS];
+static referee_parameters_t   p;
+static double                 speed_ref[PERIODS], none[PERIODS], load[PERIODS], mode[PERIODS];
+static double                 log_rows[PERIODS * SIGNALS];
 static const referee_inputs_t INPUTS = {speed_ref, none, none, load, mode};
 
 static size_t column(const char *name)
@@ -25,10 +25,7 @@ static size_t column(const char *name)
     return 0;
 }
 
-static double last(const char *name, size_t rows)
-{
-    return log_rows[((rows - 1U) * referee_signal_count()) + column(name)];
-}
+static double last(const char *name, size_t rows) { return log_rows[((rows - 1U) * referee_signal_count()) + column(name)]; }
 
 void setUp(void)
 {
@@ -46,9 +43,7 @@ void setUp(void)
     }
 }
 
-void tearDown(void)
-{
-}
+void tearDown(void) {}
 
 void test_referee_run_reaches_the_speed_with_the_current_that_the_torque_needs(void)
 {

@@ -16,9 +16,7 @@ void setUp(void)
     referee_noise_seed(&noise, 7U);
 }
 
-void tearDown(void)
-{
-}
+void tearDown(void) {}
 
 static referee_sample_t sample_at(double theta_rad)
 {

@@ -20,7 +20,7 @@
 #define EFFECTS_AT_MOST SIM_EFFECTS_MAX
 
 extern sim_plant_t plant;
-extern sim_model_t model;                                         /* of the next start */
+extern sim_model_t model;                                             /* of the next start */
 extern double      effect_values[EFFECTS_AT_MOST][SIM_EFFECT_PARAMS]; /* of the next start */
 
 /** Default model without back-EMF friction, all effects off. */
@@ -44,7 +44,7 @@ void machine_coast(int periods);
 
 const char *at(const char *format, ...);
 
-#define ASSERT_REL(tolerance, expected, actual, text) \
+#define ASSERT_REL(tolerance, expected, actual, text)                                                                            \
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE((tolerance) * fabs(expected), (expected), (actual), (text))
 
 #endif

@@ -76,6 +76,7 @@ int main(int argc, char **argv)
     if (status >= 0) {
         return status;
     }
-    (void)fprintf(stderr, "run_avr: %s after %llu cycles\n", (state == cpu_Crashed) ? "crashed" : "did not end", (unsigned long long)avr->cycle);
+    (void)fprintf(stderr, "run_avr: %s after %llu cycles\n", (state == cpu_Crashed) ? "crashed" : "did not end",
+                  (unsigned long long)avr->cycle);
     return (state == cpu_Crashed) ? 125 : 124;
 }

@@ -7,10 +7,7 @@
 
 #include "target.h"
 
-void target_putchar(int c)
-{
-    GPIOR0 = (uint8_t)c;
-}
+void target_putchar(int c) { GPIOR0 = (uint8_t)c; }
 
 void exit(int status)
 {
@@ -21,13 +18,7 @@ void exit(int status)
     }
 }
 
-void abort(void)
-{
-    exit(102);
-}
+void abort(void) { exit(102); }
 
 /* avr-libc ends with lround; fixed-point tests ask for more than its 31 bits only where they saturate. */
-long long llround(double x)
-{
-    return (long long)((x < 0.0) ? (x - 0.5) : (x + 0.5));
-}
+long long llround(double x) { return (long long)((x < 0.0) ? (x - 0.5) : (x + 0.5)); }

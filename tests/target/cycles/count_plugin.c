@@ -23,11 +23,12 @@ struct qemu_plugin_tb;
 struct qemu_plugin_insn;
 enum { NO_REGISTERS = 0, WRITES = 2 };
 
-void                     qemu_plugin_register_vcpu_tb_trans_cb(plugin_id_t id, void (*translated)(plugin_id_t, struct qemu_plugin_tb *));
-void                     qemu_plugin_register_vcpu_tb_exec_cb(struct qemu_plugin_tb *tb, void (*run)(unsigned, void *), int flags, void *user);
-void                     qemu_plugin_register_vcpu_mem_cb(struct qemu_plugin_insn *insn, void (*access)(unsigned, uint32_t, uint64_t, void *), int flags, int kind, void *user);
-void                     qemu_plugin_register_atexit_cb(plugin_id_t id, void (*at_exit)(plugin_id_t, void *), void *user);
-size_t                   qemu_plugin_tb_n_insns(const struct qemu_plugin_tb *tb);
+void   qemu_plugin_register_vcpu_tb_trans_cb(plugin_id_t id, void (*translated)(plugin_id_t, struct qemu_plugin_tb *));
+void   qemu_plugin_register_vcpu_tb_exec_cb(struct qemu_plugin_tb *tb, void (*run)(unsigned, void *), int flags, void *user);
+void   qemu_plugin_register_vcpu_mem_cb(struct qemu_plugin_insn *insn, void (*access)(unsigned, uint32_t, uint64_t, void *),
+                                        int flags, int kind, void *user);
+void   qemu_plugin_register_atexit_cb(plugin_id_t id, void (*at_exit)(plugin_id_t, void *), void *user);
+size_t qemu_plugin_tb_n_insns(const struct qemu_plugin_tb *tb);
 struct qemu_plugin_insn *qemu_plugin_tb_get_insn(const struct qemu_plugin_tb *tb, size_t index);
 uint64_t                 qemu_plugin_insn_vaddr(const struct qemu_plugin_insn *insn);
 

@@ -45,14 +45,14 @@ static unsigned row_of(const char *name)
 
 #ifdef COUNT_INSTRUCTIONS
 volatile unsigned char mark[256];
-#define MEASURE(name, call)                            \
-    do {                                               \
-        const unsigned char row_ = row_of(name) + 1U;  \
-        mark[0] = 0U;                                  \
-        __asm__ volatile("" ::: "memory");             \
-        call;                                          \
-        __asm__ volatile("" ::: "memory");             \
-        mark[row_] = 0U;                               \
+#define MEASURE(name, call)                                                                                                      \
+    do {                                                                                                                         \
+        const unsigned char row_ = row_of(name) + 1U;                                                                            \
+        mark[0] = 0U;                                                                                                            \
+        __asm__ volatile("" ::: "memory");                                                                                       \
+        call;                                                                                                                    \
+        __asm__ volatile("" ::: "memory");                                                                                       \
+        mark[row_] = 0U;                                                                                                         \
     } while (0)
 #else
 static void note(const char *name, uint64_t cost)
@@ -62,11 +62,11 @@ static void note(const char *name, uint64_t cost)
     r->sum += cost;
     r->max = (cost > r->max) ? cost : r->max;
 }
-#define MEASURE(name, call)                       \
-    do {                                          \
-        const uint64_t before_ = evenspin_cycles; \
-        call;                                     \
-        note(name, evenspin_cycles - before_);    \
+#define MEASURE(name, call)                                                                                                      \
+    do {                                                                                                                         \
+        const uint64_t before_ = evenspin_cycles;                                                                                \
+        call;                                                                                                                    \
+        note(name, evenspin_cycles - before_);                                                                                   \
     } while (0)
 #endif
 
@@ -95,22 +95,67 @@ static hal_sample_t       sample;
 static hal_encoder_edge_t edge;
 static uint32_t           clock_now;
 static bool               speed_wanted;
-hal_status_t              hal_sample_read(hal_sample_t *out) { COSTS(sample_read); *out = sample; return HAL_OK; }
-hal_status_t              hal_encoder_edge(hal_encoder_edge_t *out) { COSTS(encoder_edge); *out = edge; return HAL_OK; }
-hal_status_t              hal_inverter_set_duty(const hal_duty_t *duty) { COSTS(set_duty); (void)duty; return HAL_OK; }
-hal_status_t              hal_inverter_arm(void) { return HAL_OK; }
-void                      hal_inverter_disarm(void) {}
-hal_inverter_fault_t      hal_inverter_fault(void) { COSTS(inverter_fault); return HAL_INVERTER_FINE; }
-void                      hal_inverter_clear_fault(void) {}
-uint32_t                  hal_clock_cyc(void) { COSTS(clock_cyc); return clock_now; }
-uint32_t                  hal_clock_hz(void) { return 200000000U; }
-void                      hal_limits(hal_limits_t *out) { *out = (hal_limits_t){100.0f, 100.0f, 2000.0f, 1.0f}; }
-uint16_t                  hal_storage_pages(void) { return 0U; }
-uint16_t                  hal_storage_page_words(void) { return 0U; }
-hal_status_t              hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
-hal_status_t              hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count) { (void)page; (void)offset; (void)words; (void)count; return HAL_OK; }
-hal_status_t              hal_storage_erase(uint16_t page) { (void)page; return HAL_OK; }
-void                      hal_clock_request_speed_isr(void) { COSTS(request_speed_isr); speed_wanted = true; }
+hal_status_t              hal_sample_read(hal_sample_t *out)
+{
+    COSTS(sample_read);
+    *out = sample;
+    return HAL_OK;
+}
+hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
+{
+    COSTS(encoder_edge);
+    *out = edge;
+    return HAL_OK;
+}
+hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
+{
+    COSTS(set_duty);
+    (void)duty;
+    return HAL_OK;
+}
+hal_status_t         hal_inverter_arm(void) { return HAL_OK; }
+void                 hal_inverter_disarm(void) {}
+hal_inverter_fault_t hal_inverter_fault(void)
+{
+    COSTS(inverter_fault);
+    return HAL_INVERTER_FINE;
+}
+void     hal_inverter_clear_fault(void) {}
+uint32_t hal_clock_cyc(void)
+{
+    COSTS(clock_cyc);
+    return clock_now;
+}
+uint32_t     hal_clock_hz(void) { return 200000000U; }
+void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){100.0f, 100.0f, 2000.0f, 1.0f}; }
+uint16_t     hal_storage_pages(void) { return 0U; }
+uint16_t     hal_storage_page_words(void) { return 0U; }
+hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
+{
+    (void)page;
+    (void)offset;
+    (void)words;
+    (void)count;
+    return HAL_OK;
+}
+hal_status_t hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count)
+{
+    (void)page;
+    (void)offset;
+    (void)words;
+    (void)count;
+    return HAL_OK;
+}
+hal_status_t hal_storage_erase(uint16_t page)
+{
+    (void)page;
+    return HAL_OK;
+}
+void hal_clock_request_speed_isr(void)
+{
+    COSTS(request_speed_isr);
+    speed_wanted = true;
+}
 
 /* ---- blocks -------------------------------------------------------------------------------------------------------- */
 static num_t memory[6144];
@@ -188,8 +233,17 @@ static void repetitive(void)
     }
     for (int f = 0; f < 2; f++) {
         for (int m = 0; m < 3; m += 2) {
-            const ctl_rc_params_t p = {0.6f, 5U, {0.45f, 0.1f}, 2U, false, (f != 0) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_NONE, fp, (ctl_rc_memory_t)m,
-                                       1000.0f, 0.0f, 0U};
+            const ctl_rc_params_t p = {0.6f,
+                                       5U,
+                                       {0.45f, 0.1f},
+                                       2U,
+                                       false,
+                                       (f != 0) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_NONE,
+                                       fp,
+                                       (ctl_rc_memory_t)m,
+                                       1000.0f,
+                                       0.0f,
+                                       0U};
             need(ctl_rc_init(&rc, &p, memory, (m == 2) ? 256U : 512U), "rc");
             angle_t at = 0U;
             for (uint32_t k = 0U; k < 4000U; k++) {
@@ -203,11 +257,11 @@ static void repetitive(void)
 
 static void position(void)
 {
-    static ctl_profile_t profile;
-    static ctl_ilc_t     ilc;
-    static ctl_src_t     src;
-    const ctl_ilc_params_t ip = {0.2f, 12U, 4.0f};
-    const ctl_src_params_t sp = {0.03f, 0x3F000000U, 4.0f};
+    static ctl_profile_t       profile;
+    static ctl_ilc_t           ilc;
+    static ctl_src_t           src;
+    const ctl_ilc_params_t     ip = {0.2f, 12U, 4.0f};
+    const ctl_src_params_t     sp = {0.03f, 0x3F000000U, 4.0f};
     const ctl_profile_params_t pp = {(int64_t)1 << 22, (int64_t)1 << 14, 16U, 1.0e-3f, 1.0e-3f};
     need(ctl_profile_init(&profile, &pp), "profile");
     ctl_profile_reset(&profile, 0);
@@ -277,9 +331,13 @@ static void run(const variant_t *v)
     if (v->position == 3U) {
         p.rdc_coulomb_nm = 0.01f;
         p.rdc_static_nm = 0.015f;
-        p.rdc_line1_cycles = 4.0f; p.rdc_line1_nm = 0.01f;
-        p.rdc_line2_cycles = 24.0f; p.rdc_line2_nm = 0.01f;
-        p.rdc_p31 = 0.1f; p.rdc_p32 = 0.1f; p.rdc_p33 = 0.1f;
+        p.rdc_line1_cycles = 4.0f;
+        p.rdc_line1_nm = 0.01f;
+        p.rdc_line2_cycles = 24.0f;
+        p.rdc_line2_nm = 0.01f;
+        p.rdc_p31 = 0.1f;
+        p.rdc_p32 = 0.1f;
+        p.rdc_p33 = 0.1f;
         p.rdc_rho_nm = 0.01f;
     }
     (void)memset(&drive, 0, sizeof drive);
@@ -292,13 +350,18 @@ static void run(const variant_t *v)
     }
     float turn = 0.0f, speed = 0.0f;
     for (uint32_t k = 0U; k < 20000U; k++) {
-        drive_command_t c = {(v->is_position != 0U) ? DRIVE_MODE_POSITION : DRIVE_MODE_SPEED, 100.0f + (float)(k % 40U), 0.0f, 0.0f,
-                             (k < 10000U) ? 20 : -20, 1.0f};
+        drive_command_t c = {(v->is_position != 0U) ? DRIVE_MODE_POSITION : DRIVE_MODE_SPEED,
+                             100.0f + (float)(k % 40U),
+                             0.0f,
+                             0.0f,
+                             (k < 10000U) ? 20 : -20,
+                             1.0f};
         speed = (k < 4000U) ? ((float)k * 0.025f) : (100.0f + (20.0f * sinf((float)k * 0.01f)));
         turn += speed * 1.0e-4f / 6.2831853f;
         turn -= floorf(turn);
         if (v->is_position != 0U) { /* follow the command, with some error */
-            const float wanted = (float)(uint32_t)(uint64_t)(drive.position.setpoint.position + drive.position.zero) / 4294967296.0f;
+            const float wanted =
+                (float)(uint32_t)(uint64_t)(drive.position.setpoint.position + drive.position.zero) / 4294967296.0f;
             turn = wanted + (0.002f * sinf((float)k * 0.005f));
             turn -= floorf(turn);
         }
@@ -330,17 +393,20 @@ static void run(const variant_t *v)
         }
     }
     if (drive.state != DRIVE_RUN) {
-        (void)printf("refused %s state %d fault %d detail %u\n", v->current_row, (int)drive.state, (int)drive.fault, (unsigned)drive.fault_detail);
+        (void)printf("refused %s state %d fault %d detail %u\n", v->current_row, (int)drive.state, (int)drive.fault,
+                     (unsigned)drive.fault_detail);
     }
     /* The observers of the last variant, alone, with what the drive made of their parameters. */
     if (v->method >= 4U) {
-        static const char *const NAMES[] = {"ctl_observer_step dob", "ctl_observer_step ro", "ctl_observer_step aro", "ctl_observer_step aro extended"};
-        angle_t at = 0U;
+        static const char *const NAMES[] = {"ctl_observer_step dob", "ctl_observer_step ro", "ctl_observer_step aro",
+                                            "ctl_observer_step aro extended"};
+        angle_t                  at = 0U;
         for (uint32_t k = 0U; k < 8000U; k++) {
             at += 7000000U + (uint32_t)(int32_t)(1.0e6f * noise());
             ctl_meter_out_t seen;
             MEASURE("ctl_meter_step", seen = ctl_meter_step(&drive.observer.meter, at, noise()));
-            MEASURE(NAMES[(v->method - 4U) + v->cubic], (void)ctl_observer_step(&drive.observer.observer, at, 100.0f + seen.speed * 0.001f, noise()));
+            MEASURE(NAMES[(v->method - 4U) + v->cubic],
+                    (void)ctl_observer_step(&drive.observer.observer, at, 100.0f + seen.speed * 0.001f, noise()));
             if ((k % 10U) == 0U) {
                 MEASURE("ctl_observer_target", ctl_observer_target(&drive.observer.observer, 100.0f + noise()));
             }
@@ -351,7 +417,8 @@ static void run(const variant_t *v)
     }
     if (v->deadbeat != 0U) {
         for (uint32_t k = 0U; k < 4000U; k++) {
-            const ctl_dq_t m = {4.0f * noise(), 4.0f * noise()}, r = {4.0f * noise(), 4.0f * noise()}, u = {4.0f * noise(), 4.0f * noise()};
+            const ctl_dq_t m = {4.0f * noise(), 4.0f * noise()}, r = {4.0f * noise(), 4.0f * noise()},
+                           u = {4.0f * noise(), 4.0f * noise()};
             MEASURE("ctl_deadbeat_step", (void)ctl_deadbeat_step(&drive.current.deadbeat, &m, &r, 100.0f, &u));
         }
     }
@@ -489,7 +556,8 @@ static void alignment(void)
         }
     }
     if (drive.state != DRIVE_RUN) {
-        (void)printf("refused alignment state %d fault %d phase %u pass %u\n", (int)drive.state, (int)drive.fault, drive.align.phase, drive.align.pass);
+        (void)printf("refused alignment state %d fault %d phase %u pass %u\n", (int)drive.state, (int)drive.fault,
+                     drive.align.phase, drive.align.pass);
     }
 }
 

@@ -25,9 +25,9 @@ hal_status_t         chip_inverter_arm(void);
 uint32_t             chip_clock_cyc(void);
 void                 chip_clock_request_speed_isr(void);
 
-port_cost_t          port_cost;
-static void        (*note)(const char *name, uint64_t cost);
-static uint32_t      seed = 7U, periods;
+port_cost_t port_cost;
+static void (*note)(const char *name, uint64_t cost);
+static uint32_t seed = 7U, periods;
 
 float port_min(float a, float b);
 float port_max(float a, float b);
@@ -40,13 +40,13 @@ static float share(void) /* 0 to 1 */
     return (float)(seed >> 8) / 16777216.0f;
 }
 
-#define PORT_CASE(row, dearest, call)                            \
-    do {                                                         \
-        const uint64_t before_ = evenspin_cycles;                \
-        call;                                                    \
-        const uint64_t cost_ = evenspin_cycles - before_;        \
-        note(row, cost_);                                        \
-        *(dearest) = (cost_ > *(dearest)) ? cost_ : *(dearest);  \
+#define PORT_CASE(row, dearest, call)                                                                                            \
+    do {                                                                                                                         \
+        const uint64_t before_ = evenspin_cycles;                                                                                \
+        call;                                                                                                                    \
+        const uint64_t cost_ = evenspin_cycles - before_;                                                                        \
+        note(row, cost_);                                                                                                        \
+        *(dearest) = (cost_ > *(dearest)) ? cost_ : *(dearest);                                                                  \
     } while (0)
 
 static void current_isr(void)

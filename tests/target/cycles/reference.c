@@ -79,22 +79,22 @@ __attribute__((noinline)) static void complex_product(const float *a, const floa
     y[1] = (a[0] * b[1]) + (a[1] * b[0]);
 }
 
-#define CASE(name, call)                         \
-    do {                                         \
-        const uint64_t from = evenspin_cycles;   \
-        call;                                    \
-        note_case(name, evenspin_cycles - from); \
+#define CASE(name, call)                                                                                                         \
+    do {                                                                                                                         \
+        const uint64_t from = evenspin_cycles;                                                                                   \
+        call;                                                                                                                    \
+        note_case(name, evenspin_cycles - from);                                                                                 \
     } while (0)
 
 int reference_cases(void (*note_case)(const char *, uint64_t))
 {
-    static pi_t     pi = {1.0f, 0.1f, 1.0f, -1.0f, 0.0f, 1.0f};
-    static pid_t    pid = {1.0f, 0.1f, 0.1f, 1.0f, 0.5f, 0.5f, 0.0f, 0.0f, 0.0f, 1.0f, 1.0f, -1.0f, 0.0f};
-    static df11_t   df11 = {0.1f, 0.2f, 0.3f, 0.0f, 0.0f};
-    static df22_t   df22 = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.0f, 0.0f};
-    volatile float  in[4] = {0.3f, 5.0f, -5.0f, 0.1f};
-    volatile float  sink;
-    float           x, a[2] = {1.0f, 2.0f}, b[2] = {3.0f, 4.0f}, y[2];
+    static pi_t    pi = {1.0f, 0.1f, 1.0f, -1.0f, 0.0f, 1.0f};
+    static pid_t   pid = {1.0f, 0.1f, 0.1f, 1.0f, 0.5f, 0.5f, 0.0f, 0.0f, 0.0f, 1.0f, 1.0f, -1.0f, 0.0f};
+    static df11_t  df11 = {0.1f, 0.2f, 0.3f, 0.0f, 0.0f};
+    static df22_t  df22 = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.0f, 0.0f};
+    volatile float in[4] = {0.3f, 5.0f, -5.0f, 0.1f};
+    volatile float sink;
+    float          x, a[2] = {1.0f, 2.0f}, b[2] = {3.0f, 4.0f}, y[2];
     for (int k = 0; k < 4; k++) {
         x = in[k];
         CASE("DCL_runPI_C2", sink = run_pi(&pi, in[k], 0.5f));

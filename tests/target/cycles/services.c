@@ -59,9 +59,12 @@ static void ask(frame_t *f)
 
 int services_cases(drive_t *drive, void (*note)(const char *name, uint64_t cost))
 {
-    static const uint16_t DEAR[12] = {SIGNAL_rejected_count, SIGNAL_observer_news, SIGNAL_position_rad, SIGNAL_position_ref_rad,
-                                      SIGNAL_speed_rad_s, SIGNAL_rc_period_samples, SIGNAL_compensation_a, SIGNAL_iq_a, SIGNAL_vq_v, SIGNAL_id_a,
-                                      SIGNAL_vd_v, SIGNAL_robust_a};
+    static const uint16_t  DEAR[12] = {SIGNAL_rejected_count, SIGNAL_observer_news,
+                                       SIGNAL_position_rad,   SIGNAL_position_ref_rad,
+                                       SIGNAL_speed_rad_s,    SIGNAL_rc_period_samples,
+                                       SIGNAL_compensation_a, SIGNAL_iq_a,
+                                       SIGNAL_vq_v,           SIGNAL_id_a,
+                                       SIGNAL_vd_v,           SIGNAL_robust_a};
     recorder_config_t      c = {{0U}, 8U, 1U, 100U, 100U, RECORDER_RISING, SIGNAL_rejected_count, 1.0e9f};
     frame_t                f;
     const services_setup_t setup = {drive, &defaults, "cycles", capture, black_box, 6140U, 2048U, HAL_RESET_POWER_UP};

@@ -12,7 +12,8 @@ void        initialise_monitor_handles(void);
 #define CPACR (*(volatile uint32_t *)0xE000ED88U)
 
 __attribute__((section(".vectors"), used)) static const void *const vectors[16] = {
-    &__stack, (const void *)reset, (const void *)trap, (const void *)trap, (const void *)trap, (const void *)trap, (const void *)trap};
+    &__stack,           (const void *)reset, (const void *)trap, (const void *)trap,
+    (const void *)trap, (const void *)trap,  (const void *)trap};
 
 __attribute__((noreturn, used)) static void run(void)
 {
@@ -28,10 +29,7 @@ void reset(void)
     run();
 }
 
-void trap(void)
-{
-    _Exit(125);
-}
+void trap(void) { _Exit(125); }
 void _init(void);
 void _fini(void);
 void _init(void) {}
