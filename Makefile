@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint target-report blind faults motion fuzz-logs clean
+.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -61,9 +61,12 @@ stability: setup ## random drives: does the simulated firmware do what `design r
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py
 
-lint: setup ## ruff and the rules of the layers
-	@.venv/bin/ruff check .
-	@$(PYTHON) tests/architecture/check_layers.py .
+lint: setup ## format and lint of C and Python, and the layers of both; the step of the same name in `make test`
+	@$(CHECK) lint
+
+format: setup ## bring C and Python into the format that `make lint` checks
+	@.venv/bin/ruff format -q .
+	@git ls-files '*.c' '*.h' | xargs .venv/bin/clang-format -i
 
 target-report: setup ## flash and RAM of every block: build for Cortex-M4F, and TI's map file (MAP=FILE) if there is one
 	@$(PYTHON) tests/target/report.py . $(if $(MAP),--map $(MAP))

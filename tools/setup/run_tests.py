@@ -82,7 +82,8 @@ class Step:
         return self.counted("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
 
     def pytest(self) -> Count:
-        return self.counted(sys.executable, "-m", "pytest", "-q", f"--junitxml={self.junit}")
+        shared = ("-n", JOBS, "--dist", "loadfile")  # a file at a time: its fixtures are made once
+        return self.counted(sys.executable, "-m", "pytest", "-q", *shared, f"--junitxml={self.junit}")
 
     def counted(self, *command: str | Path) -> Count:
         """Run tests and count what the JUnit file says; a bad exit status that no test explains is a failure, too."""
@@ -199,9 +200,20 @@ def coverage(step: Step) -> Count:
 
 
 def lint(step: Step) -> Count:
-    """Lint the Python code."""
+    """Format and lint of C and Python, and the layers of both."""
     step.need(sys.executable, "-m", "ruff", "check", ".")
+    step.need(sys.executable, "-m", "ruff", "format", "--check", ".")
+    step.need(Path(sys.executable).with_name("clang-format"), "--dry-run", "-Werror", *c_files())
+    for check in ("check_layers.py", "check_python_layers.py"):
+        step.need(sys.executable, ROOT / "tests/architecture" / check, ROOT)
     return Count()
+
+
+def c_files() -> list[str]:
+    """What clang-format has to leave as it is. Lists of macros (.def) have a layout of their own."""
+    folders = ("control", "firmware", "hal", "sim_host", "tests")
+    found = (file for folder in folders for file in (ROOT / folder).rglob("*.[ch]"))
+    return sorted(str(file.relative_to(ROOT)) for file in found)
 
 
 def python(step: Step) -> Count:

@@ -108,9 +108,7 @@ def old_manifest(out: Path) -> None:
         (old_manifest, "an early version"),
     ],
 )
-def test_what_a_hand_has_touched_is_not_replaced(
-    tmp_path: Path, touch: Callable[[Path], None], named: str
-) -> None:
+def test_what_a_hand_has_touched_is_not_replaced(tmp_path: Path, touch: Callable[[Path], None], named: str) -> None:
     out = tmp_path / "out"
     make(out)
     touch(out)
@@ -460,9 +458,7 @@ def test_a_configuration_is_pulled_again_only_as_it_was(evenspin: Call, tmp_path
     assert said.status == 2 and "--force" in said.err and path.read_text() == before
 
 
-def test_each_calibration_keeps_its_way_back(
-    evenspin: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_calibration_keeps_its_way_back(evenspin: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     words = ("bench", "calibrate", "rl", "--port", PORT, "--yes")
     evenspin(*words)

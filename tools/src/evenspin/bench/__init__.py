@@ -1,9 +1,9 @@
 """The bench: one client for the virtual drive and the real one.
 
-    from evenspin.bench import Drive
+from evenspin.bench import Drive
 
-    with Drive.connect() as drive:
-        print(drive.info.name, drive.state().state.name)
+with Drive.connect() as drive:
+    print(drive.info.name, drive.state().state.name)
 """
 
 from evenspin.bench.client import Capture, Drive, FaultReport

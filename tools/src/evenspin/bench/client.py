@@ -120,9 +120,7 @@ class Drive:
         self._open(transport)
 
     @classmethod
-    def connect(
-        cls, port: str | None = None, *, reconnect_s: float = 0.0, on_event: OnEvent | None = None
-    ) -> Drive:
+    def connect(cls, port: str | None = None, *, reconnect_s: float = 0.0, on_event: OnEvent | None = None) -> Drive:
         """Open a port (None: the only one there is) and greet the drive.
 
         `reconnect_s`: how long to look for a drive that was unplugged; what was asked is then asked again, except

@@ -1,17 +1,17 @@
 """The experiments of the gap workflow: what to command, for how long, at which rate to log. As a list and as a file.
 
-    name = "guo2024"
-    model = "guo2024"                     # nominal motor: a built-in model or a file beside this one
+name = "guo2024"
+model = "guo2024"                     # nominal motor: a built-in model or a file beside this one
 
-    [[experiment]]
-    name = "staircase"
-    mode = "speed"                        # or "current"
-    duration_s = 13.2
-    log_rate_hz = 2000.0
-    [experiment.speed_ref_rad_s]          # also id_ref_a, iq_ref_a, load_torque_nm
-    t_s = [0.0, 1.3]
-    value = [6.3, 12.6]
-    linear = false                        # true: straight lines between the points
+[[experiment]]
+name = "staircase"
+mode = "speed"                        # or "current"
+duration_s = 13.2
+log_rate_hz = 2000.0
+[experiment.speed_ref_rad_s]          # also id_ref_a, iq_ref_a, load_torque_nm
+t_s = [0.0, 1.3]
+value = [6.3, 12.6]
+linear = false                        # true: straight lines between the points
 """
 
 from __future__ import annotations

@@ -452,9 +452,7 @@ def _log(
     return Record(LOG_COLUMNS, LOG_UNITS, np.column_stack([known[name] for name in LOG_COLUMNS]))
 
 
-def _meta(
-    drive: Drive, what: ExperimentList, parameters: Mapping[str, float], names: Sequence[str]
-) -> dict[str, Any]:
+def _meta(drive: Drive, what: ExperimentList, parameters: Mapping[str, float], names: Sequence[str]) -> dict[str, Any]:
     """Nominal motor of the model file, controller of the drive."""
     machine = what.machine
     setup = Setup(machine.name, machine.plant, parameters, {}, {}, (), 1.0, 1.0, 1)

@@ -35,7 +35,7 @@ def _parameters() -> str:
 def _model() -> str:
     text = (
         "Every number of the simulated machine. In a model file they go into the table `[plant]`. The numbers of a "
-        "motor have no default: a model without them is an error that lists them, unless `base = \"guo2024\"` at the "
+        'motor have no default: a model without them is an error that lists them, unless `base = "guo2024"` at the '
         "top of the file (any built-in model) says whose `[plant]` gives the rest. The drive is told the motor data of "
         "`[plant]` (`motor_*`, `observer_*`, `rdc_*` of inertia and viscous friction, `pole_pairs`, `encoder_counts`) "
         "unless `[drive]` states them: what it assumes may differ from what the machine is."

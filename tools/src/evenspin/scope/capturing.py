@@ -62,9 +62,7 @@ class Capturing:
         )  # fmt: skip
         return rows, pre
 
-    def _run(
-        self, drive: Drive, wanted: messages.ArmCapture, rows: int, pre: int, cancel: threading.Event
-    ) -> None:
+    def _run(self, drive: Drive, wanted: messages.ArmCapture, rows: int, pre: int, cancel: threading.Event) -> None:
         try:
             while True:
                 taken = self._await(drive, cancel)

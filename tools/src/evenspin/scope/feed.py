@@ -181,4 +181,3 @@ def opener(port: str | None) -> OpenDrive:
         return Drive.connect(port, on_event=on_event)
 
     return open_drive
-
