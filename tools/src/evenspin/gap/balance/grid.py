@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
+from scipy.signal import fftconvolve, upfirdn
 
 from evenspin.gap.balance.reading import Log
 
@@ -37,9 +38,20 @@ class Smoother:
     def __call__(self, x: Array) -> Array:
         return fftconvolve(x, self._kernel(0), mode="same")
 
+    def every(self, x: NDArray[Any], stride: int) -> NDArray[Any]:
+        """Smoothed, each `stride`-th sample only: the same numbers for less work."""
+        front = -self.half % stride
+        padded = np.concatenate((np.zeros(front, dtype=x.dtype), x, np.zeros(self.half, dtype=x.dtype)))
+        start = (self.half + front) // stride
+        return upfirdn(self._kernel(0), padded, down=stride)[start : start - (-len(x) // stride)]
+
     def rate(self, x: Array, order: int = 1) -> Array:
         """Derivative with regard to time, per second^order."""
         return fftconvolve(x, self._kernel(order), mode="same") / self.period_s**order
+
+    def gain(self, order: int = 0) -> float:
+        """Rms of what comes out, for white noise of rms 1 that goes in."""
+        return float(np.sqrt(np.sum(self._kernel(order) ** 2))) / self.period_s**order
 
     def _kernel(self, order: int) -> Array:
         """Derivative of the Gaussian, normed so that t^order has its right derivative whatever the sampling does."""

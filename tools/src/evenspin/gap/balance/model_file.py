@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.naming import Verdict, missing_lines
+from evenspin.gap.balance.naming_lines import missing_lines
 from evenspin.gap.balance.nominal import LINES
 from evenspin.gap.balance.ripple import INDUCTANCE_H, POLE_PAIRS, PSI_WB, RESISTANCE_OHM
+from evenspin.gap.balance.shaft import INERTIA, VISCOUS
+from evenspin.gap.balance.verdict import Verdict
 from evenspin.gap.balance.verdict_file import identified
 
-INERTIA, VISCOUS = "inertia.inertia_as2_per_rad", "viscous_friction.viscous_as_per_rad"
 STEMS = {"coulomb_friction": "torque_nm", "load_torque": "torque_nm", "stribeck_friction": "torque_nm"}
 
 

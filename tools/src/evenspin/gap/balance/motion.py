@@ -21,6 +21,9 @@ LEAST_RAD = 2.0 * np.pi
 MOST_DELAY_S = 0.05
 ORDERS = 3  # derivatives of the logged speed that may be needed to undo its filter
 CHANCE = 1e-4
+SIGN_SIGMA_S = 2.5e-3  # smoothing of the speed whose sign dry friction has
+SIGN_SIGMAS = 3.0  # of its noise, below which a sign is a guess
+UNSURE = 0.05  # of the smoothing with such a sign, at most
 WORTH = 0.01  # share of the difference between angle and speed that a further derivative must take away
 
 
@@ -47,9 +50,12 @@ class Motion:
     iq_a: Array
     speed_rad_s: Array
     accel_rad_s2: Array
-    raw_speed_rad_s: Array  # hardly smoothed: its sign enters a column, which is smoothed then
+    raw_speed_rad_s: Array  # smoothed for its sign, which enters a column that is smoothed then
     theta_rad: Array | None
     good: Flags
+    sure_sign: Flags  # the sign of the speed stands out of its noise over nearly all of the smoothing
+    speed_noise: float  # rad/s rms, of the smoothed speed
+    accel_noise: float  # rad/s^2 rms
 
 
 def speed_lag(log: Log, grid: Grid) -> Lag:
@@ -101,19 +107,36 @@ def _check_units(log: Log, gain: float, half: float) -> None:
 
 
 def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0) -> Motion:
-    """On the time base of the angle. `current_later_s`: how much the logged current lags the torque balance."""
+    """On the time base of the angle, and made from it where there is one: the drive's speed estimate has a filter.
+
+    `current_later_s`: how much the logged current lags the torque balance.
+    """
     smooth = Smoother(max(sigma_s, grid.period_s), grid.period_s)
-    fine = Smoother(2.0 * grid.period_s, grid.period_s)
+    fine = Smoother(max(SIGN_SIGMA_S, 2.0 * grid.period_s), grid.period_s)
     theta = grid.columns.get("theta_m_rad")
-    if "speed_rad_s" in grid.columns:
-        undo = lag.undo if len(lag.undo) > 1 else ()
-        w = grid.column("speed_rad_s", 0.0 if undo else lag.delay_s)
-        speed = smooth(w) + sum((c * smooth.rate(w, j) for j, c in enumerate(undo, 1)), np.zeros_like(w))
-        accel = smooth.rate(w) + sum((c * smooth.rate(w, j + 1) for j, c in enumerate(undo, 1)), np.zeros_like(w))
-        raw = fine(w) + sum((c * fine.rate(w, j) for j, c in enumerate(undo, 1)), np.zeros_like(w))
-    else:
-        assert theta is not None
-        speed, accel, raw = smooth.rate(theta), smooth.rate(theta, 2), fine.rate(theta)
+    source = theta if theta is not None else grid.column("speed_rad_s", lag.delay_s)
+    first = 1 if theta is not None else 0  # derivatives from the source to the speed
+    noise = white_noise(source)
+    speed, accel, raw = (each.rate(source, n) if n else each(source) for each, n in (
+        (smooth, first), (smooth, first + 1), (fine, first),
+    ))  # fmt: skip
+    unsure = (np.abs(raw) < SIGN_SIGMAS * noise * fine.gain(first)).astype(float)
     reach_s = smooth.half * grid.period_s + abs(lag.delay_s) + abs(current_later_s)
-    iq = smooth(grid.column("iq_a", current_later_s))
-    return Motion(smooth, grid.t_s, iq, speed, accel, raw, theta, grid.good(reach_s))
+    return Motion(
+        smooth,
+        grid.t_s,
+        smooth(grid.column("iq_a", current_later_s)),
+        speed,
+        accel,
+        raw,
+        theta,
+        grid.good(reach_s),
+        smooth(unsure) < UNSURE,
+        noise * smooth.gain(first),
+        noise * smooth.gain(first + 1),
+    )
+
+
+def white_noise(x: Array) -> float:
+    """Noise of a column, rms, from its fourth differences: those of anything smooth are small."""
+    return float(np.sqrt(np.mean(np.diff(x, 4) ** 2) / 70.0)) if len(x) > 4 else 0.0

@@ -11,10 +11,11 @@ import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis, analyse
 from evenspin.gap.balance.model_file import model_text
-from evenspin.gap.balance.naming import Verdict, judge
+from evenspin.gap.balance.naming import judge
 from evenspin.gap.balance.nominal import read_nominal
 from evenspin.gap.balance.reading import read_log
 from evenspin.gap.balance.story import page_of, summary_of, tables_of
+from evenspin.gap.balance.verdict import Verdict
 from evenspin.gap.balance.verdict_file import verdict_json
 from evenspin.log.case import write_json
 from evenspin.log.csvfile import write_csv

@@ -1,0 +1,114 @@
+"""What is left when everything named has been taken away: its size beside that of noise, and where it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.gap.balance.analysis import Analysis
+from evenspin.gap.balance.grid import Flags
+from evenspin.gap.balance.lines import OrderBank
+from evenspin.gap.balance.motion import Motion, white_noise
+from evenspin.gap.balance.regression import rms
+
+Array = NDArray[np.float64]
+
+RATIO = 2.0  # of what is left to noise: a right model leaves up to this, since the noise of an angle is not white
+LEAST = 0.015  # of the current, rms: less than this is no gap worth a name
+BANDS = 3  # of the speed, and of time
+CONCENTRATED = 1.5  # of the rms over everything, for a place to be told
+ORDERS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """The balance that the gap is told of: that with the lines where the log has any, which needs short smoothing."""
+
+    kind: str
+    motion: Motion
+    validation_rows: Flags
+    before: Array
+    after: Array
+
+    @property
+    def before_a(self) -> float:
+        return rms(self.before[self.validation_rows])
+
+    @property
+    def after_a(self) -> float:
+        return rms(self.after[self.validation_rows])
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """rms of the balance with everything found, and of noise alone; `significant`: it is more than noise."""
+
+    rms_a: float
+    noise_a: float
+    excess_a: float
+    significant: bool
+    where: tuple[str, ...]
+
+
+def judged(analysis: Analysis) -> Judged | None:
+    angle, friction = analysis.angle, analysis.friction
+    if angle is not None and (friction is None or any(each.validated for each in angle.lines)):
+        return Judged("angle", angle.motion, angle.validation_rows, angle.before, angle.after)
+    if friction is None:
+        return None
+    return Judged("friction", friction.motion, friction.validation_rows, friction.before, friction.after)
+
+
+def noise_of(analysis: Analysis, motion: Motion) -> float:
+    """What noise of current and angle leaves of a right balance, A rms."""
+    current = white_noise(analysis.grid.column("iq_a")) * motion.smooth.gain()
+    inertia = analysis.inertia.value_as2 if analysis.inertia is not None else 0.0
+    return math.hypot(current, inertia * motion.accel_noise)
+
+
+def left_of(analysis: Analysis) -> Left | None:
+    found = judged(analysis)
+    if found is None or not np.any(found.validation_rows):
+        return None
+    noise_a = noise_of(analysis, found.motion)
+    size_a = found.after_a
+    excess_a = math.sqrt(max(size_a**2 - noise_a**2, 0.0))
+    current_a = rms(found.motion.iq_a[found.validation_rows])
+    significant = size_a > RATIO * noise_a and excess_a > LEAST * current_a
+    return Left(size_a, noise_a, excess_a, significant, tuple(_places(found)) if significant else ())
+
+
+def _places(found: Judged) -> list[str]:
+    """Speeds, times and orders of the angle where more of it is than elsewhere."""
+    rows, after, motion = found.validation_rows, found.after, found.motion
+    total = rms(after[rows])
+    said = []
+    for what, unit, x in (("speeds", "rad/s", motion.speed_rad_s), ("times", "s", motion.t_s)):
+        edges = np.linspace(x[rows].min(), x[rows].max() + 1e-9, BANDS + 1)
+        sizes = []
+        for low, high in zip(edges[:-1], edges[1:], strict=True):
+            inside = rows & (x >= low) & (x < high)
+            sizes.append(rms(after[inside]) if np.count_nonzero(inside) > ORDERS else 0.0)
+        at = int(np.argmax(sizes))
+        if sizes[at] > CONCENTRATED * total:
+            said.append(f"at {what} of {edges[at]:.3g} to {edges[at + 1]:.3g} {unit} ({milli(sizes[at])} rms)")
+    if motion.theta_rad is not None:
+        bank = OrderBank(motion)
+        thin = bank.rows(rows)
+        y = after[:: bank.stride][thin]
+        sizes = []
+        for order in range(1, ORDERS + 1):
+            own = np.column_stack([column[thin] for column in bank(order)])
+            sizes.append(float(np.hypot(*np.linalg.lstsq(own, y, rcond=None)[0])))
+        order = int(np.argmax(sizes)) + 1
+        if sizes[order - 1] > 0.5 * total:
+            said.append(f"at order {order} of the angle ({milli(sizes[order - 1])})")
+    return said or ["spread over all speeds and times"]
+
+
+def milli(value_a: float) -> str:
+    """A current with its unit: 15.6 A, 228.4 mA."""
+    return f"{value_a:.3g} A" if abs(value_a) >= 1.0 else f"{1e3 * value_a:.1f} mA"
