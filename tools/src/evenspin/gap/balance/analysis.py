@@ -13,6 +13,7 @@ from evenspin.gap.balance.angle_orders import (
     AngleResult,
     Inertia,
     Setting,
+    best_sigma,
     current_lag,
     weigh_orders,
 )
@@ -34,6 +35,7 @@ SURE = 0.3  # of J/Kt: an inertia known worse is no inertia
 SHEET = 0.032  # of the model's inertia over its flux: what units differ by
 ASSUMED_LAG_S = 2e-3  # of a speed estimate whose lag the log does not tell; 0 to twice this is allowed for
 ROUNDS = 3
+WIDER_S = (2.5e-3, 5e-3, 10e-3)  # of the smoothing for lines
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,12 @@ class Analysis:
         return self.drive.sweeps
 
     @property
+    def judges(self) -> bool:
+        """Some effect could have been named. At one speed, without angle and model, none could."""
+        told = self.friction is not None and (self.nominal is not None or not self.drive.one_speed)
+        return self.angle is not None or told
+
+    @property
     def inertia_known(self) -> bool:
         return self.inertia is not None
 
@@ -76,23 +84,27 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None) -> Analys
     done(0.05)
     stretches = stretches_of(grid)
     drive = drive_of(motions(FIRST_SIGMA_S, 0.0), stretches)
-    sigma_s = _angle_sigma(grid, stretches)
-    sheet = _of_sheet(nominal)
+    # The inertia first, since a drive that hardly answers its cogging shows it in the acceleration alone; then the
+    # lines, with which the inertia is found again.
+    friction = weigh_friction(motions, nominal, drive, [], stretches, shift_s)
+    inertia = _inertia(friction, nominal)
     angle: AngleResult | None = None
+    sigma_s = 0.0
+    done(0.1)
     if not alone:
-        angle = weigh_orders(motions, sigma_s, Setting(nominal, drive, stretches, sheet))
-    done(0.25)
-    friction, inertia, orders = None, sheet, None
+        setting = Setting(nominal, drive, stretches, inertia)
+        sigma_s = best_sigma(motions, _sigmas(grid, stretches), setting)
+        angle = weigh_orders(motions, sigma_s, setting)
+    orders: list[float] = []
     for number in range(ROUNDS):
+        done(0.25 + 0.1 * number)
         found = _orders(angle)
-        if orders is not None and set(found) == set(orders):
+        if set(found) == set(orders):
             break
         orders = found
         friction = weigh_friction(motions, nominal, drive, orders, stretches, shift_s)
         inertia = _inertia(friction, nominal)
-        if not alone:
-            angle = weigh_orders(motions, sigma_s, Setting(nominal, drive, stretches, inertia))
-        done(0.25 + 0.1 * (number + 1))
+        angle = weigh_orders(motions, sigma_s, Setting(nominal, drive, stretches, inertia))
     later_s = 0.0
     setting = Setting(nominal, drive, stretches, inertia)
     if angle is not None:
@@ -154,12 +166,13 @@ def _inertia(friction: FrictionResult | None, nominal: Nominal | None) -> Inerti
     return min(found, sheet, key=lambda each: each.half_as2)
 
 
-def _angle_sigma(grid: Grid, stretches: Stretches) -> float:
-    """Short enough for the highest order at the usual speed of a log of one speed."""
+def _sigmas(grid: Grid, stretches: Stretches) -> list[float]:
+    """Widths of smoothing for lines; the first is short enough for the highest order at the usual speed."""
     usual = float(np.median(np.abs(stretches.slow_rad_s[~stretches.idle])))
     highest_hz = 1.6 * HIGHEST * usual / TURN
-    sigma_s = np.sqrt(7.0) / (TURN * max(highest_hz, 1e-6))
-    return float(np.clip(sigma_s, SIGMA_ROWS * grid.period_s, max(SIGMA_S, SIGMA_ROWS * grid.period_s)))
+    least_s = SIGMA_ROWS * grid.period_s
+    short_s = float(np.clip(np.sqrt(7.0) / (TURN * max(highest_hz, 1e-6)), least_s, max(SIGMA_S, least_s)))
+    return [short_s, *(each for each in WIDER_S if each > 1.2 * short_s)]
 
 
 def plant_of(angle: AngleResult, friction: FrictionResult | None, nominal: Nominal | None) -> Plant:

@@ -44,6 +44,7 @@ LAGS_S = np.arange(-1e-3, 2.01e-3, 0.25e-3)  # of the logged current behind the 
 LAG_GAIN = 0.1  # share of the residue that a lag must take away to be believed
 AGREE = 0.5  # the parts of the log may differ by this share of a line
 ALIGNMENT_ROWS = 0.5
+CLEARER = 1.2  # by which another smoothing has to be clearer to be taken
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,7 @@ class FoundLine:
 
     line: Line
     half_a: float
+    scatter_a: float  # the part of it that the fit alone tells
     noise_a: float
     agree: float  # difference of the first and the second part of what the log tells of this line, relative
     both: bool  # stands out in each of them, at whatever phase
@@ -155,6 +157,18 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
     )
 
 
+def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> float:
+    """The smoothing at which the strongest line stands out most: short for fast lines, long for a noisy angle."""
+    best, most = min(tried_s, key=lambda sigma_s: abs(sigma_s - SIGMA_S)), 0.0
+    for sigma_s in tried_s:
+        found = weigh_orders(motions, sigma_s, setting)
+        real = [each for each in found.lines if each.validated] if found is not None else []
+        sure = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
+        if sure > CLEARER * most:
+            best, most = sigma_s, sure
+    return best
+
+
 def _turning(motion: Motion, stretches: Stretches) -> Flags:
     rows = shaft.moving_rows(motion, stretches)
     if not np.any(rows):
@@ -250,7 +264,7 @@ def _line(
     agree = abs(parts[0] - parts[1]) / amplitude
     both = min(map(abs, parts)) > ABOVE_NOISE * noise_a
     validated = agree < AGREE and abs(sets[0] - sets[1]) < AGREE * amplitude
-    return FoundLine(Line(k, amplitude, float(np.arctan2(c, s))), half, noise_a, agree, both, validated)
+    return FoundLine(Line(k, amplitude, float(np.arctan2(c, s))), half, half, noise_a, agree, both, validated)
 
 
 def _widened(

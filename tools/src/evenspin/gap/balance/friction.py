@@ -1,4 +1,4 @@
-"""Which friction, which load: the terms of the balance are weighed on stretches that fit, and on others that validate."""
+"""Which friction, which load: terms of the balance are weighed on stretches that fit and on others that validate."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ SMALL = 0.02  # of the current, rms: less is not worth a name either
 SHARE = 0.05  # of the residue on the half that fits: less is not worth a name
 VALID_SHARE = 0.03  # of the residue on the half that validates
 SLOW_SHARE = 0.2  # of the highest speed
+RISE = "stribeck_friction"
 BINS = 12  # of speed, for what is left
 
 
@@ -100,10 +101,9 @@ def weigh_friction(
     steps = shaft.climb(motions, given, drive, orders, stretches)
     if not steps:
         return None
-    sigma_s = steps[shaft.best_step(steps)].sigma_s
-    motion = motions(sigma_s, 0.0)
-    moving = shaft.moving_rows(motion, stretches)
-    rows = shaft.thinned(moving, motion)
+    at, short = shaft.best_steps(steps)
+    motion = motions(steps[short].sigma_s, 0.0)
+    rows = shaft.thinned(shaft.moving_rows(motion, stretches), motion)
     first, second = rows & stretches.fits, rows & ~stretches.fits
     lines = [terms.line(motion, order) for order in orders]
     y = motion.iq_a - known_part(motion, given)
@@ -113,21 +113,27 @@ def weigh_friction(
         base.append(shaft.dry_terms(motion, drive)[0])
         families = families[1:]
     impossible, base = _possible(base, families, nominal, y, rows)
-    trial = Trial(y, first, second, rms(motion.iq_a[rows]))
+    # A single ramp tells the inertia, and it lies in one stretch: the inertia is that of the whole log throughout.
+    torque = y - steps[at].value[INERTIA] * motion.accel_rad_s2
+    trial = Trial(torque, first, second, rms(motion.iq_a[rows]))
+    shaft_only = [term for term in base if term.effect != "inertia"]
     chosen: list[Term] = []
     for _ in families:
-        best = _best(base + chosen, families, chosen, trial)
+        best = _best(shaft_only + chosen, families, chosen, trial)
         if best is None:
             break
         chosen.append(best)
-    chosen = _drop_superfluous(base, chosen, trial)
-    chosen = [_refined(base + chosen, term, motion, y, first) for term in chosen]
-    final = fit_terms(base + chosen, y, rows)
-    on_first = fit_terms(base + chosen, y, first)
-    after = y - _explained(base + chosen, on_first)
+    chosen = _drop_superfluous(shaft_only, chosen, trial)
+    chosen = [_refined(shaft_only + chosen, term, motion, torque, first) for term in chosen]
+    plain = [term for term in base + chosen if term not in lines]
+    final, half = _final(motions, given, drive, orders, stretches, plain, steps[at].sigma_s, shift_s)
+    used = shaft_only + chosen
+    after = torque - _explained(used, fit_terms(used, torque, first)) if used else torque
     bare = [term for term in base if term not in lines]
-    before = _before(motion, nominal, bare, on_first, y, first)
-    evidence = _evidence(base, families, chosen, trial)
+    before = _before(motion, nominal, [term for term in bare if term.effect != "inertia"], torque, first)
+    if nominal is not None and nominal.inertia_as2 > 0.0:
+        before = before + steps[at].value[INERTIA] * motion.accel_rad_s2
+    evidence = _evidence(shaft_only, families, chosen, trial)
     left = Remainder(
         rms(after[second]),
         *_told(motion, after, first, second),
@@ -135,26 +141,21 @@ def weigh_friction(
         *_drift(base + chosen, drive, motion, y, rows, nominal),
         *_slow_and_fast(motion, after, second),
     )
-    half = _halves(motions, given, drive, orders, stretches, base + chosen, lines, sigma_s, shift_s, final)
     return FrictionResult(
         motion, drive, first, second, final, half, (*bare, *chosen), evidence, impossible, before, after,
         rms(before[second]), rms(after[second]), left, nominal is not None and bool(nominal.lines),
     )  # fmt: skip
 
 
-def _before(
-    motion: Motion, nominal: Nominal | None, bare: Sequence[Term], found: Fit, y: Array, first: Flags
-) -> Array:
+def _before(motion: Motion, nominal: Nominal | None, bare: Sequence[Term], torque: Array, first: Flags) -> Array:
     """What is left without the missing effects: the model, or inertia and viscous friction alone."""
-    if nominal is not None:
-        rest = y
-        if nominal.lines and motion.theta_rad is not None:
-            zero_rad = find_zero(motion, nominal.lines, rest, first)
-            rest = motion.iq_a - known_part(motion, with_zero(nominal, zero_rad))
-        return rest if nominal.inertia_as2 > 0.0 else rest - found[INERTIA] * motion.accel_rad_s2
-    rest = y - found[INERTIA] * motion.accel_rad_s2  # the inertia that the missing effects do not bend
-    others = [term for term in bare if term.effect != "inertia"]
-    return rest - _explained(others, fit_terms(others, rest, first)) if others else rest
+    if nominal is None:
+        return torque - _explained(bare, fit_terms(bare, torque, first)) if bare else torque
+    zero_rad = find_zero(motion, nominal.lines, torque, first)
+    if zero_rad is None:
+        return torque
+    lines = with_zero(nominal, zero_rad).lines
+    return torque - motion.smooth(sum(line(motion.theta_rad) for line in lines))
 
 
 def _possible(
@@ -176,27 +177,27 @@ def _possible(
     return tuple(impossible), base
 
 
-def _halves(
+def _final(
     motions: Views, given: Nominal | None, drive: Drive, orders: Sequence[float], stretches: Stretches,
-    used: Sequence[Term], lines: Sequence[Term], sigma_s: float, shift_s: float, final: Fit,
-) -> dict[str, float]:  # fmt: skip
-    """Half widths: scatter, noise of the angle, other smoothing, half a row of time, and what machines differ by."""
-    plain = [term for term in used if term not in lines]
+    plain: Sequence[Term], sigma_s: float, shift_s: float,
+) -> tuple[Fit, dict[str, float]]:  # fmt: skip
+    """Values from all rows, and half widths: scatter, noise of the angle, other smoothing, time, and the machine."""
 
     def same(motion: Motion) -> list[Term]:
         return [_again(term, motion) for term in plain]
 
-    near = [s for s in shaft.LADDER_S if 0.4 * sigma_s < s < 2.5 * sigma_s]
-    steps = shaft.climb(motions, given, drive, orders, stretches, same, near)
-    at = next(i for i, step in enumerate(steps) if step.sigma_s == sigma_s)
-    moved = []
-    for side in (-1.0, 1.0):
-        motion = motions(sigma_s, side * shift_s)
+    def fitted(shift_s: float) -> Fit:
+        motion = motions(sigma_s, shift_s)
         rows = shaft.thinned(shaft.moving_rows(motion, stretches), motion)
         again = [*same(motion), *(terms.line(motion, order) for order in orders)]
-        moved.append(fit_terms(again, motion.iq_a - known_part(motion, given), rows))
+        return fit_terms(again, motion.iq_a - known_part(motion, given), rows)
+
+    near = [s for s in shaft.LADDER_S if 0.4 * sigma_s < s < 4.5 * sigma_s]
+    steps = shaft.climb(motions, given, drive, orders, stretches, same, near)
+    at = next(i for i, step in enumerate(steps) if step.sigma_s == sigma_s)
+    final, *moved = (fitted(shift) for shift in (0.0, -shift_s, shift_s))
     known = {INERTIA: given.inertia_as2, VISCOUS: given.viscous_as} if given is not None else {}
-    return {
+    return final, {
         name: math.hypot(
             shaft.unsure(steps, at, name),
             max(abs(other[name] - final[name]) for other in moved),
@@ -227,7 +228,7 @@ def _families(motion: Motion, drive: Drive) -> list[list[Term]]:
 
 def _explained(used: Sequence[Term], found: Fit) -> Array:
     columns = [column for term in used for column in term.columns]
-    return np.column_stack(columns) @ found.value
+    return np.column_stack(columns) @ found.value if columns else np.zeros(1)
 
 
 def _residues(used: Sequence[Term], trial: Trial) -> tuple[Fit, float, float]:
@@ -274,9 +275,15 @@ def _best(
     used: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial
 ) -> Term | None:
     taken = {term.effect for term in chosen}
-    weighed = [_strongest(used, f, trial) for f in families if f[0].effect not in taken]
+    open_to = [f for f in families if f[0].effect not in taken and (f[0].effect != RISE or _has_dry(used))]
+    weighed = [_strongest(used, f, trial) for f in open_to]
     good = [(evidence.fit_drop, term) for term, evidence in weighed if evidence.named]
     return max(good, key=lambda pair: pair[0])[1] if good else None
+
+
+def _has_dry(used: Sequence[Term]) -> bool:
+    """A rise at low speed is one of dry friction; alone it would only stand for that."""
+    return any(term.effect.startswith("coulomb_friction") for term in used)
 
 
 def _drop_superfluous(base: list[Term], chosen: list[Term], trial: Trial) -> list[Term]:

@@ -17,9 +17,10 @@ from evenspin.gap.balance.regression import rms
 Array = NDArray[np.float64]
 
 RATIO = 2.0  # of what is left to noise: a right model leaves up to this, since the noise of an angle is not white
-LEAST = 0.015  # of the current, rms: less than this is no gap worth a name
+LEAST = 0.02  # of the current, rms: less than this is no gap worth a name
 BANDS = 3  # of the speed, and of time
 CONCENTRATED = 1.5  # of the rms over everything, for a place to be told
+LINE = 0.4  # of the rms over everything, in one order of the angle, for it to be told
 ORDERS = 40
 
 
@@ -100,12 +101,14 @@ def _places(found: Judged) -> list[str]:
         thin = bank.rows(rows)
         y = after[:: bank.stride][thin]
         sizes = []
+        amplitudes = []
         for order in range(1, ORDERS + 1):
             own = np.column_stack([column[thin] for column in bank(order)])
-            sizes.append(float(np.hypot(*np.linalg.lstsq(own, y, rcond=None)[0])))
+            amplitudes.append(np.linalg.lstsq(own, y, rcond=None)[0])
+            sizes.append(rms(own @ amplitudes[-1]))
         order = int(np.argmax(sizes)) + 1
-        if sizes[order - 1] > 0.5 * total:
-            said.append(f"at order {order} of the angle ({milli(sizes[order - 1])})")
+        if sizes[order - 1] > LINE * total:
+            said.append(f"at order {order} of the angle ({milli(float(np.hypot(*amplitudes[order - 1])))})")
     return said or ["spread over all speeds and times"]
 
 

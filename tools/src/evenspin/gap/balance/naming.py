@@ -21,6 +21,7 @@ DRIFT_EDGE = 0.2
 BENDS = 0.02  # of the residue that bending takes away
 SLOW_RATIO = 3.0  # of the residue at low speed to that at high speed, to be worth a word
 NOISE_LSB_A = 1e-3  # below a few of these it is the resolution of a current sensor
+VAGUE = 0.7  # half width over value, above which nothing is named
 STRIBECK_SIGMAS = 4.0  # widths of the smoothing that low speed must last
 REVERSED = "iq_a has the wrong sign: J/Kt is negative with it; negate the column (or the angle and the speed)"
 
@@ -37,7 +38,7 @@ def judge(analysis: Analysis) -> Verdict:
         verdict.warnings.append(
             "too few turns at low speed for orders of the angle: record four turns or more at a slow, constant speed"
         )
-    if analysis.friction is None and analysis.angle is None:
+    if not analysis.judges:
         verdict.warnings.append("nothing could be judged: that no effect is named does not mean that none is missing")
     _left(analysis, verdict)
     _limits(analysis, verdict)
@@ -76,6 +77,10 @@ def _friction(analysis: Analysis, verdict: Verdict) -> None:
             verdict.against.append((effect, evidence.said))
             continue
         if nominal is not None and _in_model(effect, parameters, nominal):
+            continue
+        value, half = parameters["torque_a_equiv"], found.half[f"{evidence.effect}.torque_a_equiv"]
+        if half > VAGUE * abs(value):
+            verdict.against.append((effect, f"{milli(value)} +- {milli(half)}: not told well enough to name"))
             continue
         wrong = out_of_range(effect, _whole(effect, parameters, nominal))
         if wrong is not None:

@@ -8,8 +8,9 @@ import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.angle_orders import FoundLine
-from evenspin.gap.balance.friction import VALID_SHARE
+from evenspin.gap.balance.friction import SMALL
 from evenspin.gap.balance.left import left_of, milli
+from evenspin.gap.balance.regression import rms
 from evenspin.gap.balance.verdict import Numbers, Verdict
 
 MODEL_EDGE = 0.2  # a line of the model that is found again within this is not missing
@@ -47,9 +48,9 @@ def name_lines(analysis: Analysis, verdict: Verdict) -> None:
     _odd(analysis, verdict)
     _moved(analysis, verdict)
     lines = missing_lines(analysis)
-    drop = 1.0 - angle.after_rms_a / angle.before_rms_a if angle.before_rms_a > 0.0 else 0.0
-    if not lines or drop < VALID_SHARE:
-        verdict.against.append(("cogging", f"{_why_no_line(analysis, lines, drop)} (up to order {angle.highest})"))
+    least_a = SMALL * rms(angle.motion.iq_a[angle.rows])
+    if not lines or _takes(lines) < least_a:
+        verdict.against.append(("cogging", f"{_why_no_line(analysis, lines)} (up to order {angle.highest})"))
         return
     low = [each for each in lines if each.line.order < LOWEST_COGGING]
     high = [each for each in lines if each.line.order >= LOWEST_COGGING]
@@ -98,7 +99,7 @@ def _odd(analysis: Analysis, verdict: Verdict) -> None:
         )
 
 
-def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine], drop: float) -> str:
+def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine]) -> str:
     assert analysis.angle is not None
     found = analysis.angle.lines
     if not found:
@@ -111,7 +112,11 @@ def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine], drop: float) ->
         )
     if not lines:
         return "the lines are those of the model"
-    return f"the lines take only {100.0 * drop:.1f} % off the residue of the validation stretches"
+    strongest = lines[0].line
+    return (
+        f"the strongest line, order {strongest.order:g} with {milli(strongest.amplitude_a)}, is less than "
+        f"{100.0 * SMALL:.0f} % of the current: too small to name"
+    )
 
 
 def moved_lines(analysis: Analysis) -> list[FoundLine]:

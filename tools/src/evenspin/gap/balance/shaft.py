@@ -25,13 +25,16 @@ from evenspin.gap.balance.terms import Term
 
 Array = NDArray[np.float64]
 
-LADDER_S = (2.5e-3, 5e-3, 10e-3, 20e-3, 40e-3)
+LADDER_S = (2.5e-3, 5e-3, 10e-3, 20e-3, 40e-3, 80e-3)
 ROWS_PER_SIGMA = 2  # smoothed rows say the same twice: this many of each width are used
 STILL_SHARE = 0.01  # of the highest speed: a rotor slower than this for long may stick, and friction is then anything
 ONE_WAY = 0.03  # share of the rows that turn the other way, below which a log has one direction
 ONE_SPEED = 100.0  # inflation of the speed by its sign: the range of the speeds is a third of the highest, or less
 MACHINE = 0.03  # of a value: what one machine differs by from one log to the next
+TRIM = 0.05  # of the rows, at either end of the speeds
 LEAST_ROWS = 60
+CLOSE = 0.7  # of the logarithm of the half widths
+WIDER = 2  # steps of the ladder that a step is held against
 INERTIA, VISCOUS = "inertia.inertia_as2_per_rad", "viscous_friction.viscous_as_per_rad"
 
 
@@ -71,6 +74,8 @@ def drive_of(motion: Motion, stretches: Stretches) -> Drive:
         return Drive(one_way=True, one_speed=True)
     backward = float(np.mean(slow < 0.0))
     one_way = min(backward, 1.0 - backward) < ONE_WAY
+    low, high = np.quantile(np.abs(slow), (TRIM, 1.0 - TRIM))  # a start or a stop is no second speed
+    slow = slow[(np.abs(slow) >= low) & (np.abs(slow) <= high)]
     sign = np.sign(slow)
     return Drive(one_way, inflation(slow, [sign] if one_way else [sign, np.ones_like(sign)]) > ONE_SPEED)
 
@@ -172,20 +177,27 @@ def climb(
 
 
 def unsure(steps: Sequence[Step], at: int, name: str) -> float:
-    """Half width at this step: its scatter, the noise of the angle, and what the next width says otherwise."""
+    """Half width at this step: its scatter, the noise of the angle, and what wider smoothing says otherwise."""
     step = steps[at]
-    others = [steps[i] for i in (at + 1, at - 1) if 0 <= i < len(steps)]
     own = math.hypot(step.half[name], step.moved[name])
-    if not others or name not in step.value:
-        return own
-    # A neighbour that is vague or full of noise says nothing against this step.
-    def against(other: Step) -> float:
-        off = abs(other.value[name] - step.value[name])
-        return max(off - math.hypot(other.half[name], other.moved[name]), 0.0)
-
-    return math.hypot(own, against(others[0]))
+    others = steps[at + 1 : at + 1 + WIDER] or steps[max(at - 1, 0) : at]
+    against = 0.0
+    for other in others:  # the vaguer it is, the less it says
+        its = math.hypot(other.half[name], other.moved[name])
+        against = max(against, abs(other.value[name] - step.value[name]) * own / max(math.hypot(own, its), 1e-300))
+    return math.hypot(own, against) if math.isfinite(own) else own
 
 
-def best_step(steps: Sequence[Step]) -> int:
-    """Where the inertia is known best."""
-    return int(np.argmin([unsure(steps, i, INERTIA) for i in range(len(steps))]))
+def best_steps(steps: Sequence[Step]) -> tuple[int, int]:
+    """Where inertia and friction together are known best, and the shortest smoothing that knows them half as well.
+
+    What is passed quickly, such as friction at low speed, shows at short smoothing only.
+    """
+    names = [name for name in steps[0].value if not name.startswith("line")]
+
+    def vague(at: int) -> float:
+        return float(np.sum([np.log(max(unsure(steps, at, name), 1e-300)) for name in names]))
+
+    sums = np.array([vague(i) for i in range(len(steps))])
+    close = np.flatnonzero(sums <= sums.min() + CLOSE * len(names))
+    return int(np.argmin(sums)), int(close[0])

@@ -74,7 +74,7 @@ def summary_of(analysis: Analysis, verdict: Verdict) -> list[str]:
 
 def _nothing(analysis: Analysis, verdict: Verdict) -> str:
     """No name is no all-clear, unless the balance is at its noise."""
-    if analysis.friction is None and analysis.angle is None:
+    if not analysis.judges:
         return "none; this log allows no judgement"
     if is_clear(analysis, verdict):
         return "nothing that stands out is missing"
@@ -116,7 +116,7 @@ def _where(analysis: Analysis) -> TableView:
             said = f"speed {part.speed_ripple_rad_s:.2f} rad/s", f"beside the controller {1e3 * part.added_a:.0f} mA"
             rows.append((part.speed_ripple_rad_s, ("ripple rms", place, *said)))
     ranked = [row for _, row in sorted(rows, key=lambda each: -each[0])]
-    text = "Residue on the validation stretches by speed and direction, mA rms, and the ripple of each part, largest first."
+    text = "Residue on the validation stretches by speed and direction, mA rms, and ripple of each part, largest first."
     return TableView("Where the gap is", text, ("what", "where", "before", "after"), ranked)
 
 

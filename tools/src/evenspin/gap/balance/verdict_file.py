@@ -107,7 +107,7 @@ def _evidence(analysis: Analysis, verdict: Verdict) -> list[dict[str, Any]]:
 def is_clear(analysis: Analysis, verdict: Verdict) -> bool:
     """Everything is explained down to noise, or has a name."""
     left = left_of(analysis)
-    return left is not None and not left.significant and "unknown" not in verdict.names
+    return analysis.judges and left is not None and not left.significant and "unknown" not in verdict.names
 
 
 def _left(analysis: Analysis) -> dict[str, Any] | None:
