@@ -21,7 +21,7 @@ from evenspin.gap.balance.controller import Controller, find_controller
 from evenspin.gap.balance.friction import FrictionResult, weigh_friction
 from evenspin.gap.balance.grid import Grid, grid_of
 from evenspin.gap.balance.lines import HIGHEST, TURN, Views
-from evenspin.gap.balance.motion import Lag, motion_of, speed_lag
+from evenspin.gap.balance.motion import Lag, angle_jitters, motion_of, speed_lag
 from evenspin.gap.balance.nominal import Nominal
 from evenspin.gap.balance.reading import Log
 from evenspin.gap.balance.ripple import Plant, Ripple, compare_ripple
@@ -46,6 +46,7 @@ class Analysis:
     stretches: Stretches
     drive: Drive
     lag: Lag
+    lag_guessed: bool  # the motion is that of the logged speed, and how late that is the log does not tell
     current_later_s: float
     friction: FrictionResult | None
     angle: AngleResult | None
@@ -77,24 +78,25 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None) -> Analys
     grid = grid_of(log)
     lag = speed_lag(log, grid)
     alone = "theta_m_rad" not in grid.columns
-    used = replace(lag, delay_s=ASSUMED_LAG_S) if alone else lag
-    shift_s = ASSUMED_LAG_S if alone else ALIGNMENT_ROWS * grid.period_s
-
-    motions = Views(lambda sigma_s, later_s: motion_of(grid, sigma_s, used, later_s))
+    by_speed = angle_jitters(grid)
+    guess = by_speed and not lag.known
+    used = replace(lag, delay_s=ASSUMED_LAG_S) if guess else lag
+    shift_s = ASSUMED_LAG_S if guess else ALIGNMENT_ROWS * grid.period_s
+    views = Views(lambda sigma_s, later_s: motion_of(grid, sigma_s, used, later_s, by_speed=by_speed))
     done(0.05)
     stretches = stretches_of(grid)
-    drive = drive_of(motions(FIRST_SIGMA_S, 0.0), stretches)
+    drive = drive_of(views(FIRST_SIGMA_S, 0.0), stretches)
     # The inertia first, since a drive that hardly answers its cogging shows it in the acceleration alone; then the
     # lines, with which the inertia is found again.
-    friction = weigh_friction(motions, nominal, drive, [], stretches, shift_s)
+    friction = weigh_friction(views, nominal, drive, [], stretches, shift_s)
     inertia = _inertia(friction, nominal)
     angle: AngleResult | None = None
     sigma_s = 0.0
     done(0.1)
     if not alone:
-        setting = Setting(nominal, drive, stretches, inertia)
-        sigma_s = best_sigma(motions, _sigmas(grid, stretches), setting)
-        angle = weigh_orders(motions, sigma_s, setting)
+        setting = Setting(nominal, drive, stretches, inertia, shift_s)
+        sigma_s = best_sigma(views, _sigmas(grid, stretches), setting)
+        angle = weigh_orders(views, sigma_s, setting)
     orders: list[float] = []
     for number in range(ROUNDS):
         done(0.25 + 0.1 * number)
@@ -102,15 +104,15 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None) -> Analys
         if set(found) == set(orders):
             break
         orders = found
-        friction = weigh_friction(motions, nominal, drive, orders, stretches, shift_s)
+        friction = weigh_friction(views, nominal, drive, orders, stretches, shift_s)
         inertia = _inertia(friction, nominal)
-        angle = weigh_orders(motions, sigma_s, Setting(nominal, drive, stretches, inertia))
+        angle = weigh_orders(views, sigma_s, Setting(nominal, drive, stretches, inertia, shift_s))
     later_s = 0.0
-    setting = Setting(nominal, drive, stretches, inertia)
+    setting = Setting(nominal, drive, stretches, inertia, shift_s)
     if angle is not None:
         later_s = current_lag(grid, angle, setting)
         if later_s != 0.0:
-            angle = weigh_orders(motions, sigma_s, setting, later_s)
+            angle = weigh_orders(views, sigma_s, setting, later_s)
     done(0.55)
     controller = find_controller(grid)
     windings: tuple[Winding, ...] = ()
@@ -128,7 +130,8 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None) -> Analys
         nominal,
         stretches,
         drive,
-        lag,
+        used,
+        guess,
         later_s,
         friction,
         angle,
@@ -156,6 +159,8 @@ def _inertia(friction: FrictionResult | None, nominal: Nominal | None) -> Inerti
     """From the log where it tells it better than the model does, or against the model; otherwise from the model."""
     sheet = _of_sheet(nominal)
     if friction is None:
+        return sheet
+    if sheet is not None and friction.drive.one_speed:  # nothing but ripple accelerates the shaft
         return sheet
     value = friction.final[INERTIA] + (sheet.value_as2 if sheet is not None else 0.0)
     found = Inertia(value, friction.half[INERTIA])

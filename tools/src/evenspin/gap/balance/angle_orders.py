@@ -101,6 +101,7 @@ class Setting:
     drive: Drive
     stretches: Stretches
     inertia: Inertia | None
+    shift_s: float  # how far apart in time current and motion of one row may be
 
 
 def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: float = 0.0) -> AngleResult | None:
@@ -116,9 +117,9 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
     rows = bank.rows(turning)
     orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)
     found = fit_lines(bank, thin_base, orders, thin_y, rows)
-    left = np.full(len(thin_y), np.nan)
-    left[rows] = found.residual
-    kept_rows, odd = without_odd(bank.rows(motion.t_s), left, rows)
+    columns = [*thin_base.values(), *(column for k in orders for column in bank(k))]
+    left = thin_y - np.column_stack(columns) @ found.value
+    kept_rows, odd = without_odd(bank.rows(motion.t_s), left, rows, bank.rows(motion.good))
     if odd:
         rows = kept_rows
         orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)
@@ -277,9 +278,8 @@ def _widened(
     orders = [each.line.order for each in lines]
     inertia = setting.inertia
     off: list[dict[float, float]] = []
-    period_s = motions(sigma_s, later_s).smooth.period_s
     cases = [(replace(inertia, value_as2=inertia.value_as2 + side * inertia.half_as2), 0.0) for side in (-1.0, 1.0)]
-    cases += [(inertia, side * ALIGNMENT_ROWS * period_s) for side in (-1.0, 1.0)]
+    cases += [(inertia, side * setting.shift_s) for side in (-1.0, 1.0)]
     for other, shift_s in cases:
         motion = motions(sigma_s, later_s + shift_s)
         bank = OrderBank(motion)

@@ -28,6 +28,7 @@ SMALL = 0.02  # of the current, rms: less is not worth a name either
 SHARE = 0.05  # of the residue on the half that fits: less is not worth a name
 VALID_SHARE = 0.03  # of the residue on the half that validates
 SLOW_SHARE = 0.2  # of the highest speed
+ONE_SPEED = 3.0  # times as unsure is an inertia that only the ripple of one speed tells
 RISE = "stribeck_friction"
 BINS = 12  # of speed, for what is left
 
@@ -38,6 +39,7 @@ class Evidence:
 
     effect: str
     named: bool
+    small: bool  # too small for a name, however significant: it is fitted, and is a deviation of this unit
     values: dict[str, float]
     p_value: float
     fit_drop: float
@@ -128,7 +130,7 @@ def weigh_friction(
     plain = [term for term in base + chosen if term not in lines]
     final, half = _final(motions, given, drive, orders, stretches, plain, steps[at].sigma_s, shift_s)
     used = shaft_only + chosen
-    after = torque - _explained(used, fit_terms(used, torque, first)) if used else torque
+    after = torque - _shaft_part(used, lines, fit_terms(used, torque, first))
     bare = [term for term in base if term not in lines]
     before = _before(motion, nominal, [term for term in bare if term.effect != "inertia"], torque, first)
     if nominal is not None and nominal.inertia_as2 > 0.0:
@@ -177,6 +179,14 @@ def _possible(
     return tuple(impossible), base
 
 
+def _shaft_part(used: Sequence[Term], lines: Sequence[Term], found: Fit) -> Array:
+    """What the shaft explains. Lines are fitted along, and told of with a balance of their own."""
+    skipped = set(shaft.names_of(lines))
+    names = [name for name in shaft.names_of(used) if name not in skipped]
+    columns = dict(zip(shaft.names_of(used), (column for term in used for column in term.columns), strict=True))
+    return sum((found[name] * columns[name] for name in names), np.zeros(1))
+
+
 def _final(
     motions: Views, given: Nominal | None, drive: Drive, orders: Sequence[float], stretches: Stretches,
     plain: Sequence[Term], sigma_s: float, shift_s: float,
@@ -201,7 +211,9 @@ def _final(
         name: math.hypot(
             shaft.unsure(steps, at, name),
             max(abs(other[name] - final[name]) for other in moved),
-            shaft.MACHINE * abs(final[name] + known.get(name, 0.0)),
+            (ONE_SPEED if drive.one_speed and name == INERTIA else 1.0)
+            * shaft.MACHINE
+            * abs(final[name] + known.get(name, 0.0)),
         )
         for name in shaft.names_of(plain)
     }
@@ -258,11 +270,10 @@ def _weigh(used: list[Term], term: Term, trial: Trial) -> Evidence:
     else:
         said = f"takes {100.0 * valid_drop:.0f} % off the residue of the validation stretches"
     named = wrong is None and p <= CHANCE and fit_drop >= SHARE and valid_drop >= VALID_SHARE
-    size = abs(values[0]) * rms(term.columns[0][trial.first | trial.second])
-    if named and size < SMALL * trial.current_a:
-        named, said = False, f"{1e3 * size:.1f} mA, less than {100.0 * SMALL:.0f} % of the current: too small to name"
+    part = 1.0 if term.effect == RISE else rms(term.columns[0][trial.first | trial.second])
+    small = abs(values[0]) * part < SMALL * trial.current_a
     numbers = dict(zip(term.keys, values, strict=True)) | dict(term.extra)
-    return Evidence(term.effect, named, numbers, p, fit_drop, valid_drop, said)
+    return Evidence(term.effect, named, small, numbers, p, fit_drop, valid_drop, said)
 
 
 def _strongest(used: list[Term], family: list[Term], trial: Trial) -> tuple[Term, Evidence]:

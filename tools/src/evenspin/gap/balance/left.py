@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.balance.analysis import Analysis
+from evenspin.gap.balance.angle_orders import AngleResult, FoundLine
+from evenspin.gap.balance.friction import SMALL
 from evenspin.gap.balance.grid import Flags
 from evenspin.gap.balance.lines import OrderBank
 from evenspin.gap.balance.motion import Motion, white_noise
@@ -22,6 +24,7 @@ BANDS = 3  # of the speed, and of time
 CONCENTRATED = 1.5  # of the rms over everything, for a place to be told
 LINE = 0.4  # of the rms over everything, in one order of the angle, for it to be told
 ORDERS = 40
+SURE = 0.5  # confidence below which nothing is named
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +57,41 @@ class Left:
     where: tuple[str, ...]
 
 
+def of_angle(angle: AngleResult) -> Judged:
+    return Judged("angle", angle.motion, angle.validation_rows, angle.before, angle.after)
+
+
 def judged(analysis: Analysis) -> Judged | None:
     angle, friction = analysis.angle, analysis.friction
-    if angle is not None and (friction is None or any(each.validated for each in angle.lines)):
-        return Judged("angle", angle.motion, angle.validation_rows, angle.before, angle.after)
+    if angle is not None and (friction is None or sure_lines(analysis)):
+        return of_angle(angle)
     if friction is None:
         return None
     return Judged("friction", friction.motion, friction.validation_rows, friction.before, friction.after)
+
+
+def sure_lines(analysis: Analysis) -> list[FoundLine]:
+    """Lines that are large enough and sure enough to be told, whether or not the model has them."""
+    angle = analysis.angle
+    if angle is None:
+        return []
+    least_a = np.sqrt(2.0) * SMALL * rms(angle.motion.iq_a[angle.rows])
+    found = [each for each in angle.lines if each.validated]
+    first = [each for each in found if each.line.amplitude_a > least_a and sure_line(analysis, each) > SURE]
+    return found if first else []
+
+
+def sure_line(analysis: Analysis, each: FoundLine) -> float:
+    """How sure the line is: its noise, how well parts of the log agree, its interval, and what is left beside it."""
+    angle = analysis.angle
+    assert angle is not None
+    snr = each.line.amplitude_a / max(each.noise_a, 1e-12)
+    found = of_angle(angle)
+    excess_a = math.sqrt(max(found.after_a**2 - noise_of(analysis, found.motion) ** 2, 0.0))
+    rest = excess_a / max(each.line.amplitude_a / math.sqrt(2.0), 1e-12)
+    share = each.half_a / each.line.amplitude_a
+    sure = (1.0 - math.exp(-0.25 * snr)) * (1.0 - 0.5 * each.agree**2) / ((1.0 + rest**2) * (1.0 + share**2))
+    return sure if analysis.inertia_known else 0.8 * sure
 
 
 def noise_of(analysis: Analysis, motion: Motion) -> float:

@@ -28,7 +28,7 @@ FAINT = 0.02  # of the strongest line: below it is modulation, not an effect
 NEARBY = 8  # orders to each side, for the noise
 MOST_LINES = 12
 STRANGE = 0.1  # of the strongest line: a half order below it may be its modulation
-CHANCE = 1e-6
+CHANCE = 1e-4
 
 
 @dataclass(frozen=True, slots=True)

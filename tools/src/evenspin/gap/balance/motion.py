@@ -21,6 +21,10 @@ LEAST_RAD = 2.0 * np.pi
 MOST_DELAY_S = 0.05
 ORDERS = 3  # derivatives of the logged speed that may be needed to undo its filter
 CHANCE = 1e-4
+JITTER_SIGMA_S = 10e-3
+LOUDER = 5.0  # noise of the angle's second derivative over that of the speed's first
+COUNTS = 3.0  # noise of the angle over that of counting
+LEAST_COUNT = 3e-5  # rad: less is the rounding of a CSV
 SIGN_SIGMA_S = 2.5e-3  # smoothing of the speed whose sign dry friction has
 SIGN_SIGMAS = 3.0  # of its noise, below which a sign is a guess
 UNSURE = 0.05  # of the smoothing with such a sign, at most
@@ -106,35 +110,60 @@ def _check_units(log: Log, gain: float, half: float) -> None:
     )
 
 
-def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0) -> Motion:
-    """On the time base of the angle, and made from it where there is one: the drive's speed estimate has a filter.
+def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0, *, by_speed: bool = False) -> Motion:
+    """On the time base of the angle, and made from it, or from the logged speed with its lag undone.
 
     `current_later_s`: how much the logged current lags the torque balance.
     """
     smooth = Smoother(max(sigma_s, grid.period_s), grid.period_s)
     fine = Smoother(max(SIGN_SIGMA_S, 2.0 * grid.period_s), grid.period_s)
-    theta = grid.columns.get("theta_m_rad")
-    source = theta if theta is not None else grid.column("speed_rad_s", lag.delay_s)
-    first = 1 if theta is not None else 0  # derivatives from the source to the speed
+    undo = lag.undo if by_speed and len(lag.undo) > 1 else ()
+    source = grid.column("speed_rad_s", 0.0 if undo else lag.delay_s) if by_speed else grid.column("theta_m_rad")
+    first = 0 if by_speed else 1  # derivatives from the source to the speed
     noise = white_noise(source)
-    speed, accel, raw = (each.rate(source, n) if n else each(source) for each, n in (
-        (smooth, first), (smooth, first + 1), (fine, first),
-    ))  # fmt: skip
+
+    def derivative(smoother: Smoother, order: int) -> Array:
+        found = smoother.rate(source, order) if order else smoother(source)
+        return found + sum((c * smoother.rate(source, order + j) for j, c in enumerate(undo, 1)), np.zeros_like(found))
+
+    raw = derivative(fine, first)
     unsure = (np.abs(raw) < SIGN_SIGMAS * noise * fine.gain(first)).astype(float)
     reach_s = smooth.half * grid.period_s + abs(lag.delay_s) + abs(current_later_s)
     return Motion(
         smooth,
         grid.t_s,
         smooth(grid.column("iq_a", current_later_s)),
-        speed,
-        accel,
+        derivative(smooth, first),
+        derivative(smooth, first + 1),
         raw,
-        theta,
+        grid.columns.get("theta_m_rad"),
         grid.good(reach_s),
         smooth(unsure) < UNSURE,
         noise * smooth.gain(first),
         noise * smooth.gain(first + 1),
     )
+
+
+def angle_jitters(grid: Grid) -> bool:
+    """Rows whose time is not that of their angle: speed is the better source then.
+
+    Counting an angle makes noise of a count's size, and the drive's own speed has the same; a time that is off makes
+    more, in proportion to the speed, and the drive's speed has nothing of it.
+    """
+    if "theta_m_rad" not in grid.columns or "speed_rad_s" not in grid.columns:
+        return "theta_m_rad" not in grid.columns
+    theta = grid.column("theta_m_rad")
+    smooth = Smoother(JITTER_SIGMA_S, grid.period_s)
+    of_angle, of_speed = white_noise(theta), white_noise(grid.column("speed_rad_s"))
+    louder = of_angle * smooth.gain(2) > LOUDER * of_speed * smooth.gain(1)
+    return louder and of_angle > COUNTS * count_of(theta) / np.sqrt(12.0)
+
+
+def count_of(theta: Array) -> float:
+    """One count of an angle, rad; 0 when it does not move in counts."""
+    apart = np.diff(np.unique(np.round(np.diff(theta), 6)))
+    apart = apart[apart > LEAST_COUNT]
+    return float(np.quantile(apart, 0.1)) if len(apart) else 0.0
 
 
 def white_noise(x: Array) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.friction import CHANCE, VALID_SHARE, Evidence, Remainder
-from evenspin.gap.balance.left import left_of, milli
+from evenspin.gap.balance.friction import CHANCE, SMALL, VALID_SHARE, Evidence, FrictionResult, Remainder
+from evenspin.gap.balance.left import SURE, left_of, milli
 from evenspin.gap.balance.naming_lines import moved_lines, name_lines
 from evenspin.gap.balance.nominal import Nominal
 from evenspin.gap.balance.shaft import INERTIA, VISCOUS
@@ -21,6 +21,7 @@ DRIFT_EDGE = 0.2
 BENDS = 0.02  # of the residue that bending takes away
 SLOW_RATIO = 3.0  # of the residue at low speed to that at high speed, to be worth a word
 NOISE_LSB_A = 1e-3  # below a few of these it is the resolution of a current sensor
+SURE_SHARE = 0.3  # half width over value of a factor, above which nothing is named
 VAGUE = 0.7  # half width over value, above which nothing is named
 STRIBECK_SIGMAS = 4.0  # widths of the smoothing that low speed must last
 REVERSED = "iq_a has the wrong sign: J/Kt is negative with it; negate the column (or the angle and the speed)"
@@ -70,13 +71,16 @@ def _friction(analysis: Analysis, verdict: Verdict) -> None:
         )
     for evidence in found.evidence:
         effect = evidence.effect
-        parameters = dict(evidence.values)
+        parameters = _values(found, evidence)
         if evidence.named and OR in effect and parameters["torque_a_equiv"] < 0.0:
             effect = "load_torque" if "load_torque" in effect else effect
         if not evidence.named:
             verdict.against.append((effect, evidence.said))
             continue
         if nominal is not None and _in_model(effect, parameters, nominal):
+            continue
+        if evidence.small:
+            verdict.against.append((effect, f"less than {100.0 * SMALL:.0f} % of the current: too small to name"))
             continue
         value, half = parameters["torque_a_equiv"], found.half[f"{evidence.effect}.torque_a_equiv"]
         if half > VAGUE * abs(value):
@@ -88,12 +92,24 @@ def _friction(analysis: Analysis, verdict: Verdict) -> None:
             verdict.unexplained.append(f"{effect}: {wrong}")
             continue
         takes_a = max(evidence.validation_drop * found.before_rms_a, _size(analysis, evidence))
-        verdict.name(effect, parameters, _sure(analysis, evidence, takes_a), takes_a)
+        sure = _sure(analysis, evidence, takes_a)
+        if sure < SURE:
+            size = f"{milli(value)} +- {milli(half)}"
+            verdict.against.append((effect, f"{size}: confidence {sure:.2f}, too little to name"))
+            continue
+        verdict.name(effect, parameters, sure, takes_a)
         if effect == "stribeck_friction":
             _stribeck_seen(analysis, parameters["speed_rad_s"], verdict)
     if nominal is not None:
         _factors(analysis, verdict)
     _left_by_friction(analysis, verdict)
+
+
+def _values(found: FrictionResult, evidence: Evidence) -> Numbers:
+    """Where it is in the balance, the values of the whole log."""
+    whole = {key: f"{evidence.effect}.{key}" for key in evidence.values}
+    known = dict(zip(found.final.names, found.final.value.tolist(), strict=True))
+    return {key: known.get(name, evidence.values[key]) for key, name in whole.items()}
 
 
 def _whole(effect: str, parameters: Numbers, nominal: Nominal | None) -> Numbers:
@@ -179,14 +195,19 @@ def _factors(analysis: Analysis, verdict: Verdict) -> None:
         off, half = found.final[key] / known, found.half[key] / known
         takes_a = abs(found.final[key]) * float(np.std(column[effect][found.validation_rows]))
         wrong = out_of_range(effect, {"factor": 1.0 + off})
-        if abs(off) > edge + half and takes_a > VALID_SHARE * found.before_rms_a and wrong is None:
+        if effect == "inertia" and analysis.drive.one_speed:
+            why = "at one speed nothing but ripple accelerates the shaft: the model's is kept"
+            verdict.against.append((effect, why))
+            continue
+        told = half < SURE_SHARE * abs(1.0 + off)
+        if abs(off) > edge + half and told and takes_a > VALID_SHARE * found.before_rms_a and wrong is None:
             chance = found.final.p_value([key])
             verdict.name(
                 effect, {"factor": 1.0 + off}, (1.0 - chance) * sureness(analysis, takes_a, half / abs(off)), takes_a
             )
         elif wrong is not None:
             verdict.against.append((effect, wrong))
-        elif abs(off) > edge + half:
+        elif abs(off) > edge + half and told:
             verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: too small to show here"))
         elif abs(off) > edge:
             verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: not told well enough"))

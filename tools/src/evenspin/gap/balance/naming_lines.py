@@ -9,8 +9,7 @@ import numpy as np
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.angle_orders import FoundLine
 from evenspin.gap.balance.friction import SMALL
-from evenspin.gap.balance.left import left_of, milli
-from evenspin.gap.balance.regression import rms
+from evenspin.gap.balance.left import milli, sure_line, sure_lines
 from evenspin.gap.balance.verdict import Numbers, Verdict
 
 MODEL_EDGE = 0.2  # a line of the model that is found again within this is not missing
@@ -24,7 +23,7 @@ def missing_lines(analysis: Analysis) -> list[FoundLine]:
     """Lines that both parts of the log have, and the model has not."""
     if analysis.angle is None:
         return []
-    real = [each for each in analysis.angle.lines if each.validated]
+    real = sure_lines(analysis)
     if analysis.nominal is None:
         return real
     known = {line.order: line.amplitude_a for line in analysis.nominal.lines}
@@ -47,20 +46,22 @@ def name_lines(analysis: Analysis, verdict: Verdict) -> None:
         )
     _odd(analysis, verdict)
     _moved(analysis, verdict)
+    if moved_lines(analysis):
+        verdict.against.append(("cogging", "the angle cannot be trusted: its strongest line moves"))
+        return
     lines = missing_lines(analysis)
-    least_a = SMALL * rms(angle.motion.iq_a[angle.rows])
-    if not lines or _takes(lines) < least_a:
-        verdict.against.append(("cogging", f"{_why_no_line(analysis, lines)} (up to order {angle.highest})"))
+    if not lines:
+        verdict.against.append(("cogging", f"{_why_no_line(analysis)} (up to order {angle.highest})"))
         return
     low = [each for each in lines if each.line.order < LOWEST_COGGING]
     high = [each for each in lines if each.line.order >= LOWEST_COGGING]
     if high:
         main = high[0]
-        verdict.name(_effect(analysis, main), _parameters(analysis, main), _sure(analysis, main), _takes(high))
+        verdict.name(_effect(analysis, main), _parameters(analysis, main), sure_line(analysis, main), _takes(high))
         _alternatives(analysis, main, high, verdict)
     first = next((each for each in low if each.line.order == 1.0), None)
     if first is not None and first.line.amplitude_a > MISALIGNED * lines[0].line.amplitude_a:
-        verdict.name("misalignment", _misalignment(low, analysis), _sure(analysis, first), _takes(low))
+        verdict.name("misalignment", _misalignment(low, analysis), sure_line(analysis, first), _takes(low))
         if analysis.drive.one_speed:
             verdict.apart("misalignment or encoder_eccentricity")
             verdict.alternatives.append(
@@ -99,7 +100,7 @@ def _odd(analysis: Analysis, verdict: Verdict) -> None:
         )
 
 
-def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine]) -> str:
+def _why_no_line(analysis: Analysis) -> str:
     assert analysis.angle is not None
     found = analysis.angle.lines
     if not found:
@@ -110,12 +111,13 @@ def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine]) -> str:
             f"no line is the same in all parts of the log: order {strongest.line.order:g} is the strongest, "
             f"{milli(strongest.line.amplitude_a)}, and differs by {100.0 * strongest.agree:.0f} %"
         )
-    if not lines:
+    if sure_lines(analysis):
         return "the lines are those of the model"
-    strongest = lines[0].line
+    strongest = next(each for each in found if each.validated)
     return (
-        f"the strongest line, order {strongest.order:g} with {milli(strongest.amplitude_a)}, is less than "
-        f"{100.0 * SMALL:.0f} % of the current: too small to name"
+        f"the strongest line, order {strongest.line.order:g} with {milli(strongest.line.amplitude_a)} +- "
+        f"{milli(strongest.half_a)}, is less than {100.0 * SMALL:.0f} % of the current or lost in what else is left "
+        f"(confidence {sure_line(analysis, strongest):.2f}): not named"
     )
 
 
@@ -137,16 +139,6 @@ def _moved(analysis: Analysis, verdict: Verdict) -> None:
             "phase: the angle has lost counts or its zero has moved, or this is not torque of the shaft; cut the log "
             "where that happens"
         )
-
-
-def _sure(analysis: Analysis, each: FoundLine) -> float:
-    """How sure the line is: its noise, how well parts of the log agree, its interval, and what is left beside it."""
-    snr = each.line.amplitude_a / max(each.noise_a, 1e-12)
-    left = left_of(analysis)
-    rest = left.excess_a / max(_takes([each]), 1e-12) if left is not None else 1.0
-    share = each.half_a / each.line.amplitude_a
-    found = (1.0 - float(np.exp(-0.25 * snr))) * (1.0 - 0.5 * each.agree**2) / ((1.0 + rest**2) * (1.0 + share**2))
-    return found if analysis.inertia_known else 0.8 * found
 
 
 def _parameters(analysis: Analysis, main: FoundLine) -> Numbers:
@@ -178,6 +170,10 @@ def _alternatives(analysis: Analysis, main: FoundLine, lines: Sequence[FoundLine
             "at one speed the acceleration is made of the same orders as the torque, so J/Kt cannot be told and the "
             "orders have no amplitude in torque: give --model with inertia_kgm2 (a log that sweeps the speed yields "
             "one)"
+        )
+    elif analysis.lag_guessed:
+        verdict.warnings.append(
+            "how late the speed estimate is cannot be told from this log: the amplitudes allow for 0 to 4 ms"
         )
     p = analysis.nominal.pole_pairs if analysis.nominal is not None else None
     if p is None:

@@ -25,12 +25,12 @@ class Odd:
     off_a: float  # rms
 
 
-def without_odd(t_s: Array, left: Array, rows: Flags) -> tuple[Flags, tuple[Odd, ...]]:
-    """Rows that remain. `left`: what the fit leaves, A, where `rows`."""
+def without_odd(t_s: Array, left: Array, rows: Flags, good: Flags) -> tuple[Flags, tuple[Odd, ...]]:
+    """Rows that remain. `left`: what the fit of these rows leaves of all that are `good`, A."""
     piece = np.floor((t_s - t_s[0]) / PIECE_S).astype(int)
-    count = np.bincount(piece[rows], minlength=piece[-1] + 1)
-    level = np.sqrt(np.bincount(piece[rows], left[rows] ** 2, minlength=piece[-1] + 1) / np.maximum(count, 1))
-    odd = level > ODD * float(np.median(level[count > 0]))
+    count = np.bincount(piece[good], minlength=piece[-1] + 1)
+    level = np.sqrt(np.bincount(piece[good], left[good] ** 2, minlength=piece[-1] + 1) / np.maximum(count, 1))
+    odd = level > ODD * float(np.median(level[np.unique(piece[rows])]))
     if not np.any(odd) or np.count_nonzero(odd) > MOST_ODD * len(odd):
         return rows, ()
     edges = np.flatnonzero(np.diff(np.concatenate(([False], odd, [False])).astype(int)))

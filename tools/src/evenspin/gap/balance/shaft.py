@@ -33,7 +33,9 @@ ONE_SPEED = 100.0  # inflation of the speed by its sign: the range of the speeds
 MACHINE = 0.03  # of a value: what one machine differs by from one log to the next
 TRIM = 0.05  # of the rows, at either end of the speeds
 LEAST_ROWS = 60
-CLOSE = 0.7  # of the logarithm of the half widths
+CLOSE = 1.5  # of the logarithm of the half widths
+SHORT_S = 10e-3
+ALL_NOISE = 1e-6
 WIDER = 2  # steps of the ladder that a step is held against
 INERTIA, VISCOUS = "inertia.inertia_as2_per_rad", "viscous_friction.viscous_as_per_rad"
 
@@ -132,11 +134,12 @@ def corrected(used: Sequence[Term], found: Fit, motion: Motion, y: Array, rows: 
         [{INERTIA: motion.accel_noise, VISCOUS: motion.speed_noise}.get(name, 0.0) for name in found.names]
     )
     x = np.column_stack(columns)
-    gram, right = x.T @ x, x.T @ y[rows]
-    less = gram - np.diag(len(x) * noise**2)
-    if np.any(np.linalg.eigvalsh(less) <= 0.0):  # all of it is noise
-        return np.where(noise > 0.0, np.inf, found.value)
-    return np.linalg.solve(less, right)
+    scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-30
+    less = (x / scale).T @ (x / scale) / len(x) - np.diag((noise / scale) ** 2)
+    right = (x / scale).T @ y[rows] / len(x)
+    if np.min(np.diag(less)[noise > 0.0], initial=1.0) <= 0.0 or np.linalg.eigvalsh(less)[0] < -ALL_NOISE:
+        return np.where(noise > 0.0, np.inf, found.value)  # all of it is noise
+    return np.linalg.pinv(less, rcond=1e-10, hermitian=True) @ right / scale
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,5 +202,7 @@ def best_steps(steps: Sequence[Step]) -> tuple[int, int]:
         return float(np.sum([np.log(max(unsure(steps, at, name), 1e-300)) for name in names]))
 
     sums = np.array([vague(i) for i in range(len(steps))])
-    close = np.flatnonzero(sums <= sums.min() + CLOSE * len(names))
-    return int(np.argmin(sums)), int(close[0])
+    best = int(np.argmin(sums))
+    least_s = min(SHORT_S, steps[best].sigma_s)
+    short = [i for i in range(len(steps)) if steps[i].sigma_s >= least_s and sums[i] <= sums[best] + CLOSE * len(names)]
+    return best, short[0]

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
-from evenspin.gap.balance.grid import Flags, Grid, Smoother
+from evenspin.gap.balance.grid import Flags, Grid
 
 Array = NDArray[np.float64]
 
@@ -40,11 +41,12 @@ def stretches_of(grid: Grid) -> Stretches:
 
 
 def slow_speed(grid: Grid) -> Array:
-    """Course of the speed without its ripple; from the angle where there is one."""
-    smooth = Smoother(max(SLOW_S, 2.0 * grid.period_s), grid.period_s)
+    """Course of the speed without its ripple; from the angle where there is one. The ends of the log are whole."""
     if "theta_m_rad" in grid.columns:
-        return smooth.rate(grid.column("theta_m_rad"))
-    return smooth(grid.column("speed_rad_s"))
+        speed = np.gradient(grid.column("theta_m_rad"), grid.period_s)
+    else:
+        speed = grid.column("speed_rad_s")
+    return gaussian_filter1d(speed, max(SLOW_S / grid.period_s, 2.0), mode="nearest")
 
 
 def thue_morse(count: int) -> Flags:

@@ -7,6 +7,7 @@ from typing import Any
 
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.left import judged, left_of
+from evenspin.gap.balance.shaft import MACHINE
 from evenspin.gap.balance.verdict import OR, Verdict
 
 TOLD = 1.0  # half width over value: what is known worse than this is not told by the log
@@ -91,6 +92,11 @@ def identified(analysis: Analysis) -> dict[str, dict[str, float]]:
         elif half > TOLD * abs(value):
             continue
         found[name] = {"value": value, "half": half, "low": value - half, "high": value + half}
+    drag = ("drag" if nominal is None else "drag_beyond_model") + ".torque_a_equiv"
+    angle = analysis.angle
+    if OR in friction.drive.friction and drag not in found and angle is not None:
+        value, half = angle.drag_a, math.hypot(angle.drag_half_a, MACHINE * angle.drag_a)
+        found[drag] = {"value": value, "half": half, "low": value - half, "high": value + half}
     return found
 
 
