@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -143,3 +144,38 @@ def drawn(seed: int) -> tuple[str, Machine]:
     else:
         knots = ()
     return profile, replace(machine, knots=knots)
+
+
+TRUTH = {
+    "inertia.inertia_as2_per_rad": "inertia_as2",
+    "viscous_friction.viscous_as_per_rad": "viscous_as",
+    "coulomb_friction.torque_a_equiv": "coulomb_a",
+    "load_torque.torque_a_equiv": "load_a",
+}
+
+
+def names_wrong(verdict: dict[str, Any], machine: Machine) -> list[str]:
+    """Names that are not in the drive, and those of the drive that are not named; a group holds each of its names."""
+    there = {"coulomb_friction"} | ({"cogging"} if machine.cogging_a else set())
+    there |= {"load_torque"} if machine.load_a else set()
+    groups = [set(name.split(" or ")) for name in verdict["verdict"]]
+    wrong = [name for name, group in zip(verdict["verdict"], groups, strict=True) if not group & there]
+    wrong += [f"missing: {name}" for name in sorted(there) if not any(name in group for group in groups)]
+    if "cogging" in verdict["parameters"] and verdict["parameters"]["cogging"]["order"] != machine.order:
+        wrong.append("order of the cogging")
+    return wrong
+
+
+def intervals(verdict: dict[str, Any], machine: Machine) -> list[tuple[str, float, float, float]]:
+    """(what, truth, value, half width) of everything that is told with an interval."""
+    told = verdict["identified"]
+    found = [
+        (name, float(getattr(machine, field_)), told[name]["value"], told[name]["half"])
+        for name, field_ in TRUTH.items()
+        if name in told
+    ]
+    for line in verdict["orders"]:
+        if line["in_both_halves"] and line["amplitude_a_equiv"] is not None:
+            truth = machine.cogging_a if line["order"] == machine.order else 0.0
+            found.append((f"order {line['order']}", truth, line["amplitude_a_equiv"], line["half_a_equiv"]))
+    return found

@@ -18,8 +18,9 @@ from evenspin.gap.balance.angle_orders import (
     weigh_orders,
 )
 from evenspin.gap.balance.controller import Controller, find_controller
+from evenspin.gap.balance.extras import Extras
 from evenspin.gap.balance.friction import FrictionResult, weigh_friction
-from evenspin.gap.balance.grid import Grid, grid_of
+from evenspin.gap.balance.grid import SHAFT, Grid, grid_of
 from evenspin.gap.balance.lines import HIGHEST, TURN, Views
 from evenspin.gap.balance.motion import Lag, angle_jitters, motion_of, speed_lag
 from evenspin.gap.balance.nominal import Nominal
@@ -70,12 +71,15 @@ class Analysis:
         return self.inertia is not None
 
 
-def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None) -> Analysis:
+def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: Extras | None = None) -> Analysis:
     def done(share: float) -> None:
         if bar is not None:
             bar.update(share)
 
     grid = grid_of(log)
+    if extras is not None and extras.load_a is not None:
+        load_a = np.interp(grid.t_s, extras.t_s, extras.load_a)
+        grid.columns[SHAFT] = grid.column("iq_a") - load_a
     lag = speed_lag(log, grid)
     alone = "theta_m_rad" not in grid.columns
     by_speed = angle_jitters(grid)

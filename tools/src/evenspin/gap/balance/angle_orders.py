@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from evenspin.gap.balance import shaft
 from evenspin.gap.balance.angle_zero import find_zero, with_zero
 from evenspin.gap.balance.controller import vertex
-from evenspin.gap.balance.grid import Flags, Grid, Smoother
+from evenspin.gap.balance.grid import SHAFT, Flags, Grid, Smoother
 from evenspin.gap.balance.lines import (
     ABOVE_NOISE,
     OrderBank,
@@ -124,9 +124,7 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
         rows = kept_rows
         orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)
         found = fit_lines(bank, thin_base, orders, thin_y, rows)
-    lines = tuple(
-        _line(k, bank, found, thin_base, thin_y, rows, setting, spectrum) for k in orders if k % 1.0 == 0.0
-    )
+    lines = tuple(_line(k, bank, found, thin_base, thin_y, rows, setting, spectrum) for k in orders if k % 1.0 == 0.0)
     if setting.inertia is not None:
         lines = _widened(lines, motions, sigma_s, later_s, setting, rows)
     kept = [each.line.order for each in lines if each.validated]
@@ -206,7 +204,7 @@ def current_lag(grid: Grid, found: AngleResult, setting: Setting) -> float:
     orders, rows = [each.line.order for each in found.lines], bank.rows(found.rows)
 
     def residue(lag_s: float) -> float:
-        late = motion.smooth.every(grid.column("iq_a", lag_s), bank.stride) - rest
+        late = motion.smooth.every(grid.column(SHAFT, lag_s), bank.stride) - rest
         return rms(fit_lines(bank, thin, orders, late, rows).residual)
 
     tried = np.array([residue(lag_s) for lag_s in LAGS_S])

@@ -130,18 +130,19 @@ def weigh_friction(
     plain = [term for term in base + chosen if term not in lines]
     final, half = _final(motions, given, drive, orders, stretches, plain, steps[at].sigma_s, shift_s)
     used = shaft_only + chosen
-    after = torque - _shaft_part(used, lines, fit_terms(used, torque, first))
+    on_first = fit_terms(used, torque, first)
+    after, rest = torque - _shaft_part(used, lines, on_first), torque - _explained(used, on_first)
     bare = [term for term in base if term not in lines]
     before = _before(motion, nominal, [term for term in bare if term.effect != "inertia"], torque, first)
     if nominal is not None and nominal.inertia_as2 > 0.0:
         before = before + steps[at].value[INERTIA] * motion.accel_rad_s2
     evidence = _evidence(shaft_only, families, chosen, trial)
     left = Remainder(
-        rms(after[second]),
-        *_told(motion, after, first, second),
+        rms(rest[second]),
+        *_told(motion, rest, first, second),
         *_curved(base + chosen, families, motion, y, rows),
         *_drift(base + chosen, drive, motion, y, rows, nominal),
-        *_slow_and_fast(motion, after, second),
+        *_slow_and_fast(motion, rest, second),
     )
     return FrictionResult(
         motion, drive, first, second, final, half, (*bare, *chosen), evidence, impossible, before, after,
@@ -282,9 +283,7 @@ def _strongest(used: list[Term], family: list[Term], trial: Trial) -> tuple[Term
     return max(weighed, key=lambda pair: (pair[1].fit_drop, pair[1].named))
 
 
-def _best(
-    used: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial
-) -> Term | None:
+def _best(used: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial) -> Term | None:
     taken = {term.effect for term in chosen}
     open_to = [f for f in families if f[0].effect not in taken and (f[0].effect != RISE or _has_dry(used))]
     weighed = [_strongest(used, f, trial) for f in open_to]
@@ -319,14 +318,11 @@ def _refined(used: list[Term], term: Term, motion: Motion, y: Array, first: Flag
     return terms.stribeck(motion, start * math.exp(float(best.x)))
 
 
-def _evidence(
-    base: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial
-) -> tuple[Evidence, ...]:
+def _evidence(base: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial) -> tuple[Evidence, ...]:
     """For every effect: what it adds to, or takes from, the model that was found."""
     taken = {term.effect: term for term in chosen}
     weighed = [
-        _strongest(base + chosen, [taken[f[0].effect]] if f[0].effect in taken else f, trial)[1]
-        for f in families
+        _strongest(base + chosen, [taken[f[0].effect]] if f[0].effect in taken else f, trial)[1] for f in families
     ]
     return tuple(sorted(weighed, key=lambda e: (not e.named, -e.fit_drop)))
 

@@ -20,6 +20,7 @@ from evenspin.gap.balance.reading import Log
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+SHAFT = "shaft_iq_a"  # the current without what a measured load takes
 WIDTH_SIGMAS = 5.5  # where the fourth derivative has died out as well
 
 
@@ -94,4 +95,5 @@ def grid_of(log: Log) -> Grid:
         "speed_ref_rad_s": log.speed_ref_rad_s,
     }
     columns = {name: np.interp(t_s, log.t_s, value) for name, value in given.items() if value is not None}
+    columns[SHAFT] = columns["iq_a"]
     return Grid(t_s, log.period_s, columns, log.gaps_s)

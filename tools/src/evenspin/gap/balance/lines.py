@@ -22,11 +22,13 @@ Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 HIGHEST = 100  # order that is looked for
 BAND = 0.4  # of the sampling rate: a line above it would fold
+ATTENUATION = 0.03  # the smoothing may leave no less of a line that is looked for
 LEAST_TURNS = 4.0
 ABOVE_NOISE = 5.0  # times the median of the half orders nearby: chance gives one such line in a few thousand logs
 FAINT = 0.02  # of the strongest line: below it is modulation, not an effect
 NEARBY = 8  # orders to each side, for the noise
 MOST_LINES = 12
+BESIDE, MODULATION = 2.0, 0.1  # orders to each side of a line, and share of it
 STRANGE = 0.1  # of the strongest line: a half order below it may be its modulation
 CHANCE = 1e-4
 
@@ -104,12 +106,12 @@ def fit_lines(bank: OrderBank, base: dict[str, Array], orders: Sequence[float], 
 
 
 def turns_of(motion: Motion, rows: Flags, order: int) -> float:
-    """Turns in these rows, counted by how much of this order the smoothing leaves."""
+    """Turns in those of these rows at which the smoothing leaves something of this order."""
     speed = np.abs(motion.speed_rad_s[rows])
-    left = np.exp(-((order * speed * motion.smooth.sigma_s) ** 2)) * (
+    seen = (order * speed * motion.smooth.sigma_s < np.sqrt(-2.0 * np.log(ATTENUATION))) & (
         speed * order / TURN < BAND / motion.smooth.period_s
     )
-    return float(np.sum(left * speed)) * motion.smooth.period_s / TURN
+    return float(np.sum(seen * speed)) * motion.smooth.period_s / TURN
 
 
 def highest_order(motion: Motion, rows: Flags) -> int:
@@ -138,6 +140,8 @@ def find_lines(
         stands = (amplitude > ABOVE_NOISE * noise) & (amplitude > np.where(whole, FAINT, STRANGE) * strongest)
         stands &= whole | (amplitude > 2.0 * ABOVE_NOISE * noise)
         stands &= ~np.isin(orders, chosen)
+        for k in chosen:  # beside a strong line: its modulation, once or twice per turn
+            stands &= (np.abs(orders - k) > BESIDE) | (amplitude > MODULATION * _size(found, k))
         if not np.any(stands) or len(chosen) >= MOST_LINES:
             break
         chosen.append(float(orders[np.argmax(np.where(stands, gain, -1.0))]))

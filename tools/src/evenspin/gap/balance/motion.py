@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.gap.balance.grid import Flags, Grid, Smoother
+from evenspin.gap.balance.grid import SHAFT, Flags, Grid, Smoother
 from evenspin.gap.balance.reading import HINT, Log
 from evenspin.gap.balance.regression import Fit, fit, rms
 
@@ -132,7 +132,7 @@ def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0
     return Motion(
         smooth,
         grid.t_s,
-        smooth(grid.column("iq_a", current_later_s)),
+        smooth(grid.column(SHAFT, current_later_s)),
         derivative(smooth, first),
         derivative(smooth, first + 1),
         raw,

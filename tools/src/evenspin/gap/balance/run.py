@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis, analyse
+from evenspin.gap.balance.extras import read_extras
 from evenspin.gap.balance.model_file import model_text
 from evenspin.gap.balance.naming import judge
 from evenspin.gap.balance.nominal import read_nominal
@@ -51,8 +52,11 @@ def run_balance(
         command: noted in the report.
     """
     nominal = read_nominal(model) if model is not None else None
-    analysis = analyse(read_log(log_path), nominal, progress)
+    log = read_log(log_path)
+    extras = read_extras(log_path, nominal)
+    analysis = analyse(log, nominal, progress, extras)
     verdict = judge(analysis)
+    verdict.warnings += extras.said
     content = verdict_json(analysis, verdict)
     if out_dir is not None:
         _write(out_dir, analysis, verdict, content, command or f"evenspin gap {log_path}")
@@ -71,7 +75,7 @@ def _write(folder: Path, analysis: Analysis, verdict: Verdict, content: dict[str
 
 
 def _traces(analysis: Analysis) -> tuple[list[str], Any]:
-    """The balance over time, before and after; `half`: 0 not judged, 1 fit, 2 validation."""
+    """The balance over time, before and after; `half`: 0 not judged, 1 fits, 2 validates."""
     columns: dict[str, Any] = {"t_s": analysis.grid.t_s}
     for name, found in (("friction", analysis.friction), ("angle", analysis.angle)):
         if found is not None:
