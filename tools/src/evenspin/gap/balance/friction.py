@@ -28,6 +28,7 @@ SMALL = 0.02  # of the current, rms: less is not worth a name either
 SHARE = 0.05  # of the residue on the half that fits: less is not worth a name
 VALID_SHARE = 0.03  # of the residue on the half that validates
 SLOW_SHARE = 0.2  # of the highest speed
+SENSOR = 0.005  # of the current, rms: what a sensor is off by that is no constant factor
 ONE_SPEED = 3.0  # times as unsure is an inertia that only the ripple of one speed tells
 RISE = "stribeck_friction"
 BINS = 12  # of speed, for what is left
@@ -208,16 +209,18 @@ def _final(
     at = next(i for i, step in enumerate(steps) if step.sigma_s == sigma_s)
     final, *moved = (fitted(shift) for shift in (0.0, -shift_s, shift_s))
     known = {INERTIA: given.inertia_as2, VISCOUS: given.viscous_as} if given is not None else {}
-    return final, {
-        name: math.hypot(
-            shaft.unsure(steps, at, name),
-            max(abs(other[name] - final[name]) for other in moved),
-            (ONE_SPEED if drive.one_speed and name == INERTIA else 1.0)
-            * shaft.MACHINE
-            * abs(final[name] + known.get(name, 0.0)),
-        )
-        for name in shaft.names_of(plain)
-    }
+    motion = motions(sigma_s, 0.0)
+    rows = shaft.moving_rows(motion, stretches)
+    half = {}
+    for name in shaft.names_of(plain):
+        machine = shaft.MACHINE * abs(final[name] + known.get(name, 0.0))
+        if name == INERTIA:
+            machine, sensor = machine * (ONE_SPEED if drive.one_speed else 1.0), 0.0
+        else:
+            sensor = SENSOR * rms(motion.iq_a[rows]) / (rms(motion.speed_rad_s[rows]) if name == VISCOUS else 1.0)
+        shifted = max(abs(other[name] - final[name]) for other in moved)
+        half[name] = math.hypot(shaft.unsure(steps, at, name), shifted, machine, sensor)
+    return final, half
 
 
 def _again(term: Term, motion: Motion) -> Term:
