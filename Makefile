@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind clean
+.PHONY: help setup build test host asan fixed arm coverage python demo bench soak scope-fps lint target-report blind balance clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -68,6 +68,12 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
 	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md
+
+BALANCE_FIRST ?= 500
+BALANCE_COUNT ?= 40
+
+balance: setup ## torque balance of logs drawn at random: wrong names, intervals that hold the truth (40 logs: 3 min)
+	@$(PYTHON) tools/tests/gap/balance/numpy_campaign.py $(BALANCE_FIRST) $(BALANCE_COUNT)
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

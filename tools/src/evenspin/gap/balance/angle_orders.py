@@ -26,6 +26,7 @@ from evenspin.gap.balance.lines import (
     fit_lines,
     highest_order,
     names_of,
+    shown,
 )
 from evenspin.gap.balance.motion import Motion
 from evenspin.gap.balance.nominal import Line, Nominal
@@ -44,6 +45,7 @@ LAGS_S = np.arange(-1e-3, 2.01e-3, 0.25e-3)  # of the logged current behind the 
 LAG_GAIN = 0.1  # share of the residue that a lag must take away to be believed
 AGREE = 0.5  # the parts of the log may differ by this share of a line
 ALIGNMENT_ROWS = 0.5
+SHOWN = 0.1  # of the power of a line, that smoothing must leave for the line to be judged with it
 CLEARER = 1.2  # by which another smoothing has to be clearer to be taken
 
 
@@ -161,7 +163,11 @@ def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> fl
     best, most = min(tried_s, key=lambda sigma_s: abs(sigma_s - SIGMA_S)), 0.0
     for sigma_s in tried_s:
         found = weigh_orders(motions, sigma_s, setting)
-        real = [each for each in found.lines if each.validated] if found is not None else []
+        real = [
+            each
+            for each in (found.lines if found is not None else ())
+            if each.validated and shown(found.motion, found.rows, each.line.order) > SHOWN
+        ]
         sure = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
         if sure > CLEARER * most:
             best, most = sigma_s, sure

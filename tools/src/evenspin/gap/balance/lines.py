@@ -114,6 +114,13 @@ def turns_of(motion: Motion, rows: Flags, order: int) -> float:
     return float(np.sum(seen * speed)) * motion.smooth.period_s / TURN
 
 
+def shown(motion: Motion, rows: Flags, order: float) -> float:
+    """Share of a line's power that the smoothing leaves, over all turns of these rows."""
+    speed = np.abs(motion.speed_rad_s[rows])
+    left = np.exp(-((order * speed * motion.smooth.sigma_s) ** 2))
+    return float(np.sum(left * speed) / max(np.sum(speed), 1e-300))
+
+
 def highest_order(motion: Motion, rows: Flags) -> int:
     """The highest order that several turns of the log can show; 0: none."""
     seen = [k for k in range(1, HIGHEST + 1) if turns_of(motion, rows, k) >= LEAST_TURNS]

@@ -18,10 +18,17 @@ INERTIA_EDGE, VISCOUS_EDGE = 0.032, 0.10
 MODEL_EDGE = 0.2  # a line or a friction of the model that is found again within this is not missing
 TOLD_SHARE = 0.5  # of the residue's rms that speed and acceleration tell: with nothing named, something is missing
 DRIFT_EDGE = 0.2
-BENDS = 0.02  # of the residue that bending takes away
+BENDS = 0.005  # of the residue that bending takes away
 SLOW_RATIO = 3.0  # of the residue at low speed to that at high speed, to be worth a word
 NOISE_LSB_A = 1e-3  # below a few of these it is the resolution of a current sensor
 SURE_SHARE = 0.3  # half width over value of a factor, above which nothing is named
+UNITS_OFF = {
+    2.0 * np.pi / 60.0: "the speed is in r/min, not in rad/s",
+    np.pi / 180.0: "the motion is in degrees, not in rad",
+    2.0 * np.pi: "the motion is in turns, not in rad",
+    1e3: "the current is in mA, not in A",
+}
+UNIT_BAND = 0.1  # of the logarithm of such a ratio
 VAGUE = 0.7  # half width over value, above which nothing is named
 STRIBECK_SIGMAS = 4.0  # widths of the smoothing that low speed must last
 REVERSED = "iq_a has the wrong sign: J/Kt is negative with it; negate the column (or the angle and the speed)"
@@ -43,7 +50,7 @@ def judge(analysis: Analysis) -> Verdict:
         verdict.warnings.append("nothing could be judged: that no effect is named does not mean that none is missing")
     _left(analysis, verdict)
     _limits(analysis, verdict)
-    if not verdict.names and _significant(analysis, verdict):
+    if not verdict.names and (_significant(analysis, verdict) or _wrong_unit(analysis)):
         verdict.names = ["unknown"]
     return verdict
 
@@ -194,7 +201,7 @@ def _factors(analysis: Analysis, verdict: Verdict) -> None:
             continue
         off, half = found.final[key] / known, found.half[key] / known
         takes_a = abs(found.final[key]) * float(np.std(column[effect][found.validation_rows]))
-        wrong = out_of_range(effect, {"factor": 1.0 + off})
+        wrong = out_of_range(effect, {"factor": 1.0 + off}) or (_unit(1.0 + off) if effect == "inertia" else None)
         if effect == "inertia" and analysis.drive.one_speed:
             why = "at one speed nothing but ripple accelerates the shaft: the model's is kept"
             verdict.against.append((effect, why))
@@ -207,6 +214,7 @@ def _factors(analysis: Analysis, verdict: Verdict) -> None:
             )
         elif wrong is not None:
             verdict.against.append((effect, wrong))
+            verdict.unexplained.append(wrong)
         elif abs(off) > edge + half and told:
             verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: too small to show here"))
         elif abs(off) > edge:
@@ -222,6 +230,21 @@ def _factors(analysis: Analysis, verdict: Verdict) -> None:
                 "a balance in ampere equivalents sees J/Kt only: J larger or Kt smaller look the same",
             )
         )
+
+
+def _unit(factor: float) -> str | None:
+    """Inertia over that of the model, when a column has another unit than its name says."""
+    for ratio, what in UNITS_OFF.items():
+        if factor > 0.0 and abs(np.log(factor / ratio)) < UNIT_BAND:
+            return f"the inertia is {factor:.4g} times that of the model, as it is when {what}: convert the column"
+    return None
+
+
+def _wrong_unit(analysis: Analysis) -> bool:
+    found, nominal = analysis.friction, analysis.nominal
+    if found is None or nominal is None or not nominal.inertia_as2 > 0.0 or INERTIA not in found.final.names:
+        return False
+    return _unit(1.0 + found.final[INERTIA] / nominal.inertia_as2) is not None
 
 
 def _left_by_friction(analysis: Analysis, verdict: Verdict) -> None:

@@ -49,6 +49,11 @@ def name_lines(analysis: Analysis, verdict: Verdict) -> None:
     if moved_lines(analysis):
         verdict.against.append(("cogging", "the angle cannot be trusted: its strongest line moves"))
         return
+    if angle.strange and analysis.log.speed_rad_s is None:
+        why = "lines at fractions of a turn, and no speed beside the angle: is it electrical, or not in rad?"
+        verdict.against.append(("cogging", why))
+        verdict.unexplained.append(why)
+        return
     lines = missing_lines(analysis)
     if not lines:
         verdict.against.append(("cogging", f"{_why_no_line(analysis)} (up to order {angle.highest})"))

@@ -34,7 +34,7 @@ MACHINE = 0.03  # of a value: what one machine differs by from one log to the ne
 TRIM = 0.05  # of the rows, at either end of the speeds
 LEAST_ROWS = 60
 CLOSE = 1.5  # of the logarithm of the half widths
-SHORT_S = 10e-3
+SHORT_S = 10e-3  # where a log is short of such rows, as short as is best
 ALL_NOISE = 1e-6
 WIDER = 2  # steps of the ladder that a step is held against
 INERTIA, VISCOUS = "inertia.inertia_as2_per_rad", "viscous_friction.viscous_as_per_rad"
@@ -203,6 +203,5 @@ def best_steps(steps: Sequence[Step]) -> tuple[int, int]:
 
     sums = np.array([vague(i) for i in range(len(steps))])
     best = int(np.argmin(sums))
-    least_s = min(SHORT_S, steps[best].sigma_s)
-    short = [i for i in range(len(steps)) if steps[i].sigma_s >= least_s and sums[i] <= sums[best] + CLOSE * len(names)]
-    return best, short[0]
+    close = sums <= sums[best] + CLOSE * len(names)
+    return best, next((i for i in range(len(steps)) if steps[i].sigma_s >= SHORT_S and close[i]), best)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.left import judged, left_of
 from evenspin.gap.balance.shaft import MACHINE
@@ -95,7 +97,9 @@ def identified(analysis: Analysis) -> dict[str, dict[str, float]]:
     drag = ("drag" if nominal is None else "drag_beyond_model") + ".torque_a_equiv"
     angle = analysis.angle
     if OR in friction.drive.friction and drag not in found and angle is not None:
-        value, half = angle.drag_a, math.hypot(angle.drag_half_a, MACHINE * angle.drag_a)
+        usual = float(np.median(np.abs(angle.motion.speed_rad_s[angle.rows])))
+        whole = angle.drag_a + (nominal.coulomb_a + nominal.viscous_as * usual if nominal is not None else 0.0)
+        value, half = angle.drag_a, math.hypot(angle.drag_half_a, MACHINE * whole)
         found[drag] = {"value": value, "half": half, "low": value - half, "high": value + half}
     return found
 
@@ -113,7 +117,9 @@ def _evidence(analysis: Analysis, verdict: Verdict) -> list[dict[str, Any]]:
 def is_clear(analysis: Analysis, verdict: Verdict) -> bool:
     """Everything is explained down to noise, or has a name."""
     left = left_of(analysis)
-    return analysis.judges and left is not None and not left.significant and "unknown" not in verdict.names
+    strange = analysis.angle is not None and bool(analysis.angle.strange)
+    at_noise = left is not None and not left.significant and not strange
+    return analysis.judges and at_noise and "unknown" not in verdict.names
 
 
 def _left(analysis: Analysis) -> dict[str, Any] | None:
