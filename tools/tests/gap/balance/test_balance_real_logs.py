@@ -207,11 +207,16 @@ def test_orders_suggest_slots_and_pole_pairs_with_alternatives(speed_test: Real)
     assert len(windings) > 1
 
 
-def test_friction_of_one_log_predicts_the_drag_of_another(speed_test: Real, rolling: Real) -> None:
-    """6 and 51 rad/s in one direction, foretold from swings of 157 rad/s: within 2 % of the drag of 80 to 90 mA."""
-    for result, _ in (speed_test, rolling):
+def test_friction_of_one_log_predicts_the_drag_of_another_within_what_both_intervals_say(
+    free_run: Real, speed_test: Real, rolling: Real
+) -> None:
+    """6 and 51 rad/s in one direction, foretold from swings of 157 rad/s. The intervals have to hold between logs."""
+    told = free_run[0].verdict["identified"]
+    foretold = told["coulomb_friction.torque_a_equiv"]["half"]
+    for (result, _), speed_rad_s in ((speed_test, 6.28), (rolling, 50.7)):
+        half = foretold + speed_rad_s * told["viscous_friction.viscous_as_per_rad"]["half"]
         beyond = result.verdict["identified"]["drag_beyond_model.torque_a_equiv"]
-        assert abs(beyond["value"]) < 2e-3
+        assert abs(beyond["value"]) < half + beyond["half"] < 0.01
 
 
 def test_the_rolling_log_has_the_orders_of_the_same_machine(rolling: Real) -> None:

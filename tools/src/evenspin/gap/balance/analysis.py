@@ -98,7 +98,7 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
     sigma_s = 0.0
     done(0.1)
     if not alone:
-        setting = Setting(nominal, drive, stretches, inertia, shift_s)
+        setting = Setting(nominal, drive, stretches, inertia, shift_s, friction)
         sigma_s = best_sigma(views, _sigmas(grid, stretches), setting)
         angle = weigh_orders(views, sigma_s, setting)
     orders: list[float] = []
@@ -110,9 +110,9 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
         orders = found
         friction = weigh_friction(views, nominal, drive, orders, stretches, shift_s)
         inertia = _inertia(friction, nominal)
-        angle = weigh_orders(views, sigma_s, Setting(nominal, drive, stretches, inertia, shift_s))
+        angle = weigh_orders(views, sigma_s, Setting(nominal, drive, stretches, inertia, shift_s, friction))
     later_s = 0.0
-    setting = Setting(nominal, drive, stretches, inertia, shift_s)
+    setting = Setting(nominal, drive, stretches, inertia, shift_s, friction)
     if angle is not None:
         later_s = current_lag(grid, angle, setting)
         if later_s != 0.0:
@@ -160,7 +160,7 @@ def _of_sheet(nominal: Nominal | None) -> Inertia | None:
 
 
 def _inertia(friction: FrictionResult | None, nominal: Nominal | None) -> Inertia | None:
-    """From the log where it tells it better than the model does, or against the model; otherwise from the model."""
+    """That of the model, unless the log says otherwise; without one, that of the log where it tells it."""
     sheet = _of_sheet(nominal)
     if friction is None:
         return sheet
@@ -172,7 +172,7 @@ def _inertia(friction: FrictionResult | None, nominal: Nominal | None) -> Inerti
         return sheet
     if sheet is None or abs(value - sheet.value_as2) > found.half_as2 + sheet.half_as2:
         return found
-    return min(found, sheet, key=lambda each: each.half_as2)
+    return sheet
 
 
 def _sigmas(grid: Grid, stretches: Stretches) -> list[float]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from evenspin.gap.balance import shaft
 from evenspin.gap.balance.angle_zero import find_zero, with_zero
 from evenspin.gap.balance.controller import vertex
+from evenspin.gap.balance.friction import FrictionResult, again
 from evenspin.gap.balance.grid import SHAFT, Flags, Grid, Smoother
 from evenspin.gap.balance.lines import (
     ABOVE_NOISE,
@@ -104,6 +105,7 @@ class Setting:
     stretches: Stretches
     inertia: Inertia | None
     shift_s: float  # how far apart in time current and motion of one row may be
+    friction: FrictionResult | None = None  # with values of the whole log
 
 
 def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: float = 0.0) -> AngleResult | None:
@@ -224,9 +226,14 @@ def _residues(
 ) -> tuple[Array, Array]:
     """Without and with what was found, over the whole grid; the stretches that fit tell the coefficients."""
     motion, nominal = bank.motion, setting.nominal
-    columns = {name: (column,) for name, column in base.items()} | {f"line_{k:g}": bank.whole(k) for k in kept}
-    after, inner = _rest(columns, y, first)
-    if "inertia" in base:  # the same inertia before and after: the one that the lines do not bend
+    shaft_part = _shaft_part(motion, setting, base)
+    lines = {f"line_{k:g}": bank.whole(k) for k in kept}
+    if shaft_part is not None:  # friction is that of the whole log, as it is written
+        after = _rest(lines, y - shaft_part, first)[0] if lines else y - shaft_part
+        inner = None
+    else:
+        after, inner = _rest({name: (column,) for name, column in base.items()} | lines, y, first)
+    if inner is not None and "inertia" in base:  # the same inertia before and after: the one that the lines do not bend
         y = y - inner["inertia"] * base["inertia"]
     if nominal is not None:
         before = y
@@ -239,6 +246,19 @@ def _residues(
         return before, after
     own = [name for name in base if name == "viscous_friction"] or [setting.drive.friction]
     return _rest({name: (base[name],) for name in own}, y, first)[0], after
+
+
+def _shaft_part(motion: Motion, setting: Setting, base: dict[str, Array]) -> Array | None:
+    """Friction and load as they were found beside the lines; None where the inertia is not known."""
+    found = setting.friction
+    if found is None or "inertia" in base:
+        return None
+    columns = [
+        (name, column)
+        for term in (again(term, motion) for term in found.terms if term.effect != "inertia")
+        for name, column in zip(shaft.names_of([term]), term.columns, strict=True)
+    ]
+    return sum((found.final[name] * column for name, column in columns), np.zeros_like(motion.iq_a))
 
 
 def _rest(columns: dict[str, tuple[Array, ...]], y: Array, first: Flags) -> tuple[Array, Fit]:

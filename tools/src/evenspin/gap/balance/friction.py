@@ -196,13 +196,13 @@ def _final(
     """Values from all rows, and half widths: scatter, noise of the angle, other smoothing, time, and the machine."""
 
     def same(motion: Motion) -> list[Term]:
-        return [_again(term, motion) for term in plain]
+        return [again(term, motion) for term in plain]
 
     def fitted(shift_s: float) -> Fit:
         motion = motions(sigma_s, shift_s)
         rows = shaft.thinned(shaft.moving_rows(motion, stretches), motion)
-        again = [*same(motion), *(terms.line(motion, order) for order in orders)]
-        return fit_terms(again, motion.iq_a - known_part(motion, given), rows)
+        used = [*same(motion), *(terms.line(motion, order) for order in orders)]
+        return fit_terms(used, motion.iq_a - known_part(motion, given), rows)
 
     near = [s for s in shaft.LADDER_S if 0.4 * sigma_s < s < 4.5 * sigma_s]
     steps = shaft.climb(motions, given, drive, orders, stretches, same, near)
@@ -223,7 +223,7 @@ def _final(
     return final, half
 
 
-def _again(term: Term, motion: Motion) -> Term:
+def again(term: Term, motion: Motion) -> Term:
     """The same term of another smoothing."""
     if term.effect == "stribeck_friction":
         return terms.stribeck(motion, dict(term.extra)["speed_rad_s"])
