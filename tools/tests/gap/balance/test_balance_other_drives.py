@@ -71,6 +71,32 @@ def test_a_current_of_the_wrong_sign_is_told_and_nothing_is_named(tmp_path: Path
     assert not verdict["clear"]
 
 
+def test_a_drag_that_falls_with_the_speed_is_no_negative_friction(tmp_path: Path) -> None:
+    columns = drive.run(SWEEP)
+    folder = tmp_path / "out"
+    folder.mkdir()
+    changed = columns | {"iq_a": columns["iq_a"] - 8.0 * SWEEP.viscous_as * columns["speed_rad_s"]}
+
+    verdict = run_balance(drive.write(tmp_path / "log.csv", changed), None, folder).verdict
+
+    assert any("would be negative" in text for text in verdict["unexplained"])
+    assert "viscous_friction.viscous_as_per_rad" not in verdict["identified"]
+    assert load_machine(folder / "model.toml").plant["viscous_nms"] == 0.0
+
+
+def test_a_speed_in_revolutions_per_minute_is_told_where_the_model_knows_the_inertia(tmp_path: Path) -> None:
+    columns = drive.run(SWEEP)
+    del columns["theta_m_rad"]
+    columns["speed_rad_s"] = columns["speed_rad_s"] * 60.0 / (2.0 * np.pi)
+
+    model = drive.model_file(tmp_path / "m.toml", SWEEP)
+    verdict = run_balance(drive.write(tmp_path / "log.csv", columns), model, None).verdict
+
+    assert "inertia" not in verdict["verdict"]
+    assert any("r/min" in text for text in verdict["unexplained"])
+    assert not verdict["clear"]
+
+
 def test_the_model_that_is_written_gives_the_gap_that_was_told(tmp_path: Path) -> None:
     machine = replace(SWEEP, cogging_a=0.12)
     log = drive.write(tmp_path / "log.csv", drive.run(machine))

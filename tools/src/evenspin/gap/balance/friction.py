@@ -17,6 +17,7 @@ from evenspin.gap.balance.lines import Views
 from evenspin.gap.balance.motion import Motion
 from evenspin.gap.balance.nominal import Nominal
 from evenspin.gap.balance.regression import Fit, rms
+from evenspin.gap.balance.remainder import Remainder, Residue, remainder_of
 from evenspin.gap.balance.shaft import INERTIA, VISCOUS, Drive, fit_terms, known_part
 from evenspin.gap.balance.stretches import Stretches
 from evenspin.gap.balance.terms import Term
@@ -25,13 +26,11 @@ Array = NDArray[np.float64]
 
 CHANCE = 1e-4  # a term is significant when chance would do as well less often than this
 SMALL = 0.02  # of the current, rms: less is not worth a name either
-SHARE = 0.05  # of the residue on the half that fits: less is not worth a name
-VALID_SHARE = 0.03  # of the residue on the half that validates
-SLOW_SHARE = 0.2  # of the highest speed
+SHARE = 0.05  # of the residue on the stretches that fit: less is not worth a name
+VALID_SHARE = 0.03  # of the residue on the stretches that validate
 SENSOR = 0.005  # of the current, rms: what a sensor is off by that is no constant factor
 ONE_SPEED = 3.0  # times as unsure is an inertia that only the ripple of one speed tells
 RISE = "stribeck_friction"
-BINS = 12  # of speed, for what is left
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,22 +55,6 @@ class Trial:
     first: Flags  # rows that fit
     second: Flags  # rows that validate
     current_a: float  # rms
-
-
-@dataclass(frozen=True, slots=True)
-class Remainder:
-    """What is left in the validation stretches."""
-
-    rms_a: float
-    told_rms_a: float  # the part of it that speed and direction of acceleration tell, from the other half
-    curvature_p: float
-    curvature: float  # A per (rad/s)^2: below 0 friction grows less than linearly
-    curvature_drop: float  # of the residue
-    drift_share: float  # change of the dry friction over the log, relative
-    drift_p: float
-    slow_below_rad_s: float
-    slow_rms_a: float  # of the residue below that speed
-    fast_rms_a: float  # and above
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,13 +121,7 @@ def weigh_friction(
     if nominal is not None and nominal.inertia_as2 > 0.0:
         before = before + steps[at].value[INERTIA] * motion.accel_rad_s2
     evidence = _evidence(shaft_only, families, chosen, trial)
-    left = Remainder(
-        rms(rest[second]),
-        *_told(motion, rest, first, second),
-        *_curved(base + chosen, families, motion, y, rows),
-        *_drift(base + chosen, drive, motion, y, rows, nominal),
-        *_slow_and_fast(motion, rest, second),
-    )
+    left = remainder_of(Residue(motion, drive, y, rest, first, second), base + chosen, families, nominal)
     return FrictionResult(
         motion, drive, first, second, final, half, (*bare, *chosen), evidence, impossible, before, after,
         rms(before[second]), rms(after[second]), left, nominal is not None and bool(nominal.lines),
@@ -328,54 +305,3 @@ def _evidence(base: list[Term], families: list[list[Term]], chosen: list[Term], 
         _strongest(base + chosen, [taken[f[0].effect]] if f[0].effect in taken else f, trial)[1] for f in families
     ]
     return tuple(sorted(weighed, key=lambda e: (not e.named, -e.fit_drop)))
-
-
-def _told(motion: Motion, after: Array, first: Flags, second: Flags) -> tuple[float]:
-    """How much of what is left a table over speed and sign of acceleration tells: made from one half, of the other."""
-    w = motion.speed_rad_s
-    edges = np.quantile(w[first | second], np.linspace(0.0, 1.0, BINS + 1)[1:-1])
-    cell = 2 * np.searchsorted(edges, w) + (motion.accel_rad_s2 > 0.0)
-    told = np.zeros_like(after)
-    for number in range(2 * BINS):
-        inside = first & (cell == number)
-        if np.any(inside):
-            told[cell == number] = np.mean(after[inside])
-    gain = rms(after[second]) ** 2 - rms((after - told)[second]) ** 2
-    return (float(np.sqrt(max(gain, 0.0))),)
-
-
-def _slow_and_fast(motion: Motion, after: Array, second: Flags) -> tuple[float, float, float]:
-    speed = np.abs(motion.speed_rad_s)
-    limit = SLOW_SHARE * float(np.quantile(speed[second], 0.99))
-    slow = speed < limit
-    return limit, rms(after[second & slow]), rms(after[second & ~slow])
-
-
-def _curved(
-    used: list[Term], families: list[list[Term]], motion: Motion, y: Array, rows: Flags
-) -> tuple[float, float, float]:
-    """Does friction bend with speed? Beside dry friction always, which alone would look like bending."""
-    if not any(term.effect == "viscous_friction" for term in used):
-        return 1.0, 0.0, 0.0
-    names = {term.effect for term in used}
-    used = [*used, *(family[0] for family in families[:1] if family[0].effect not in names)]
-    term = Term("curvature", ("a_per_rad2_s2",), (terms.curvature(motion),))
-    found = fit_terms([*used, term], y, rows)
-    name = "curvature.a_per_rad2_s2"
-    drop = 1.0 - rms(found.residual) / max(rms(fit_terms(used, y, rows).residual), 1e-300)
-    return found.p_value([name]), found[name], drop
-
-
-def _drift(
-    used: list[Term], drive: Drive, motion: Motion, y: Array, rows: Flags, nominal: Nominal | None
-) -> tuple[float, float]:
-    """Does the dry friction change over the log? Relative change from its start to its end."""
-    span_s = motion.t_s[rows][-1] - motion.t_s[rows][0]
-    ramp = (motion.t_s - np.mean(motion.t_s[rows])) / span_s
-    dry = shaft.dry_terms(motion, drive)[0]
-    found = fit_terms(
-        [*[t for t in used if t.effect != dry.effect], dry, Term("drift", ("a",), (ramp * dry.columns[0],))], y, rows
-    )
-    known_a = nominal.coulomb_a if nominal is not None else 0.0
-    level = abs(found[f"{dry.effect}.torque_a_equiv"] + known_a)
-    return (found["drift.a"] / level if level > 0.0 else 0.0), found.p_value(["drift.a"])

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.friction import CHANCE, SMALL, VALID_SHARE, Evidence, FrictionResult, Remainder
+from evenspin.gap.balance.friction import CHANCE, SMALL, VALID_SHARE, Evidence, FrictionResult
 from evenspin.gap.balance.left import SURE, left_of, milli
 from evenspin.gap.balance.naming_lines import moved_lines, name_lines
 from evenspin.gap.balance.nominal import Nominal
+from evenspin.gap.balance.remainder import Remainder
 from evenspin.gap.balance.shaft import INERTIA, VISCOUS
 from evenspin.gap.balance.verdict import OR, Numbers, Verdict, out_of_range
 

@@ -45,13 +45,6 @@ class Verdict:
                 known = self.cannot_separate.setdefault(each, [])
                 known += [other for other in others if other not in known]
 
-    def withdraw(self, effect: str, why: str) -> None:
-        """A name that cannot be."""
-        for numbers in (self.parameters, self.confidence, self.takes_a):
-            numbers.pop(effect, None)
-        self.names = [name for name in self.names if name != effect]
-        self.against.append((effect, why))
-
 
 def out_of_range(effect: str, parameters: Numbers) -> str | None:
     """Why these values are none that the table of effects allows."""

@@ -115,11 +115,10 @@ def _evidence(analysis: Analysis, verdict: Verdict) -> list[dict[str, Any]]:
 
 
 def is_clear(analysis: Analysis, verdict: Verdict) -> bool:
-    """Everything is explained down to noise, or has a name."""
+    """Everything has a name or is explained down to noise."""
     left = left_of(analysis)
-    strange = analysis.angle is not None and bool(analysis.angle.strange)
-    at_noise = left is not None and not left.significant and not strange
-    return analysis.judges and at_noise and "unknown" not in verdict.names
+    at_noise = left is not None and not left.significant
+    return analysis.judges and at_noise and not verdict.unexplained and "unknown" not in verdict.names
 
 
 def _left(analysis: Analysis) -> dict[str, Any] | None:
