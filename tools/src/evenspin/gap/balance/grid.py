@@ -58,7 +58,10 @@ class Smoother:
         """Derivative of the Gaussian, normed so that t^order has its right derivative whatever the sampling does."""
         k = np.arange(-self.half, self.half + 1)
         x = k / (self.sigma_s / self.period_s)
-        g = np.exp(-0.5 * x**2) * hermeval(x, [0.0] * order + [1.0])
+        bell = np.exp(-0.5 * x**2)
+        g = bell * hermeval(x, [0.0] * order + [1.0])
+        if order:  # sampled, it would see a little of a constant: of an angle of many turns, an acceleration
+            g -= bell * (np.sum(g) / np.sum(bell))
         # np.convolve turns the kernel round, which is the sign (-1)^order of the derivative of a Gaussian
         return g * math.factorial(order) / np.sum(g * (-k) ** order) if order else g / g.sum()
 
