@@ -123,7 +123,7 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
     found = fit_lines(bank, thin_base, orders, thin_y, rows)
     columns = [*thin_base.values(), *(column for k in orders for column in bank(k))]
     left = thin_y - np.column_stack(columns) @ found.value
-    kept_rows, odd = without_odd(bank.rows(motion.t_s), left, rows, bank.rows(motion.good))
+    kept_rows, odd = without_odd(bank.rows(motion.t_s), left, rows, bank.rows(motion.good), rms(motion.iq_a[turning]))
     if odd:
         rows = kept_rows
         orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)

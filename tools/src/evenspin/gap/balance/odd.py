@@ -25,12 +25,16 @@ class Odd:
     off_a: float  # rms
 
 
-def without_odd(t_s: Array, left: Array, rows: Flags, good: Flags) -> tuple[Flags, tuple[Odd, ...]]:
-    """Rows that remain. `left`: what the fit of these rows leaves of all that are `good`, A."""
+def without_odd(t_s: Array, left: Array, rows: Flags, good: Flags, current_a: float) -> tuple[Flags, tuple[Odd, ...]]:
+    """Rows that remain. `left`: what the fit of these rows leaves of all that are `good`, A.
+
+    Where the rotor rests or reverses, dry friction holds anything: there only twice the usual current is odd.
+    """
     piece = np.floor((t_s - t_s[0]) / PIECE_S).astype(int)
     count = np.bincount(piece[good], minlength=piece[-1] + 1)
     level = np.sqrt(np.bincount(piece[good], left[good] ** 2, minlength=piece[-1] + 1) / np.maximum(count, 1))
     odd = level > ODD * float(np.median(level[np.unique(piece[rows])]))
+    odd &= (np.bincount(piece[rows], minlength=piece[-1] + 1) > 0.5 * count) | (level > 2.0 * current_a)
     if not np.any(odd) or np.count_nonzero(odd) > MOST_ODD * len(odd):
         return rows, ()
     edges = np.flatnonzero(np.diff(np.concatenate(([False], odd, [False])).astype(int)))
