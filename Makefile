@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs clean
+.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs balance clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -94,6 +94,12 @@ FUZZ_SEED   ?= 1
 
 fuzz-logs: setup ## broken case folders and logs: work that is done, or one line (5000: 25 min; a few are in `make test`)
 	@FUZZ_TRIALS=$(FUZZ_TRIALS) FUZZ_SEED=$(FUZZ_SEED) $(PYTHON) -m pytest -q tools/tests/gap/test_gap_fuzzed_logs.py
+
+BALANCE_FIRST ?= 500
+BALANCE_COUNT ?= 40
+
+balance: setup ## torque balance of logs drawn at random: wrong names, intervals that hold the truth (40 logs: 3 min)
+	@$(PYTHON) tools/tests/gap/balance/numpy_campaign.py $(BALANCE_FIRST) $(BALANCE_COUNT)
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

@@ -50,7 +50,7 @@ app = typer.Typer(
     help="Find what is missing in a model: `evenspin gap CASE_DIR --out DIR`, or `evenspin gap LOG.csv --out DIR`.",
 )
 
-Check = Annotated[bool, typer.Option("--check", help="Exit status 1 when the verdict is unknown or a case failed.")]
+Check = Annotated[bool, typer.Option("--check", help="Exit status 1 when something is left or a case failed.")]
 Workers = Annotated[
     int | None, typer.Option(min=1, help="Threads, or processes of a batch; one per core when left out.")
 ]
@@ -278,7 +278,7 @@ def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: boo
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(result.verdict, STDOUT)
-    _check(check, "unknown" in result.verdict["verdict"], path.name)
+    _check(check, not result.verdict["clear"], path.name, "something is left unexplained")
 
 
 def _must_exist(path: Path) -> None:
@@ -304,8 +304,8 @@ def _no_model(model: str) -> Any:
     return lambda must, hint: InputError("gap plan", "--model", model, must, hint)
 
 
-def _check(check: bool, unknown: bool, name: str) -> None:
+def _check(check: bool, unknown: bool, name: str, what: str = "unknown") -> None:
     from evenspin.errors import CheckFailedError
 
     if check and unknown:
-        raise CheckFailedError(f"gap: unknown: {name}: see report.html")
+        raise CheckFailedError(f"gap: {what}: {name}: see report.html")

@@ -34,6 +34,14 @@ def test_derivatives_of_the_smoother_are_those_of_a_sine_smoothed_alike(order: i
     assert found[inner] == pytest.approx(expected[inner], abs=1e-3 * attenuation * rad_s**order)
 
 
+def test_an_angle_of_many_turns_at_constant_speed_has_no_acceleration() -> None:
+    smooth = Smoother(1.5e-3, 0.5e-3)  # three samples wide, where a sampled kernel is coarse
+
+    found = smooth.rate(500.0 + 25.0 * T_S, 2)[100:-100]
+
+    assert np.max(np.abs(found)) < 1.0  # rad/s^2: a milliampere with 1e-3 A s^2/rad
+
+
 def test_intervals_of_a_coloured_residue_hold_what_they_promise() -> None:
     """Slope of a ramp in noise that hardly changes from row to row: 95 % of the intervals contain it, not 20 %."""
     rng = np.random.default_rng(5)

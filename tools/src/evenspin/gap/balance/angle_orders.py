@@ -1,58 +1,53 @@
-"""What repeats with the angle: lines of the torque balance in mechanical orders.
+"""What repeats with the angle: lines of the torque balance in mechanical orders, with the shaft they were fitted with.
 
 Columns are sin and cos of order times angle, smoothed like everything else, so a wandering speed does no harm. A speed
-controller that answers the ripple does none either: the measured current is part of the balance. Whether a line is real
-is judged against the half orders between the whole ones: nothing on the shaft repeats there, so what is found there is
-noise, whatever its colour.
+controller that answers the ripple does none either: the measured current is part of the balance.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.balance.angle_zero import at_zero, find_zero
+from evenspin.gap.balance import shaft
+from evenspin.gap.balance.angle_zero import find_zero, with_zero
 from evenspin.gap.balance.controller import vertex
-from evenspin.gap.balance.friction import Flags, halves, known_part
-from evenspin.gap.balance.grid import Grid, Smoother
+from evenspin.gap.balance.friction import FrictionResult, again
+from evenspin.gap.balance.grid import SHAFT, Flags, Grid, Smoother
+from evenspin.gap.balance.lines import (
+    ABOVE_NOISE,
+    OrderBank,
+    OrderSpectrum,
+    Views,
+    find_lines,
+    fit_lines,
+    highest_order,
+    names_of,
+    shown,
+)
 from evenspin.gap.balance.motion import Motion
 from evenspin.gap.balance.nominal import Line, Nominal
-from evenspin.gap.balance.regression import Fit, fit, inflation, rms
+from evenspin.gap.balance.odd import Odd, without_odd
+from evenspin.gap.balance.regression import Fit, fit, rms
+from evenspin.gap.balance.shaft import Drive
+from evenspin.gap.balance.stretches import Stretches
 
 Array = NDArray[np.float64]
 
-TURN = 2.0 * np.pi
 SIGMA_S = 2.5e-3  # smoothing: short, for lines of some ten hertz; at least SIGMA_ROWS rows
 SIGMA_ROWS = 1.2
-HIGHEST = 100  # order that is looked for
-BAND = 0.4  # of the sampling rate: a line above it would fold
-ATTENUATION = 0.03  # the smoothing may leave no less of a line that is judged
-LEAST_TURNS = 4.0
 REST_SHARE = 0.1  # of the median speed: a rotor slower than this on average over REST_S may stick
 REST_S = 0.05
-PIECE_S = 0.1  # stretches that are judged as a whole: one that is off by ODD times the median is left out, and told
-ODD = 5.0
 LAGS_S = np.arange(-1e-3, 2.01e-3, 0.25e-3)  # of the logged current behind the torque balance
 LAG_GAIN = 0.1  # share of the residue that a lag must take away to be believed
-MOST_ODD = 0.15  # of the log
-ABOVE_NOISE = 5.0  # times the median of the half orders nearby: chance gives one such line in a few thousand logs
-FAINT = 0.02  # of the strongest line: below it is modulation, not an effect
-NEARBY = 8  # orders to each side, for the noise
-MOST_LINES = 12
-AGREE = 0.5  # the two halves of the log may differ by this share of a line
-INFLATION = 25.0  # acceleration that the lines say as well as this is no measure of the inertia
-
-
-@dataclass(frozen=True, slots=True)
-class OrderSpectrum:
-    """Amplitudes over whole and half orders, A."""
-
-    order: Array
-    amplitude_a: Array
-    noise_a: Array
+AGREE = 0.5  # the parts of the log may differ by this share of a line
+ALIGNMENT_ROWS = 0.5
+SHOWN = 0.1  # of the power of a line, that smoothing must leave for the line to be judged with it
+CLEARER = 1.2  # by which another smoothing has to be clearer to be taken
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,15 +56,16 @@ class FoundLine:
 
     line: Line
     half_a: float
+    scatter_a: float  # the part of it that the fit alone tells
     noise_a: float
-    agree: float  # difference of the two halves of the log, relative
+    agree: float  # difference of the first and the second part of what the log tells of this line, relative
     both: bool  # stands out in each of them, at whatever phase
     validated: bool
 
 
 @dataclass(frozen=True, slots=True)
 class AngleResult:
-    """`inertia_known`: the log or the model tells J/Kt apart from the lines. Without it amplitudes are not torque."""
+    """`inertia_known`: the log or the model tells J/Kt. Without it amplitudes are not torque."""
 
     motion: Motion
     rows: Flags
@@ -79,7 +75,7 @@ class AngleResult:
     spectrum: OrderSpectrum
     lines: tuple[FoundLine, ...]
     strange: tuple[tuple[float, float], ...]  # (order, A) of lines between the whole orders
-    odd_s: tuple[tuple[float, float, float], ...]  # (from, to, A rms): stretches that do not follow and were left out
+    odd_s: tuple[Odd, ...]
     inertia_as2: float
     inertia_half_as2: float
     inertia_known: bool
@@ -92,43 +88,132 @@ class AngleResult:
     current_share: float  # of the strongest line, per A of q current: flux harmonics would give about 1 / A of torque
 
 
-def slow_rows(motion: Motion) -> tuple[Flags, int]:
-    """The rows at which a high order still is below the band, and the highest order for which that holds."""
-    assert motion.theta_rad is not None
-    speed = np.abs(motion.speed_rad_s)
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """J/Kt from the joint fit of the shaft, or from the model."""
+
+    value_as2: float
+    half_as2: float
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Everything but the motion that lines are judged with."""
+
+    nominal: Nominal | None
+    drive: Drive
+    stretches: Stretches
+    inertia: Inertia | None
+    shift_s: float  # how far apart in time current and motion of one row may be
+    friction: FrictionResult | None = None  # with values of the whole log
+
+
+def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: float = 0.0) -> AngleResult | None:
+    """None: too little angle."""
+    motion = motions(sigma_s, later_s)
+    turning = _turning(motion, setting.stretches)
+    highest = highest_order(motion, turning)
+    if highest < 2:
+        return None
+    bank = motions.bank(sigma_s, later_s)
+    y, base = _balance(motion, setting)
+    thin_y, thin_base = y[:: bank.stride], {name: column[:: bank.stride] for name, column in base.items()}
+    rows = bank.rows(turning)
+    orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)
+    found = fit_lines(bank, thin_base, orders, thin_y, rows)
+    columns = [*thin_base.values(), *(column for k in orders for column in bank(k))]
+    left = thin_y - np.column_stack(columns) @ found.value
+    kept_rows, odd = without_odd(bank.rows(motion.t_s), left, rows, bank.rows(motion.good), rms(motion.iq_a[turning]))
+    if odd:
+        rows = kept_rows
+        orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)
+        found = fit_lines(bank, thin_base, orders, thin_y, rows)
+    lines = tuple(_line(k, bank, found, thin_base, thin_y, rows, setting, spectrum) for k in orders if k % 1.0 == 0.0)
+    if setting.inertia is not None:
+        lines = _widened(lines, motions, sigma_s, later_s, setting, rows)
+    kept = [each.line.order for each in lines if each.validated]
+    full = np.zeros_like(motion.good)
+    full[:: bank.stride] = rows
+    first, second = full & setting.stretches.fits, full & ~setting.stretches.fits
+    before, after = _residues(bank, base, kept, y, first, setting)
+    known = setting.inertia if setting.inertia is not None else Inertia(found["inertia"], found.half("inertia"))
+    return AngleResult(
+        motion,
+        full,
+        first,
+        second,
+        highest,
+        spectrum,
+        lines,
+        tuple((k, float(np.hypot(*(found[n] for n in names_of([k]))))) for k in orders if k % 1.0),
+        odd,
+        known.value_as2,
+        known.half_as2,
+        setting.inertia is not None,
+        found[setting.drive.friction],
+        found.half(setting.drive.friction),
+        before,
+        after,
+        rms(before[second]),
+        rms(after[second]),
+        _current_share(bank, thin_base, kept, thin_y, rows, lines),
+    )
+
+
+def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> float:
+    """The smoothing at which the strongest line stands out most: short for fast lines, long for a noisy angle."""
+    best, most = min(tried_s, key=lambda sigma_s: abs(sigma_s - SIGMA_S)), 0.0
+    for sigma_s in tried_s:
+        found = weigh_orders(motions, sigma_s, setting)
+        real = [
+            each
+            for each in (found.lines if found is not None else ())
+            if each.validated and shown(found.motion, found.rows, each.line.order) > SHOWN
+        ]
+        sure = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
+        if sure > CLEARER * most:
+            best, most = sigma_s, sure
+    return best
+
+
+def _turning(motion: Motion, stretches: Stretches) -> Flags:
+    rows = shaft.moving_rows(motion, stretches)
+    if not np.any(rows):
+        return rows
     rest = Smoother(REST_S, motion.smooth.period_s)(np.abs(motion.raw_speed_rad_s))
-    turning = motion.good & (rest > REST_SHARE * np.median(np.abs(motion.raw_speed_rad_s)))
-    rate_hz = 1.0 / motion.smooth.period_s
-    reach_hz = min(BAND * rate_hz, np.sqrt(-2.0 * np.log(ATTENUATION)) / (TURN * motion.smooth.sigma_s))
-    for highest in range(HIGHEST, 0, -1):
-        rows = turning & (speed * highest / TURN < reach_hz)
-        if travel(motion, rows) >= LEAST_TURNS and np.count_nonzero(rows) > 20 * highest:
-            return rows, highest
-    return np.zeros_like(motion.good), 0
+    return rows & (rest > REST_SHARE * np.median(np.abs(motion.raw_speed_rad_s[rows])))
 
 
-def _thin(rows: Flags, motion: Motion) -> Flags:
-    """Smoothed rows say the same twice: half the width of the smoothing apart they say everything."""
-    stride = max(1, int(motion.smooth.sigma_s / motion.smooth.period_s))
-    return rows & (np.arange(len(rows)) % stride == 0)
+def _balance(motion: Motion, setting: Setting) -> tuple[Array, dict[str, Array]]:
+    """What the lines have to explain, and the columns of the shaft beside them."""
+    given = with_zero(setting.nominal, None) if setting.nominal is not None else None
+    y = motion.iq_a - shaft.known_part(motion, given)
+    used = [*shaft.base_terms(motion, setting.drive), *shaft.dry_terms(motion, setting.drive)]
+    base = {term.effect: term.columns[0] for term in used}
+    if setting.inertia is not None:
+        known = given.inertia_as2 if given is not None else 0.0
+        y = y - (setting.inertia.value_as2 - known) * base.pop("inertia")
+    return y, base
 
 
-def current_lag(grid: Grid, motion: Motion, nominal: Nominal | None, found: AngleResult, bank: OrderBank) -> float:
+def current_lag(grid: Grid, found: AngleResult, setting: Setting) -> float:
     """How much later than the torque balance the logged current is, s: the lag with the smallest residue.
 
     0 when it makes little difference. Logs write the current of another instant than the angle, and at a ripple of tens
     of hertz a millisecond matters.
     """
-    if not found.lines or not found.inertia_known:
+    if not found.lines or setting.inertia is None:
         return 0.0
-    given = nominal if nominal is None else _without_lines(nominal)
-    rest = known_part(motion, given)
-    base = _base(motion, free_inertia=nominal is None)
-    orders = [int(each.line.order) for each in found.lines]
+    motion = found.motion
+    bank = OrderBank(motion)
+    y, base = _balance(motion, setting)
+    thin = {name: column[:: bank.stride] for name, column in base.items()}
+    rest = (motion.iq_a - y)[:: bank.stride]
+    orders, rows = [each.line.order for each in found.lines], bank.rows(found.rows)
 
     def residue(lag_s: float) -> float:
-        y = motion.smooth(grid.column("iq_a", lag_s)) - rest
-        return rms(_fit(bank, base, orders, y, found.rows).residual)
+        late = motion.smooth.every(grid.column(SHAFT, lag_s), bank.stride) - rest
+        return rms(fit_lines(bank, thin, orders, late, rows).residual)
 
     tried = np.array([residue(lag_s) for lag_s in LAGS_S])
     if np.min(tried) > (1.0 - LAG_GAIN) * residue(0.0):
@@ -136,237 +221,122 @@ def current_lag(grid: Grid, motion: Motion, nominal: Nominal | None, found: Angl
     return vertex(LAGS_S, tried)
 
 
-def travel(motion: Motion, rows: Flags) -> float:
-    """Turns in these rows."""
-    return float(np.sum(np.abs(motion.speed_rad_s[rows]))) * motion.smooth.period_s / TURN
+def _residues(
+    bank: OrderBank, base: dict[str, Array], kept: Sequence[float], y: Array, first: Flags, setting: Setting
+) -> tuple[Array, Array]:
+    """Without and with what was found, over the whole grid; the stretches that fit tell the coefficients."""
+    motion, nominal = bank.motion, setting.nominal
+    shaft_part = _shaft_part(motion, setting, base)
+    lines = {f"line_{k:g}": bank.whole(k) for k in kept}
+    if shaft_part is not None:  # friction is that of the whole log, as it is written
+        after = _rest(lines, y - shaft_part, first)[0] if lines else y - shaft_part
+        inner = None
+    else:
+        after, inner = _rest({name: (column,) for name, column in base.items()} | lines, y, first)
+    if inner is not None and "inertia" in base:  # the same inertia before and after: the one that the lines do not bend
+        y = y - inner["inertia"] * base["inertia"]
+    if nominal is not None:
+        before = y
+        if nominal.inertia_as2 > 0.0 and setting.inertia is not None:
+            before = before + (setting.inertia.value_as2 - nominal.inertia_as2) * motion.accel_rad_s2
+        zero_rad = find_zero(motion, nominal.lines, before, first)
+        if zero_rad is not None:
+            turned = with_zero(nominal, zero_rad).lines
+            before = before - motion.smooth(sum(line(motion.theta_rad) for line in turned))
+        return before, after
+    own = [name for name in base if name == "viscous_friction"] or [setting.drive.friction]
+    return _rest({name: (base[name],) for name in own}, y, first)[0], after
 
 
-def weigh_orders(
-    motion: Motion, nominal: Nominal | None, inertia: tuple[float, float] | None, bank: OrderBank | None = None
-) -> AngleResult | None:
-    """None: too little angle. `inertia`: J/Kt and its half width from elsewhere; None: from this log.
-
-    `bank`: columns of an earlier call on the same angle, which need not be made again.
-    """
-    assert motion.theta_rad is not None
-    rows, highest = slow_rows(motion)
-    if highest < 2:
+def _shaft_part(motion: Motion, setting: Setting, base: dict[str, Array]) -> Array | None:
+    """Friction and load as they were found beside the lines; None where the inertia is not known."""
+    found = setting.friction
+    if found is None or "inertia" in base:
         return None
-    rows = _thin(rows, motion)
-    bank = bank if bank is not None else OrderBank(motion)
-    given = nominal if nominal is None else _without_lines(nominal)
-    y = motion.iq_a - known_part(motion, given)
-    base = _base(motion, free_inertia=inertia is None and nominal is None)
-    if inertia is not None and nominal is None:
-        y = y - inertia[0] * motion.accel_rad_s2
-    rows, odd = _without_odd(bank, base, y, rows, highest)
-    first, second = halves(rows)
-    all_orders = range(1, highest + 1)
-    lump = (
-        inflation(motion.accel_rad_s2[rows], [c[rows] for k in all_orders for c in bank(k)])
-        if "inertia" in base
-        else 1.0
-    )
-    known = lump < INFLATION
-    spectrum = _spectrum(bank, base, y, rows, highest)
-    orders = _stepwise(bank, base, y, rows, first, spectrum)
-    found = _fit(bank, base, orders, y, rows)
-    on_first, on_second = (_fit(bank, base, orders, y, part) for part in (first, second))
-    lines = tuple(_line(k, found, on_first, on_second, spectrum) for k in orders)
-    kept = [int(each.line.order) for each in lines if each.validated]
-    fitted = _fit(bank, base, kept, y, first)
-    unexplained = y - _known_lines(motion, nominal, y, first)  # before the drag: the lines bend it
-    before = unexplained - _explained(bank, base, [], _fit(bank, base, [], unexplained, first))
-    if "inertia" in base:  # the same inertia before and after: the one that the lines do not bend
-        before = y - fitted["inertia"] * motion.accel_rad_s2
-        drag = _fit(bank, {"drag": base["drag"]}, [], before, first)
-        before = before - _explained(bank, {"drag": base["drag"]}, [], drag)
-    after = y - _explained(bank, base, kept, fitted)
-    strange = tuple(
-        (float(o), float(a))
-        for o, a, n in zip(spectrum.order, spectrum.amplitude_a, spectrum.noise_a, strict=True)
-        if o % 1.0 and a > 2.0 * ABOVE_NOISE * n and a > _strongest(lines) * 0.1
-    )
-    j, j_half = (
-        (found["inertia"], found.half("inertia")) if "inertia" in base else (inertia or (nominal.inertia_as2, 0.0))
-    )
-    return AngleResult(
-        motion,
-        rows,
-        first,
-        second,
-        highest,
-        spectrum,
-        lines,
-        strange,
-        odd,
-        j,
-        j_half,
-        known,
-        found["drag"],
-        found.half("drag"),
-        before,
-        after,
-        rms(before[second]),
-        rms(after[second]),
-        _current_share(bank, base, kept, motion, y, rows, lines),
-    )
+    columns = [
+        (name, column)
+        for term in (again(term, motion) for term in found.terms if term.effect != "inertia")
+        for name, column in zip(shaft.names_of([term]), term.columns, strict=True)
+    ]
+    return sum((found.final[name] * column for name, column in columns), np.zeros_like(motion.iq_a))
 
 
-def _without_odd(
-    bank: OrderBank, base: dict[str, Array], y: Array, rows: Flags, highest: int
-) -> tuple[Flags, tuple[tuple[float, float, float], ...]]:
-    """Leave out stretches that follow no line at all, such as a start against a stop; they are told, not fitted."""
-    t_s = bank.motion.t_s
-    piece = np.floor((t_s - t_s[0]) / PIECE_S).astype(int)
-    used = rows.copy()
-    for _ in range(3):
-        after = y - _explained(bank, base, range(1, highest + 1), _fit(bank, base, range(1, highest + 1), y, used))
-        count = np.maximum(np.bincount(piece[rows], minlength=piece[-1] + 1), 1)
-        level = np.sqrt(np.bincount(piece[rows], after[rows] ** 2, minlength=piece[-1] + 1) / count)
-        limit = ODD * float(np.median(level[np.unique(piece[rows])]))
-        odd = level > limit
-        if np.count_nonzero(odd) > MOST_ODD * len(odd):
-            return rows, ()
-        now = rows & ~odd[piece]
-        if np.array_equal(now, used):
-            break
-        used = now
-    return used, _stretches(odd, level, float(t_s[0]))
+def _rest(columns: dict[str, tuple[Array, ...]], y: Array, first: Flags) -> tuple[Array, Fit]:
+    names = [f"{name}_{i}" if len(group) > 1 else name for name, group in columns.items() for i in range(len(group))]
+    flat = [column for group in columns.values() for column in group]
+    found = fit(names, [column[first] for column in flat], y[first])
+    return y - np.column_stack(flat) @ found.value, found
 
 
-def _stretches(odd: Flags, level: Array, start_s: float) -> tuple[tuple[float, float, float], ...]:
-    """Neighbouring pieces as one."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], odd, [False])).astype(int)))
-    pairs = zip(edges[::2], edges[1::2], strict=True)
-    return tuple((start_s + PIECE_S * a, start_s + PIECE_S * b, float(np.max(level[a:b]))) for a, b in pairs)
-
-
-class OrderBank:
-    """Smoothed sin and cos of the orders, made once."""
-
-    def __init__(self, motion: Motion) -> None:
-        self.motion = motion
-        self.made: dict[float, tuple[Array, Array]] = {}
-
-    def __call__(self, order: float) -> tuple[Array, Array]:
-        if order not in self.made:
-            theta = self.motion.theta_rad
-            self.made[order] = (self.motion.smooth(np.sin(order * theta)), self.motion.smooth(np.cos(order * theta)))
-        return self.made[order]
-
-
-def _without_lines(nominal: Nominal) -> Nominal:
-    """Lines of the model are found again, not subtracted: their phase is right for one zero of the angle only."""
-    from dataclasses import replace
-
-    return replace(nominal, lines=())
-
-
-def _known_lines(motion: Motion, nominal: Nominal | None, rest: Array, first: Flags) -> Array:
-    """What the model's own lines explain, at the zero of the angle that fits."""
-    zero_rad = find_zero(motion, nominal.lines, rest, first) if nominal is not None else None
-    if nominal is None or zero_rad is None:
-        return np.zeros_like(rest)
-    return motion.smooth(sum(line(motion.theta_rad) for line in at_zero(nominal.lines, zero_rad)))
-
-
-def _base(motion: Motion, *, free_inertia: bool) -> dict[str, Array]:
-    """Drag: what has the sign of the speed, at the one speed or the few speeds of these rows."""
-    base = {"drag": motion.smooth(np.sign(motion.raw_speed_rad_s))}
-    if free_inertia:
-        base["inertia"] = motion.accel_rad_s2
-    return base
-
-
-def _columns(bank: OrderBank, base: dict[str, Array], orders: Sequence[float]) -> tuple[list[str], list[Array]]:
-    names, columns = list(base), list(base.values())
-    for k in orders:
-        names += [f"sin_{k:g}", f"cos_{k:g}"]
-        columns += bank(k)
-    return names, columns
-
-
-def _fit(bank: OrderBank, base: dict[str, Array], orders: Sequence[float], y: Array, rows: Flags) -> Fit:
-    names, columns = _columns(bank, base, orders)
-    return fit(names, [column[rows] for column in columns], y[rows])
-
-
-def _explained(bank: OrderBank, base: dict[str, Array], orders: Sequence[float], found: Fit) -> Array:
-    return np.column_stack(_columns(bank, base, orders)[1]) @ found.value
-
-
-def _spectrum(bank: OrderBank, base: dict[str, Array], y: Array, rows: Flags, highest: int) -> OrderSpectrum:
-    """All whole orders at once, then each half order against what they leave."""
-    whole = np.arange(1, highest + 1)
-    found = _fit(bank, base, whole.tolist(), y, rows)
-    left = y - _explained(bank, base, whole.tolist(), found)
-    amplitude = {float(k): float(np.hypot(found[f"sin_{k}"], found[f"cos_{k}"])) for k in whole}
-    halves_at = whole - 0.5
-    for k in halves_at:
-        s, c = (column[rows] for column in bank(k))
-        gram = np.array([[s @ s, s @ c], [s @ c, c @ c]])
-        amplitude[float(k)] = float(
-            np.hypot(*np.linalg.lstsq(gram, np.array([s @ left[rows], c @ left[rows]]), rcond=None)[0])
-        )
-    order = np.array(sorted(amplitude))
-    at_halves = np.array([amplitude[float(k)] for k in halves_at])
-    noise = [float(np.median(at_halves[np.abs(halves_at - o) <= NEARBY])) for o in order]
-    return OrderSpectrum(order, np.array([amplitude[o] for o in order]), np.array(noise))
-
-
-def _noise_at(spectrum: OrderSpectrum, order: float) -> float:
-    return float(spectrum.noise_a[np.searchsorted(spectrum.order, order)])
-
-
-def _stepwise(
-    bank: OrderBank, base: dict[str, Array], y: Array, rows: Flags, first: Flags, spectrum: OrderSpectrum
-) -> list[int]:
-    """The strongest of the whole orders that stand out of their noise, strongest first."""
-    whole = spectrum.order % 1.0 == 0.0
-    ranked = sorted(zip(spectrum.amplitude_a[whole], spectrum.order[whole], strict=True), reverse=True)
-    strongest = ranked[0][0]
-    stands = [int(k) for a, k in ranked if a > ABOVE_NOISE * _noise_at(spectrum, k) and a > FAINT * strongest]
-    orders = stands[:MOST_LINES]
-    if not orders:
-        return []
-    found = _fit(bank, base, orders, y, rows)  # together, and without the orders that are nothing
-    amplitude = {k: float(np.hypot(found[f"sin_{k}"], found[f"cos_{k}"])) for k in orders}
-    return sorted(
-        (k for k in orders if amplitude[k] > ABOVE_NOISE * _noise_at(spectrum, k)), key=lambda k: -amplitude[k]
-    )
-
-
-def _line(k: int, found: Fit, on_first: Fit, on_second: Fit, spectrum: OrderSpectrum) -> FoundLine:
-    s, c = found[f"sin_{k}"], found[f"cos_{k}"]
+def _line(
+    k: float, bank: OrderBank, found: Fit, base: dict[str, Array], y: Array, rows: Flags, setting: Setting,
+    spectrum: OrderSpectrum,
+) -> FoundLine:  # fmt: skip
+    """With all else as the joint fit has it, the line of two parts of the log that know equally much of it."""
+    s, c = (found[name] for name in names_of([k]))
     amplitude = float(np.hypot(s, c))
-    half = max(found.half(f"sin_{k}"), found.half(f"cos_{k}"))
-    parts = [complex(f[f"sin_{k}"], f[f"cos_{k}"]) for f in (on_first, on_second)]
-    noise_a = _noise_at(spectrum, k)
+    half = max(found.half(name) for name in names_of([k]))
+    own = np.column_stack([column[rows] for column in bank(k)])
+    alone = found.residual + own @ np.array([s, c])
+    weight = np.cumsum(np.sum(own**2, axis=1))
+    early = weight < 0.5 * weight[-1]
+    fits = bank.rows(setting.stretches.fits)[rows]
+    parts, sets = (
+        [complex(*np.linalg.lstsq(own[part], alone[part], rcond=None)[0]) for part in (mask, ~mask)]
+        for mask in (early, fits)
+    )
+    noise_a = float(spectrum.noise_a[np.searchsorted(spectrum.order, k)])
     agree = abs(parts[0] - parts[1]) / amplitude
     both = min(map(abs, parts)) > ABOVE_NOISE * noise_a
-    line = Line(float(k), amplitude, float(np.arctan2(c, s)))
-    return FoundLine(line, half, noise_a, agree, both, agree < AGREE)
+    validated = agree < AGREE and abs(sets[0] - sets[1]) < AGREE * amplitude
+    return FoundLine(Line(k, amplitude, float(np.arctan2(c, s))), half, half, noise_a, agree, both, validated)
 
 
-def _strongest(lines: Sequence[FoundLine]) -> float:
-    return max((each.line.amplitude_a for each in lines), default=0.0)
+def _widened(
+    lines: tuple[FoundLine, ...], motions: Views, sigma_s: float, later_s: float, setting: Setting, rows: Flags
+) -> tuple[FoundLine, ...]:
+    """Intervals with what the inertia may be off by, half a row between current and angle, and the machine itself."""
+    assert setting.inertia is not None
+    if not lines:
+        return lines
+    orders = [each.line.order for each in lines]
+    inertia = setting.inertia
+    off: list[dict[float, float]] = []
+    cases = [(replace(inertia, value_as2=inertia.value_as2 + side * inertia.half_as2), 0.0) for side in (-1.0, 1.0)]
+    cases += [(inertia, side * setting.shift_s) for side in (-1.0, 1.0)]
+    for other, shift_s in cases:
+        motion = motions(sigma_s, later_s + shift_s)
+        bank = OrderBank(motion)
+        y, base = _balance(motion, replace(setting, inertia=other))
+        thin = {name: column[:: bank.stride] for name, column in base.items()}
+        found = fit_lines(bank, thin, orders, y[:: bank.stride], rows)
+        off.append({k: float(np.hypot(*(found[name] for name in names_of([k])))) for k in orders})
+    return tuple(
+        replace(
+            each,
+            half_a=math.hypot(
+                each.half_a,
+                *(
+                    max(abs(case[each.line.order] - each.line.amplitude_a) for case in pair)
+                    for pair in (off[:2], off[2:])
+                ),
+                shaft.MACHINE * each.line.amplitude_a,
+            ),
+        )
+        for each in lines
+    )
 
 
 def _current_share(
-    bank: OrderBank,
-    base: dict[str, Array],
-    kept: list[int],
-    motion: Motion,
-    y: Array,
-    rows: Flags,
-    lines: Sequence[FoundLine],
+    bank: OrderBank, base: dict[str, Array], kept: Sequence[float], y: Array, rows: Flags, lines: Sequence[FoundLine]
 ) -> float:
     """Change of the strongest line per ampere of q current, relative to the line: 0 for cogging."""
     if not kept:
         return 0.0
-    k = kept[0]
-    iq = motion.iq_a - np.mean(motion.iq_a[rows])
-    more = dict(base) | {f"iq_{i}": motion.smooth(iq * f(k * motion.theta_rad)) for i, f in enumerate((np.sin, np.cos))}
-    found = _fit(bank, more, kept, y, rows)
-    return float(np.hypot(found["iq_0"], found["iq_1"])) / max(_strongest(lines), 1e-12)
+    motion, k = bank.motion, kept[0]
+    iq = motion.iq_a - np.mean(motion.iq_a)
+    wave = iq * bank.wave(k)
+    smooth = motion.smooth.every(wave, bank.stride)
+    found = fit_lines(bank, base | {"iq_0": smooth.imag, "iq_1": smooth.real}, kept, y, rows)
+    strongest = max((each.line.amplitude_a for each in lines), default=0.0)
+    return float(np.hypot(found["iq_0"], found["iq_1"])) / max(strongest, 1e-12)

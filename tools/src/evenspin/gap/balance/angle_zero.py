@@ -19,6 +19,7 @@ from evenspin.gap.balance.regression import rms
 Array = NDArray[np.float64]
 
 STEPS_PER_CYCLE = 16  # tried in the period of the highest line
+SAME = 0.3  # of a step: nearer to the model's own zero than this is that zero
 WORTH = 0.03  # share of the residue that the lines must take away at their best zero
 
 
@@ -56,7 +57,12 @@ def find_zero(motion: Motion, lines: tuple[Line, ...], rest: Array, rows: Flags)
     best = int(np.argmin(left))
     if left[best] > ((1.0 - WORTH) * rms(y)) ** 2 * len(y):
         return None
-    return float(zeros[best])
+    near = np.take(left, (best - 1, best, best + 1), mode="wrap")
+    bend = near[0] - 2.0 * near[1] + near[2]
+    finer = 0.5 * (near[0] - near[2]) / bend if bend > 0.0 else 0.0
+    step = float(zeros[1] - zeros[0])
+    found = float(zeros[best]) + finer * step
+    return 0.0 if abs(np.remainder(found + np.pi, 2.0 * np.pi) - np.pi) < SAME * step else found
 
 
 def with_zero(nominal: Nominal, zero_rad: float | None) -> Nominal:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermeval
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
+from scipy.signal import fftconvolve, upfirdn
 
 from evenspin.gap.balance.reading import Log
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+SHAFT = "shaft_iq_a"  # the current without what a measured load takes
 WIDTH_SIGMAS = 5.5  # where the fourth derivative has died out as well
 
 
@@ -37,15 +39,29 @@ class Smoother:
     def __call__(self, x: Array) -> Array:
         return fftconvolve(x, self._kernel(0), mode="same")
 
+    def every(self, x: NDArray[Any], stride: int) -> NDArray[Any]:
+        """Smoothed, each `stride`-th sample only: the same numbers for less work."""
+        front = -self.half % stride
+        padded = np.concatenate((np.zeros(front, dtype=x.dtype), x, np.zeros(self.half, dtype=x.dtype)))
+        start = (self.half + front) // stride
+        return upfirdn(self._kernel(0), padded, down=stride)[start : start - (-len(x) // stride)]
+
     def rate(self, x: Array, order: int = 1) -> Array:
         """Derivative with regard to time, per second^order."""
         return fftconvolve(x, self._kernel(order), mode="same") / self.period_s**order
+
+    def gain(self, order: int = 0) -> float:
+        """Rms of what comes out, for white noise of rms 1 that goes in."""
+        return float(np.sqrt(np.sum(self._kernel(order) ** 2))) / self.period_s**order
 
     def _kernel(self, order: int) -> Array:
         """Derivative of the Gaussian, normed so that t^order has its right derivative whatever the sampling does."""
         k = np.arange(-self.half, self.half + 1)
         x = k / (self.sigma_s / self.period_s)
-        g = np.exp(-0.5 * x**2) * hermeval(x, [0.0] * order + [1.0])
+        bell = np.exp(-0.5 * x**2)
+        g = bell * hermeval(x, [0.0] * order + [1.0])
+        if order:  # sampled, it would see a little of a constant: of an angle of many turns, an acceleration
+            g -= bell * (np.sum(g) / np.sum(bell))
         # np.convolve turns the kernel round, which is the sign (-1)^order of the derivative of a Gaussian
         return g * math.factorial(order) / np.sum(g * (-k) ** order) if order else g / g.sum()
 
@@ -82,4 +98,5 @@ def grid_of(log: Log) -> Grid:
         "speed_ref_rad_s": log.speed_ref_rad_s,
     }
     columns = {name: np.interp(t_s, log.t_s, value) for name, value in given.items() if value is not None}
+    columns[SHAFT] = columns["iq_a"]
     return Grid(t_s, log.period_s, columns, log.gaps_s)

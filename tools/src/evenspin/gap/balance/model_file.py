@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.naming import Verdict, missing_lines
+from evenspin.gap.balance.naming_lines import missing_lines
 from evenspin.gap.balance.nominal import LINES
 from evenspin.gap.balance.ripple import INDUCTANCE_H, POLE_PAIRS, PSI_WB, RESISTANCE_OHM
+from evenspin.gap.balance.shaft import INERTIA, VISCOUS
+from evenspin.gap.balance.verdict import OR, Verdict
 from evenspin.gap.balance.verdict_file import identified
 
-INERTIA, VISCOUS = "inertia.inertia_as2_per_rad", "viscous_friction.viscous_as_per_rad"
+LEAST = {"coulomb_friction": 0.0, "load_torque": -1e4}
 STEMS = {"coulomb_friction": "torque_nm", "load_torque": "torque_nm", "stribeck_friction": "torque_nm"}
 
 
@@ -40,17 +42,29 @@ def model_text(analysis: Analysis, verdict: Verdict) -> str | None:
             plant[key] = value
         plant["psi_wb"] = PSI_WB
         plant["inertia_kgm2"] = _short(found[INERTIA]["value"])
-        plant["viscous_nms"] = _short(max(found.get(VISCOUS, {"value": 0.0})["value"], 0.0))
+        plant["viscous_nms"] = _short(max(_final(analysis, VISCOUS), 0.0))
         document["plant"] = plant
         kt = 1.0
     else:
         document = tomlkit.parse(nominal.machine.document.path.read_text(encoding="utf-8"))
         document["name"] = f"{nominal.machine.name}-gap"
         kt = nominal.kt_nm_per_a
+        if nominal.inertia_as2 <= 0.0 and INERTIA in found:
+            document["plant"]["inertia_kgm2"] = _short(found[INERTIA]["value"] * kt)
+        if VISCOUS in found and "viscous_friction" not in verdict.names and nominal.viscous_as > 0.0:
+            off = found[VISCOUS]["value"] / nominal.viscous_as  # a deviation of this unit, within its tolerance
+            document["plant"]["viscous_nms"] = _short(float(nominal.machine.plant["viscous_nms"]) * max(off, 0.0))
     if "effects" not in document:
         document["effects"] = tomlkit.table()
     effects: Any = document["effects"]
+    for name, value in _shaft_torques(analysis).items():
+        table = effects.get(name, tomlkit.table())
+        table["torque_nm"] = _short(max(_base_value(nominal, name, "torque_nm") + value * kt, LEAST[name]))
+        effects[name] = table
     for name, parameters in verdict.parameters.items():
+        if OR in name and "cogging" not in name or name in ("coulomb_friction", "load_torque"):
+            continue
+        name = name.split(OR)[0]
         table = effects.get(name, tomlkit.table())
         for key, value in _native(name, parameters, kt).items():
             before = _base_value(nominal, name, key)
@@ -62,6 +76,25 @@ def model_text(analysis: Analysis, verdict: Verdict) -> str | None:
         elif len(table):
             effects[name] = table
     return tomlkit.dumps(document)
+
+
+def _final(analysis: Analysis, name: str) -> float:
+    friction = analysis.friction
+    return friction.final[name] if friction is not None and name in friction.final.names else 0.0
+
+
+def _shaft_torques(analysis: Analysis) -> dict[str, float]:
+    """Friction and load beyond the model, A; what cannot be told apart is written as the first that it may be."""
+    friction = analysis.friction
+    if friction is None:
+        return {}
+    found: dict[str, float] = {}
+    for term in friction.terms:
+        value = _final(analysis, f"{term.effect}.torque_a_equiv")
+        names = term.effect.split(OR)
+        if names[0] in LEAST and value != 0.0:
+            found[names[0] if value > 0.0 or len(names) == 1 else "load_torque"] = value
+    return found
 
 
 def _native(name: str, parameters: dict[str, float], kt: float) -> dict[str, float]:

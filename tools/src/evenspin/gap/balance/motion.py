@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.gap.balance.grid import Flags, Grid, Smoother
+from evenspin.gap.balance.grid import SHAFT, Flags, Grid, Smoother
 from evenspin.gap.balance.reading import HINT, Log
 from evenspin.gap.balance.regression import Fit, fit, rms
 
@@ -21,6 +21,13 @@ LEAST_RAD = 2.0 * np.pi
 MOST_DELAY_S = 0.05
 ORDERS = 3  # derivatives of the logged speed that may be needed to undo its filter
 CHANCE = 1e-4
+JITTER_SIGMA_S = 10e-3
+LOUDER = 5.0  # noise of the angle's second derivative over that of the speed's first
+COUNTS = 3.0  # noise of the angle over that of counting
+LEAST_COUNT = 3e-5  # rad: less is the rounding of a CSV
+SIGN_SIGMA_S = 2.5e-3  # smoothing of the speed whose sign dry friction has
+SIGN_SIGMAS = 3.0  # of its noise, below which a sign is a guess
+UNSURE = 0.05  # of the smoothing with such a sign, at most
 WORTH = 0.01  # share of the difference between angle and speed that a further derivative must take away
 
 
@@ -47,9 +54,12 @@ class Motion:
     iq_a: Array
     speed_rad_s: Array
     accel_rad_s2: Array
-    raw_speed_rad_s: Array  # hardly smoothed: its sign enters a column, which is smoothed then
+    raw_speed_rad_s: Array  # smoothed for its sign, which enters a column that is smoothed then
     theta_rad: Array | None
     good: Flags
+    sure_sign: Flags  # the sign of the speed stands out of its noise over nearly all of the smoothing
+    speed_noise: float  # rad/s rms, of the smoothed speed
+    accel_noise: float  # rad/s^2 rms
 
 
 def speed_lag(log: Log, grid: Grid) -> Lag:
@@ -100,20 +110,62 @@ def _check_units(log: Log, gain: float, half: float) -> None:
     )
 
 
-def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0) -> Motion:
-    """On the time base of the angle. `current_later_s`: how much the logged current lags the torque balance."""
+def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0, *, by_speed: bool = False) -> Motion:
+    """On the time base of the angle, and made from it, or from the logged speed with its lag undone.
+
+    `current_later_s`: how much the logged current lags the torque balance.
+    """
     smooth = Smoother(max(sigma_s, grid.period_s), grid.period_s)
-    fine = Smoother(2.0 * grid.period_s, grid.period_s)
-    theta = grid.columns.get("theta_m_rad")
-    if "speed_rad_s" in grid.columns:
-        undo = lag.undo if len(lag.undo) > 1 else ()
-        w = grid.column("speed_rad_s", 0.0 if undo else lag.delay_s)
-        speed = smooth(w) + sum((c * smooth.rate(w, j) for j, c in enumerate(undo, 1)), np.zeros_like(w))
-        accel = smooth.rate(w) + sum((c * smooth.rate(w, j + 1) for j, c in enumerate(undo, 1)), np.zeros_like(w))
-        raw = fine(w) + sum((c * fine.rate(w, j) for j, c in enumerate(undo, 1)), np.zeros_like(w))
-    else:
-        assert theta is not None
-        speed, accel, raw = smooth.rate(theta), smooth.rate(theta, 2), fine.rate(theta)
+    fine = Smoother(max(SIGN_SIGMA_S, 2.0 * grid.period_s), grid.period_s)
+    undo = lag.undo if by_speed and len(lag.undo) > 1 else ()
+    source = grid.column("speed_rad_s", 0.0 if undo else lag.delay_s) if by_speed else grid.column("theta_m_rad")
+    first = 0 if by_speed else 1  # derivatives from the source to the speed
+    noise = white_noise(source)
+
+    def derivative(smoother: Smoother, order: int) -> Array:
+        found = smoother.rate(source, order) if order else smoother(source)
+        return found + sum((c * smoother.rate(source, order + j) for j, c in enumerate(undo, 1)), np.zeros_like(found))
+
+    raw = derivative(fine, first)
+    unsure = (np.abs(raw) < SIGN_SIGMAS * noise * fine.gain(first)).astype(float)
     reach_s = smooth.half * grid.period_s + abs(lag.delay_s) + abs(current_later_s)
-    iq = smooth(grid.column("iq_a", current_later_s))
-    return Motion(smooth, grid.t_s, iq, speed, accel, raw, theta, grid.good(reach_s))
+    return Motion(
+        smooth,
+        grid.t_s,
+        smooth(grid.column(SHAFT, current_later_s)),
+        derivative(smooth, first),
+        derivative(smooth, first + 1),
+        raw,
+        grid.columns.get("theta_m_rad"),
+        grid.good(reach_s),
+        smooth(unsure) < UNSURE,
+        noise * smooth.gain(first),
+        noise * smooth.gain(first + 1),
+    )
+
+
+def angle_jitters(grid: Grid) -> bool:
+    """Rows whose time is not that of their angle: speed is the better source then.
+
+    Counting an angle makes noise of a count's size, and the drive's own speed has the same; a time that is off makes
+    more, in proportion to the speed, and the drive's speed has nothing of it.
+    """
+    if "theta_m_rad" not in grid.columns or "speed_rad_s" not in grid.columns:
+        return "theta_m_rad" not in grid.columns
+    theta = grid.column("theta_m_rad")
+    smooth = Smoother(JITTER_SIGMA_S, grid.period_s)
+    of_angle, of_speed = white_noise(theta), white_noise(grid.column("speed_rad_s"))
+    louder = of_angle * smooth.gain(2) > LOUDER * of_speed * smooth.gain(1)
+    return louder and of_angle > COUNTS * count_of(theta) / np.sqrt(12.0)
+
+
+def count_of(theta: Array) -> float:
+    """One count of an angle, rad; 0 when it does not move in counts."""
+    apart = np.diff(np.unique(np.round(np.diff(theta), 6)))
+    apart = apart[apart > LEAST_COUNT]
+    return float(np.quantile(apart, 0.1)) if len(apart) else 0.0
+
+
+def white_noise(x: Array) -> float:
+    """Noise of a column, rms, from its fourth differences: those of anything smooth are small."""
+    return float(np.sqrt(np.mean(np.diff(x, 4) ** 2) / 70.0)) if len(x) > 4 else 0.0

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.angle_orders import FoundLine
-from evenspin.gap.balance.friction import CHANCE, VALID_SHARE, Remainder
+from evenspin.gap.balance.friction import CHANCE, SMALL, VALID_SHARE, Evidence, FrictionResult
+from evenspin.gap.balance.left import SURE, left_of, milli
+from evenspin.gap.balance.naming_lines import moved_lines, name_lines
 from evenspin.gap.balance.nominal import Nominal
-from evenspin.native import tables
-
-Numbers = dict[str, float]
+from evenspin.gap.balance.remainder import Remainder
+from evenspin.gap.balance.shaft import INERTIA, VISCOUS
+from evenspin.gap.balance.verdict import OR, Numbers, Verdict, out_of_range
 
 # A sound unit differs from its data sheet by as much (docs/log-format.md): 2.5 times inertia 1.2 % with flux 0.4 %, and
 # viscous friction 4 %.
@@ -21,81 +19,145 @@ INERTIA_EDGE, VISCOUS_EDGE = 0.032, 0.10
 MODEL_EDGE = 0.2  # a line or a friction of the model that is found again within this is not missing
 TOLD_SHARE = 0.5  # of the residue's rms that speed and acceleration tell: with nothing named, something is missing
 DRIFT_EDGE = 0.2
-MUCH = 0.3  # of the residue, rms, in one line
-FEW_ODD = 3  # stretches that are told one by one
+BENDS = 0.005  # of the residue that bending takes away
 SLOW_RATIO = 3.0  # of the residue at low speed to that at high speed, to be worth a word
 NOISE_LSB_A = 1e-3  # below a few of these it is the resolution of a current sensor
+SURE_SHARE = 0.3  # half width over value of a factor, above which nothing is named
+UNITS_OFF = {
+    2.0 * np.pi / 60.0: "the speed is in r/min, not in rad/s",
+    np.pi / 180.0: "the motion is in degrees, not in rad",
+    2.0 * np.pi: "the motion is in turns, not in rad",
+    1e3: "the current is in mA, not in A",
+}
+UNIT_BAND = 0.1  # of the logarithm of such a ratio
+VAGUE = 0.7  # half width over value, above which nothing is named
 STRIBECK_SIGMAS = 4.0  # widths of the smoothing that low speed must last
-LOWEST_COGGING = 3  # lower mechanical orders are misalignment
-MAIN_LINES = 3  # that are told in words
-
-
-@dataclass(slots=True)
-class Verdict:
-    """Names, strongest first."""
-
-    names: list[str] = field(default_factory=list)
-    parameters: dict[str, Numbers] = field(default_factory=dict)
-    confidence: Numbers = field(default_factory=dict)
-    alternatives: list[tuple[str, float, str]] = field(default_factory=list)
-    against: list[tuple[str, str]] = field(default_factory=list)  # (effect, why not)
-    unexplained: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    takes_a: Numbers = field(default_factory=dict)
-
-    def name(self, effect: str, parameters: Numbers, confidence: float, takes_a: float) -> None:
-        assert effect in tables().effects, effect
-        self.parameters[effect] = parameters
-        self.confidence[effect] = round(min(confidence, 0.99), 4)
-        self.takes_a[effect] = takes_a
-        self.names = sorted(self.takes_a, key=lambda name: -self.takes_a[name])
+REVERSED = "iq_a has the wrong sign: J/Kt is negative with it; negate the column (or the angle and the speed)"
 
 
 def judge(analysis: Analysis) -> Verdict:
     verdict = Verdict()
+    if _impossible(analysis, verdict):
+        return verdict
     if analysis.friction is not None:
         _friction(analysis, verdict)
-    else:
-        verdict.warnings.append(
-            "the log stays near one speed: viscous_friction, coulomb_friction, stribeck_friction and load_torque "
-            "cannot be "
-            "told apart; a log that sweeps the speed in both directions would"
-        )
     if analysis.angle is not None:
-        _angle(analysis, verdict)
+        name_lines(analysis, verdict)
     elif analysis.log.theta_m_rad is not None:
         verdict.warnings.append(
-            "too few turns at low speed for orders of the angle: record a slow run at constant speed"
+            "too few turns at low speed for orders of the angle: record four turns or more at a slow, constant speed"
         )
-    if analysis.friction is None and analysis.angle is None:
+    if not analysis.judges:
         verdict.warnings.append("nothing could be judged: that no effect is named does not mean that none is missing")
-    _alignment(analysis, verdict)
-    _controller(analysis, verdict)
-    if not verdict.names and verdict.unexplained and _significant(analysis):
+    _left(analysis, verdict)
+    _limits(analysis, verdict)
+    if not verdict.names and (_significant(analysis, verdict) or _wrong_unit(analysis)):
         verdict.names = ["unknown"]
     return verdict
+
+
+def _impossible(analysis: Analysis, verdict: Verdict) -> bool:
+    """A sign that is wrong makes every name wrong: it is told, and nothing is named."""
+    found = analysis.friction
+    if found is None or "inertia" not in found.impossible:
+        return False
+    verdict.names = ["unknown"]
+    verdict.unexplained.append(REVERSED)
+    verdict.against += [(each.effect, "not judged: the sign of the current is wrong") for each in found.evidence]
+    return True
 
 
 def _friction(analysis: Analysis, verdict: Verdict) -> None:
     found, nominal = analysis.friction, analysis.nominal
     assert found is not None
+    _cannot_tell(analysis, verdict)
+    if "viscous_friction" in found.impossible:
+        verdict.unexplained.append(
+            "the drag falls with rising speed, so that viscous_friction would be negative: no friction, but a "
+            "controller that answers the ripple, a limit that was reached, or a load that depends on the speed; "
+            "friction is told as one mean drag"
+        )
     for evidence in found.evidence:
+        effect = evidence.effect
+        parameters = _values(found, evidence)
+        if evidence.named and OR in effect and parameters["torque_a_equiv"] < 0.0:
+            effect = "load_torque" if "load_torque" in effect else effect
         if not evidence.named:
-            verdict.against.append((evidence.effect, evidence.said))
+            verdict.against.append((effect, evidence.said))
             continue
-        parameters = dict(evidence.values)
-        if evidence.effect == "misalignment":
-            parameters = _misalignment(
-                [complex(*(evidence.values[f"{f}_{k}_a"] for f in ("sin", "cos"))) for k in (1, 2)]
-            )
-        if nominal is not None and _in_model(evidence.effect, parameters, nominal):
+        if nominal is not None and _in_model(effect, parameters, nominal):
             continue
-        verdict.name(evidence.effect, parameters, 1.0 - evidence.p_value, evidence.validation_drop * found.before_rms_a)
-        if evidence.effect == "stribeck_friction":
+        if evidence.small:
+            verdict.against.append((effect, f"less than {100.0 * SMALL:.0f} % of the current: too small to name"))
+            continue
+        value, half = parameters["torque_a_equiv"], found.half[f"{evidence.effect}.torque_a_equiv"]
+        if half > VAGUE * abs(value):
+            verdict.against.append((effect, f"{milli(value)} +- {milli(half)}: not told well enough to name"))
+            continue
+        wrong = out_of_range(effect, _whole(effect, parameters, nominal))
+        if wrong is not None:
+            verdict.against.append((effect, wrong))
+            verdict.unexplained.append(f"{effect}: {wrong}")
+            continue
+        takes_a = max(evidence.validation_drop * found.before_rms_a, _size(analysis, evidence))
+        sure = _sure(analysis, evidence, takes_a)
+        if sure < SURE:
+            size = f"{milli(value)} +- {milli(half)}"
+            verdict.against.append((effect, f"{size}: confidence {sure:.2f}, too little to name"))
+            continue
+        verdict.name(effect, parameters, sure, takes_a)
+        if effect == "stribeck_friction":
             _stribeck_seen(analysis, parameters["speed_rad_s"], verdict)
     if nominal is not None:
         _factors(analysis, verdict)
     _left_by_friction(analysis, verdict)
+
+
+def _values(found: FrictionResult, evidence: Evidence) -> Numbers:
+    """Where it is in the balance, the values of the whole log."""
+    whole = {key: f"{evidence.effect}.{key}" for key in evidence.values}
+    known = dict(zip(found.final.names, found.final.value.tolist(), strict=True))
+    return {key: known.get(name, evidence.values[key]) for key, name in whole.items()}
+
+
+def _whole(effect: str, parameters: Numbers, nominal: Nominal | None) -> Numbers:
+    """With what the model has of it already."""
+    known = nominal.coulomb_a if nominal is not None and effect == "coulomb_friction" else 0.0
+    return {key: value + known if key == "torque_a_equiv" else value for key, value in parameters.items()}
+
+
+def _size(analysis: Analysis, evidence: Evidence) -> float:
+    """Of the torque that this effect makes, A rms."""
+    return abs(evidence.values.get("torque_a_equiv", 0.0)) if evidence.effect != "stribeck_friction" else 0.0
+
+
+def _sure(analysis: Analysis, evidence: Evidence, takes_a: float) -> float:
+    """Chance that it is none by accident, how well it is known, and how much of the log it leaves unexplained."""
+    found = analysis.friction
+    assert found is not None
+    name = f"{evidence.effect}.torque_a_equiv"
+    value, half = abs(evidence.values.get("torque_a_equiv", 0.0)), found.half.get(name, 0.0)
+    return (1.0 - evidence.p_value) * sureness(analysis, takes_a, half / max(value, 1e-12))
+
+
+def sureness(analysis: Analysis, takes_a: float, share: float) -> float:
+    """1 where all is explained and the value is exact. `share`: half width over value."""
+    left = left_of(analysis)
+    rest = left.excess_a / max(takes_a, 1e-12) if left is not None else 1.0
+    return 1.0 / ((1.0 + rest**2) * (1.0 + share**2))
+
+
+def _cannot_tell(analysis: Analysis, verdict: Verdict) -> None:
+    drive = analysis.drive
+    names = drive.drag()
+    if len(names) == 1:
+        return
+    verdict.apart(drive.friction)
+    driven = "one direction" if drive.one_way else "both directions"
+    driven += " and near one speed" if drive.one_speed else ""
+    verdict.warnings.append(
+        f"the log turns in {driven}: {drive.friction} cannot be told apart; {drive.separator()} would separate them"
+    )
 
 
 def _stribeck_seen(analysis: Analysis, speed_rad_s: float, verdict: Verdict) -> None:
@@ -109,8 +171,7 @@ def _stribeck_seen(analysis: Analysis, speed_rad_s: float, verdict: Verdict) -> 
     if passed_s < STRIBECK_SIGMAS * found.motion.smooth.sigma_s:
         verdict.warnings.append(
             f"low speed is passed in {1e3 * passed_s:.1f} ms: torque and speed of stribeck_friction are not "
-            "identifiable "
-            "from this log, only their product; reverse more slowly"
+            "identifiable from this log, only their product; reverse more slowly"
         )
 
 
@@ -120,7 +181,7 @@ def _in_model(effect: str, parameters: Numbers, nominal: Nominal) -> bool:
         "load_torque": nominal.load_a,
         "stribeck_friction": nominal.stribeck_a,
     }
-    size = abs(known.get(effect, 0.0))
+    size = sum(abs(known.get(each, 0.0)) for each in effect.split(OR))
     return size > 0.0 and abs(parameters.get("torque_a_equiv", np.inf)) < MODEL_EDGE * size
 
 
@@ -129,21 +190,40 @@ def _factors(analysis: Analysis, verdict: Verdict) -> None:
     found, nominal = analysis.friction, analysis.nominal
     assert found is not None and nominal is not None
     checks = (
-        ("inertia", "inertia.inertia_as2_per_rad", nominal.inertia_as2, INERTIA_EDGE),
-        ("viscous_friction", "viscous_friction.viscous_as_per_rad", nominal.viscous_as, VISCOUS_EDGE),
+        ("inertia", INERTIA, nominal.inertia_as2, INERTIA_EDGE),
+        ("viscous_friction", VISCOUS, nominal.viscous_as, VISCOUS_EDGE),
     )
     column = {"inertia": found.motion.accel_rad_s2, "viscous_friction": found.motion.speed_rad_s}
     for effect, key, known, edge in checks:
         if known <= 0.0:
             continue
-        off, half = found.final[key] / known, found.final.half(key) / known
-        half += analysis.alignment_half.get(key, 0.0) / known
+        if key not in found.final.names:
+            verdict.against.append((effect, "this log does not tell it: the model's is kept"))
+            continue
+        off, half = found.final[key] / known, found.half[key] / known
         takes_a = abs(found.final[key]) * float(np.std(column[effect][found.validation_rows]))
-        if abs(off) > edge + half and takes_a > VALID_SHARE * found.before_rms_a:
-            verdict.name(effect, {"factor": 1.0 + off}, 1.0 - found.final.p_value([key]), takes_a)
+        wrong = out_of_range(effect, {"factor": 1.0 + off}) or (_unit(1.0 + off) if effect == "inertia" else None)
+        if effect == "inertia" and analysis.drive.one_speed:
+            why = "at one speed nothing but ripple accelerates the shaft: the model's is kept"
+            verdict.against.append((effect, why))
+            continue
+        told = half < SURE_SHARE * abs(1.0 + off)
+        if abs(off) > edge + half and told and takes_a > VALID_SHARE * found.before_rms_a and wrong is None:
+            chance = found.final.p_value([key])
+            verdict.name(
+                effect, {"factor": 1.0 + off}, (1.0 - chance) * sureness(analysis, takes_a, half / abs(off)), takes_a
+            )
+        elif wrong is not None:
+            verdict.against.append((effect, wrong))
+            verdict.unexplained.append(wrong)
+        elif abs(off) > edge + half and told:
+            verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: too small to show here"))
+        elif abs(off) > edge:
+            verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: not told well enough"))
         else:
             verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: within what units differ by"))
     if "inertia" in verdict.names:
+        verdict.apart("inertia or torque_constant")
         verdict.alternatives.append(
             (
                 "torque_constant",
@@ -153,28 +233,40 @@ def _factors(analysis: Analysis, verdict: Verdict) -> None:
         )
 
 
+def _unit(factor: float) -> str | None:
+    """Inertia over that of the model, when a column has another unit than its name says."""
+    for ratio, what in UNITS_OFF.items():
+        if factor > 0.0 and abs(np.log(factor / ratio)) < UNIT_BAND:
+            return f"the inertia is {factor:.4g} times that of the model, as it is when {what}: convert the column"
+    return None
+
+
+def _wrong_unit(analysis: Analysis) -> bool:
+    found, nominal = analysis.friction, analysis.nominal
+    if found is None or nominal is None or not nominal.inertia_as2 > 0.0 or INERTIA not in found.final.names:
+        return False
+    return _unit(1.0 + found.final[INERTIA] / nominal.inertia_as2) is not None
+
+
 def _left_by_friction(analysis: Analysis, verdict: Verdict) -> None:
     found = analysis.friction
     assert found is not None
     left = found.remainder
-    if left.curvature_p < CHANCE:
+    if left.curvature_p < CHANCE and left.curvature_drop > BENDS:
         how = "less" if left.curvature < 0.0 else "more"
         verdict.unexplained.append(
             f"friction grows {how} than linearly with speed (p = {left.curvature_p:.1g}): no effect of the table does "
-            "that, "
-            "so it is left unexplained"
+            "that, so it is left unexplained"
         )
     if left.told_rms_a > TOLD_SHARE * left.rms_a:
         verdict.unexplained.append(
-            f"of {1e3 * left.rms_a:.2f} mA rms that are left, {1e3 * left.told_rms_a:.2f} mA follow speed and "
-            "acceleration"
+            f"of {milli(left.rms_a)} rms that are left, {milli(left.told_rms_a)} follow speed and acceleration"
         )
     if _at_low_speed(left):
         verdict.unexplained.append(
-            f"below {left.slow_below_rad_s:.0f} rad/s {1e3 * left.slow_rms_a:.1f} mA rms are left, above only "
-            f"{1e3 * left.fast_rms_a:.1f} mA: torque tied to the angle looks like that where the speed passes zero; a "
-            "slow run "
-            "at constant speed would tell its orders"
+            f"below {left.slow_below_rad_s:.0f} rad/s {milli(left.slow_rms_a)} rms are left, above only "
+            f"{milli(left.fast_rms_a)}: torque tied to the angle looks like that where the speed passes zero; a slow "
+            "run at constant speed would tell its orders"
         )
     if left.drift_p < CHANCE and abs(left.drift_share) > DRIFT_EDGE:
         verdict.unexplained.append(
@@ -186,198 +278,40 @@ def _at_low_speed(left: Remainder) -> bool:
     return left.slow_rms_a > SLOW_RATIO * max(left.fast_rms_a, NOISE_LSB_A)
 
 
-def _significant(analysis: Analysis) -> bool:
+def _left(analysis: Analysis, verdict: Verdict) -> None:
+    """No all-clear over something that stands out: its size, where it is, and what was turned down."""
+    left = left_of(analysis)
+    if left is None or not left.significant:
+        return
+    size = f"{milli(left.rms_a)} rms are left where noise alone would leave {milli(left.noise_a)}"
+    verdict.unexplained.insert(0, f"{size}, {'; '.join(left.where)}")
+
+
+def _significant(analysis: Analysis, verdict: Verdict) -> bool:
     """Is what is left more than noise, with nothing named?"""
+    left = left_of(analysis)
+    if left is not None and left.significant and verdict.unexplained:
+        return True
     if analysis.friction is not None:
-        left = analysis.friction.remainder
-        if _at_low_speed(left):
+        rest = analysis.friction.remainder
+        if _at_low_speed(rest):
             return True
-        drifts = left.drift_p < CHANCE and abs(left.drift_share) > DRIFT_EDGE
-        if left.told_rms_a > TOLD_SHARE * left.rms_a or drifts:
+        drifts = rest.drift_p < CHANCE and abs(rest.drift_share) > DRIFT_EDGE
+        if rest.told_rms_a > TOLD_SHARE * rest.rms_a or drifts:
             return True
     return analysis.angle is not None and bool(analysis.angle.strange or moved_lines(analysis))
 
 
-def _misalignment(phasors: Sequence[complex]) -> Numbers:
-    first = abs(phasors[0])
-    parameters = {"amplitude_a_equiv": first, "phase_rad": float(np.angle(phasors[0]))}
-    if len(phasors) > 1 and first > 0.0:
-        parameters |= {"second_rel": abs(phasors[1]) / first, "phase2_rad": float(np.angle(phasors[1]))}
-    return parameters
-
-
-def missing_lines(analysis: Analysis) -> list[FoundLine]:
-    """Lines that both halves of the log have, and the model has not."""
-    if analysis.angle is None:
-        return []
-    real = [each for each in analysis.angle.lines if each.validated]
-    if analysis.nominal is None:
-        return real
-    known = {line.order: line.amplitude_a for line in analysis.nominal.lines}
-    strongest = max((each.line.amplitude_a for each in real), default=0.0)
-    return [
-        each
-        for each in real
-        if abs(each.line.amplitude_a - abs(known.get(each.line.order, 0.0)))
-        > max(MODEL_EDGE * each.line.amplitude_a, each.half_a)
-        and (not known or each.line.amplitude_a > MODEL_EDGE * strongest)
-    ]
-
-
-def _angle(analysis: Analysis, verdict: Verdict) -> None:
-    angle = analysis.angle
-    assert angle is not None
-    for order, amplitude in angle.strange:
-        verdict.unexplained.append(
-            f"a line at order {order:g}, {1e3 * amplitude:.1f} mA: not a whole order, so not tied to this shaft"
-        )
-    if len(angle.odd_s) > FEW_ODD:
-        verdict.unexplained.append(
-            f"{len(angle.odd_s)} stretches between {angle.odd_s[0][0]:.2f} and {angle.odd_s[-1][1]:.2f} s follow no "
-            "line and "
-            "are left out of the fit (an angle that jumps, say once per turn at its index, looks like that)"
-        )
-    for start_s, end_s, off_a in angle.odd_s[: 0 if len(angle.odd_s) > FEW_ODD else None]:
-        verdict.unexplained.append(
-            f"from {start_s:.2f} to {end_s:.2f} s the balance is off by {off_a:.2f} A rms, far beyond the rest: left "
-            "out of the "
-            "fit (a start against a stop or an alignment looks like that)"
-        )
-    _moved(analysis, verdict)
-    lines = missing_lines(analysis)
-    drop = 1.0 - angle.after_rms_a / angle.before_rms_a if angle.before_rms_a > 0.0 else 0.0
-    if not lines or drop < VALID_SHARE:
-        verdict.against.append(("cogging", f"{_why_no_line(analysis, lines, drop)} (up to order {angle.highest})"))
-        return
-    takes_a = angle.before_rms_a - angle.after_rms_a
-    low = [each for each in lines if each.line.order < LOWEST_COGGING]
-    high = [each for each in lines if each.line.order >= LOWEST_COGGING]
-    p = analysis.nominal.pole_pairs if analysis.nominal is not None else None
-    power = sum(each.line.amplitude_a**2 for each in lines)
-    if high:
-        main = high[0]
-        effect = "current_offset" if p is not None and main.line.order == p else "cogging"
-        share = np.sqrt(sum(each.line.amplitude_a**2 for each in high) / power)
-        verdict.name(effect, _line_parameters(analysis, main), _confidence(main), takes_a * float(share))
-        _alternatives(analysis, main, high, verdict)
-    first = next((each for each in low if each.line.order == 1.0), low[0] if low else None)
-    if first is not None and first.line.amplitude_a > 0.3 * lines[0].line.amplitude_a:
-        phasors = [first.line.amplitude_a * np.exp(1j * first.line.phase_rad)]
-        share = np.sqrt(sum(each.line.amplitude_a**2 for each in low) / power)
-        verdict.name("misalignment", _misalignment(phasors), _confidence(first), takes_a * float(share))
-        verdict.alternatives.append(
-            ("encoder_eccentricity", 0.3, "the same order at one speed; a second speed tells them apart")
-        )
-    elif first is not None:
-        verdict.unexplained.append(f"a small line at order {first.line.order:g}, {1e3 * first.line.amplitude_a:.1f} mA")
-
-
-def _why_no_line(analysis: Analysis, lines: Sequence[FoundLine], drop: float) -> str:
-    assert analysis.angle is not None
-    if not analysis.angle.lines:
-        return "no order of the angle stands out of the noise between the orders"
-    if not any(each.validated for each in analysis.angle.lines):
-        return "no line is in both halves of the log"
-    if not lines:
-        return "the lines are those of the model"
-    return f"the lines take only {100.0 * drop:.1f} % off the residue of the validation half"
-
-
-def moved_lines(analysis: Analysis) -> list[FoundLine]:
-    """Lines that make up much of the residue and stand out in both halves of the log, at another phase.
-
-    Only in a log of one speed: the few slow rows of a sweep make lines of their own.
-    """
-    angle = analysis.angle
-    if angle is None or analysis.sweeps:
-        return []
-    least_a = np.sqrt(2.0) * MUCH * angle.before_rms_a
-    return [each for each in angle.lines if each.both and not each.validated and each.line.amplitude_a > least_a]
-
-
-def _moved(analysis: Analysis, verdict: Verdict) -> None:
-    orders = ", ".join(f"{each.line.order:g}" for each in moved_lines(analysis))
-    if orders:
-        verdict.unexplained.append(
-            f"order {orders} stands out in both halves of the log, at another phase: the angle has lost counts or its "
-            "zero has "
-            "moved, or this is not torque of the shaft; cut the log where that happens"
-        )
-
-
-def _confidence(each: FoundLine) -> float:
-    """How sure the line is: its noise, and how well the halves of the log agree."""
-    snr = each.line.amplitude_a / max(each.noise_a, 1e-12)
-    return (1.0 - float(np.exp(-0.25 * snr))) * (1.0 - 0.5 * each.agree**2)
-
-
-def _line_parameters(analysis: Analysis, main: FoundLine) -> Numbers:
-    parameters = {"order": main.line.order}
-    if analysis.inertia_known:
-        half = main.half_a + analysis.lag_spread_a.get(int(main.line.order), 0.0)
-        return parameters | {
-            "amplitude_a_equiv": main.line.amplitude_a,
-            "amplitude_half_a_equiv": half,
-            "phase_rad": main.line.phase_rad,
-        }
-    return parameters
-
-
-def _alternatives(analysis: Analysis, main: FoundLine, lines: Sequence[FoundLine], verdict: Verdict) -> None:
-    angle = analysis.angle
-    assert angle is not None
-    if not analysis.inertia_known:
-        verdict.warnings.append(
-            "at one speed the acceleration is made of the same orders as the torque, so J/Kt cannot be told and the "
-            "orders "
-            "have no amplitude in torque: give --model with inertia_kgm2 (a log that sweeps the speed yields one)"
-        )
-    elif analysis.lag_spread_a:
-        verdict.warnings.append(
-            "how late the speed estimate is cannot be told from this log: the amplitudes allow for 0 to 4 ms"
-        )
-    if analysis.windings:
-        best = analysis.windings[0]
-        if main.line.order % (6 * best.pole_pairs) == 0:
-            said = (
-                f"order {main.line.order:g} is also the 6th electrical order of {best.pole_pairs} pole pairs; against "
-                "it: the "
-                f"line changes by {100.0 * angle.current_share:.0f} % per ampere only"
-                if angle.current_share < 1.0
-                else f"order {main.line.order:g} is also the 6th electrical order of {best.pole_pairs} pole pairs"
-            )
-            verdict.alternatives.append(("flux_harmonics", 0.1 if angle.current_share < 1.0 else 0.4, said))
-        for each in lines:
-            if each.line.order == best.pole_pairs:
-                said = f"for the line at order {best.pole_pairs}, if the machine has {best.pole_pairs} pole pairs"
-                verdict.alternatives.append(("current_offset", 0.2, said))
-            if each.line.order == 2 * best.pole_pairs:
-                said = f"for the line at order {2 * best.pole_pairs}, if the machine has {best.pole_pairs} pole pairs"
-                verdict.alternatives.append(("current_gain", 0.1, said))
-    if angle.highest > 1 and analysis.nominal is not None:
-        nominal = analysis.nominal.coulomb_a + analysis.nominal.viscous_as * abs(_usual_speed(analysis))
-        if nominal > 0.0 and abs(angle.drag_a) > max(MODEL_EDGE * nominal, 2.0 * angle.drag_half_a):
-            verdict.unexplained.append(
-                f"the mean drag is {1e3 * angle.drag_a:+.1f} mA off the model; at one speed it cannot be told which "
-                "friction"
-            )
-
-
-def _usual_speed(analysis: Analysis) -> float:
-    assert analysis.angle is not None
-    return float(np.mean(analysis.angle.motion.speed_rad_s[analysis.angle.rows]))
-
-
-def _alignment(analysis: Analysis, verdict: Verdict) -> None:
-    """What was put right in time is said; a speed estimate that does not fit the angle is a warning."""
+def _limits(analysis: Analysis, verdict: Verdict) -> None:
+    """What the log does not tell, and what was put right in time."""
+    if analysis.stretches.idle_s:
+        total = sum(end - start for start, end in analysis.stretches.idle_s)
+        verdict.warnings.append(f"the rotor rests for {total:.1f} s together: those stretches are left out")
     if analysis.log.speed_rad_s is not None and analysis.log.theta_m_rad is None:
         verdict.warnings.append(
             "how late the speed estimate is cannot be told without theta_m_rad: viscous friction and inertia take up "
             "a part"
         )
-
-
-def _controller(analysis: Analysis, verdict: Verdict) -> None:
     if analysis.controller is None:
         if analysis.log.speed_ref_rad_s is not None and analysis.log.speed_rad_s is None:
             verdict.warnings.append(
@@ -386,9 +320,7 @@ def _controller(analysis: Analysis, verdict: Verdict) -> None:
         elif analysis.log.speed_ref_rad_s is not None:
             verdict.warnings.append(
                 "the current is not a gain times the speed error anywhere: the speed controller is another one, or "
-                "something "
-                "adds current throughout; no closed loop is simulated"
+                "something adds current throughout; no closed loop is simulated"
             )
-        return
-    if not analysis.controller.plain:
+    elif not analysis.controller.plain:
         verdict.warnings.append("something adds current throughout the log: no uncompensated part to simulate")

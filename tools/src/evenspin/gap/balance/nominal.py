@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ class Nominal:
 
     machine: Machine
     kt_nm_per_a: float
-    inertia_as2: float  # J/Kt, A s^2/rad
+    inertia_as2: float  # J/Kt, A s^2/rad; 0: the model file does not say
     viscous_as: float  # B/Kt, A s/rad
     coulomb_a: float
     load_a: float
@@ -70,7 +71,7 @@ def read_nominal(given: str | Path) -> Nominal:
     return Nominal(
         machine,
         kt,
-        plant["inertia_kgm2"] * effects["inertia"].get("factor", 1.0) / kt,
+        plant["inertia_kgm2"] * effects["inertia"].get("factor", 1.0) / kt if _tells_inertia(machine) else 0.0,
         plant["viscous_nms"] * effects["viscous_friction"].get("factor", 1.0) / kt,
         effects["coulomb_friction"].get("torque_nm", 0.0) / kt,
         effects["load_torque"].get("torque_nm", 0.0) / kt,
@@ -78,6 +79,12 @@ def read_nominal(given: str | Path) -> Nominal:
         stribeck.get("speed_rad_s", 1.0),
         tuple(line for line in _lines(effects, kt) if line.amplitude_a != 0.0 and line.order != 0.0),
     )
+
+
+def _tells_inertia(machine: Machine) -> bool:
+    """A default of another machine would be held against this one."""
+    data: Any = machine.document.data
+    return "base" in data or "inertia_kgm2" in data.get("plant", {})
 
 
 def _lines(effects: Mapping[str, Mapping[str, float]], kt: float) -> list[Line]:

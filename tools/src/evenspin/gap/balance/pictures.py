@@ -53,7 +53,7 @@ def _balance_over_speed(analysis: Analysis) -> Picture:
         panel.set_xlabel("speed [rad/s]")
         data |= {f"{name}_ma": 1e3 * residue[rows], f"{name}_bin_rad_s": centre, f"{name}_bin_ma": 1e3 * mean}
     axes[0, 0].set_ylabel("not explained [mA of q current]")
-    text = "What the balance leaves on the validation half, against speed: before and after what was found."
+    text = "What the balance leaves on the validation stretches, against speed: before and after what was found."
     return Picture("balance_speed", "Torque balance against speed", text, to_svg(figure), data)
 
 
@@ -110,7 +110,7 @@ def _balance_over_angle(analysis: Analysis) -> Picture:
     axes[0, 0].set(xlabel="angle [turn]", ylabel="not explained [mA of q current]", xlim=(0, 1))
     axes[0, 0].legend(markerscale=4)
     data = {"turn": turn, "before_a": angle.before[rows], "after_a": angle.after[rows]}
-    text = "What the balance leaves on the validation half, over one turn."
+    text = "What the balance leaves on the validation stretches, over one turn."
     return Picture("balance_angle", "Torque balance over the angle", text, to_svg(figure), data)
 
 

@@ -1,7 +1,8 @@
 """Least squares with honest intervals: what a balance leaves is coloured, and neighbouring rows say the same twice.
 
 The covariance is made of blocks of rows (cluster-robust): each block counts once, however many rows it has, so that
-correlation within a block does no harm. Quantiles are Student's with blocks - 1 degrees of freedom.
+correlation within a block does no harm. Quantiles are Student's with blocks - 1 degrees of freedom. What changes slowly
+over a log shows in long blocks only: half widths are the larger of those from short and from long blocks.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from scipy import stats
 Array = NDArray[np.float64]
 
 BLOCKS = 24
+LONG_BLOCKS = 8
 CONFIDENCE = 0.95
 
 
@@ -28,6 +30,7 @@ class Fit:
     covariance: Array
     blocks: int
     residual: Array
+    long_covariance: Array
 
     def index(self, name: str) -> int:
         return self.names.index(name)
@@ -41,7 +44,9 @@ class Fit:
 
     def half(self, name: str) -> float:
         """Half of the 95 % interval."""
-        return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, self.blocks - 1)) * self.sigma(name)
+        i = self.index(name)
+        long = float(np.sqrt(self.long_covariance[i, i]))
+        return max(_quantile(self.blocks) * self.sigma(name), _quantile(LONG_BLOCKS) * long)
 
     def p_value(self, names: Sequence[str]) -> float:
         """Chance of coefficients as large as these, if all of them were zero (Hotelling's T squared)."""
@@ -66,10 +71,19 @@ def fit(names: Sequence[str], columns: Sequence[Array], y: Array, blocks: int = 
     inverse = np.linalg.pinv(z.T @ z, rcond=1e-10, hermitian=True)
     value = inverse @ (z.T @ y)
     residual = y - z @ value
-    scores = np.array([z[part].T @ residual[part] for part in np.array_split(np.arange(len(y)), blocks)])
-    meat = scores.T @ scores * blocks / (blocks - 1)
-    covariance = inverse @ meat @ inverse / np.outer(scale, scale)
-    return Fit(tuple(names), value / scale, covariance, blocks, residual)
+    short, long = (
+        inverse @ _meat(z, residual, count) @ inverse / np.outer(scale, scale) for count in (blocks, LONG_BLOCKS)
+    )
+    return Fit(tuple(names), value / scale, short, blocks, residual, long)
+
+
+def _meat(z: Array, residual: Array, blocks: int) -> Array:
+    scores = np.array([z[part].T @ residual[part] for part in np.array_split(np.arange(len(residual)), blocks)])
+    return scores.T @ scores * blocks / (blocks - 1)
+
+
+def _quantile(blocks: int) -> float:
+    return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, blocks - 1))
 
 
 def inflation(column: Array, others: Sequence[Array]) -> float:

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis, analyse
+from evenspin.gap.balance.extras import read_extras
 from evenspin.gap.balance.model_file import model_text
-from evenspin.gap.balance.naming import Verdict, judge
+from evenspin.gap.balance.naming import judge
 from evenspin.gap.balance.nominal import read_nominal
 from evenspin.gap.balance.plausible import check_against
 from evenspin.gap.balance.reading import read_log
 from evenspin.gap.balance.story import page_of, summary_of, tables_of
+from evenspin.gap.balance.verdict import Verdict
 from evenspin.gap.balance.verdict_file import verdict_json
 from evenspin.log.case import write_json
 from evenspin.log.csvfile import write_csv
@@ -55,8 +57,10 @@ def run_balance(
     if nominal is not None:
         names = ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")
         check_against(log_path, {name: getattr(log, name) for name in names}, nominal)
-    analysis = analyse(log, nominal, progress)
+    extras = read_extras(log_path, nominal)
+    analysis = analyse(log, nominal, progress, extras)
     verdict = judge(analysis)
+    verdict.warnings += extras.said
     content = verdict_json(analysis, verdict)
     if out_dir is not None:
         _write(out_dir, analysis, verdict, content, command or f"evenspin gap {log_path}")
@@ -75,7 +79,7 @@ def _write(folder: Path, analysis: Analysis, verdict: Verdict, content: dict[str
 
 
 def _traces(analysis: Analysis) -> tuple[list[str], Any]:
-    """The balance over time, before and after; `half`: 0 not judged, 1 fit, 2 validation."""
+    """The balance over time, before and after; `half`: 0 not judged, 1 fits, 2 validates."""
     columns: dict[str, Any] = {"t_s": analysis.grid.t_s}
     for name, found in (("friction", analysis.friction), ("angle", analysis.angle)):
         if found is not None:

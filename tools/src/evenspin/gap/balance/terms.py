@@ -43,6 +43,11 @@ def coulomb(motion: Motion) -> Term:
     return Term("coulomb_friction", ("torque_a_equiv",), (column,), positive("friction would drive"))
 
 
+def drag(motion: Motion, effect: str) -> Term:
+    """Friction or load of one direction, or of one speed: the log cannot tell which."""
+    return Term(effect, ("torque_a_equiv",), (motion.smooth(np.sign(motion.raw_speed_rad_s)),))
+
+
 def load(motion: Motion) -> Term:
     return Term("load_torque", ("torque_a_equiv",), (motion.smooth(np.ones_like(motion.t_s)),))
 
@@ -62,11 +67,11 @@ def stribeck_family(motion: Motion) -> list[Term]:
     return [stribeck(motion, share * top) for share in STRIBECK_SHARES if share * top > STEPS_BELOW_STRIBECK * step]
 
 
-def misalignment(motion: Motion) -> Term:
+def line(motion: Motion, order: float) -> Term:
+    """What repeats with the angle; it is weighed elsewhere, and is here so that it bends nothing else."""
     assert motion.theta_rad is not None
-    keys = ("sin_1_a", "cos_1_a", "sin_2_a", "cos_2_a")
-    columns = [f(k * motion.theta_rad) for k in (1, 2) for f in (np.sin, np.cos)]
-    return Term("misalignment", keys, tuple(motion.smooth(column) for column in columns))
+    columns = tuple(motion.smooth(f(order * motion.theta_rad)) for f in (np.sin, np.cos))
+    return Term(f"line_{order:g}", ("sin_a", "cos_a"), columns)
 
 
 def viscous(motion: Motion) -> Term:

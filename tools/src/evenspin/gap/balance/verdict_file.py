@@ -5,8 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.naming import Verdict
+from evenspin.gap.balance.left import judged, left_of
+from evenspin.gap.balance.shaft import MACHINE
+from evenspin.gap.balance.verdict import OR, Verdict
+
+TOLD = 1.0  # half width over value: what is known worse than this is not told by the log
 
 UNITS = {
     "torque_a_equiv": "A of q current that makes this torque; beyond the model, where there is one",
@@ -18,8 +24,8 @@ UNITS = {
     "phase_rad": "rad, braking torque A sin(order theta_m + phase)",
     "speed_rad_s": "rad/s",
     "factor": "relative to the model",
-    "gap_before": "A rms, residue of the torque balance on the validation half",
-    "gap_after": "A rms, residue of the torque balance on the validation half",
+    "gap_before": "A rms, residue of the torque balance on the validation stretches",
+    "gap_after": "A rms, residue of the torque balance on the validation stretches",
 }
 
 
@@ -32,6 +38,7 @@ def verdict_json(analysis: Analysis, verdict: Verdict) -> dict[str, Any]:
         "parameters": verdict.parameters,
         "confidence": verdict.confidence,
         "alternatives": [[name, weight] for name, weight, _ in verdict.alternatives],
+        "cannot_separate": verdict.cannot_separate,
         "gap_before": before,
         "gap_after": after,
         "units": UNITS,
@@ -53,47 +60,47 @@ def verdict_json(analysis: Analysis, verdict: Verdict) -> dict[str, Any]:
         "controller": _controller(analysis),
         "speed_ripple": _ripple(analysis),
         "remainder": _remainder(analysis),
+        "left": _left(analysis),
+        "clear": is_clear(analysis, verdict),
     }
     return finite(content)
 
 
 def gap_of(analysis: Analysis) -> tuple[float, float]:
-    """Residue before and after, A rms, on the validation half, of the balance that this log is good for."""
-    if analysis.friction is not None:
-        return analysis.friction.before_rms_a, analysis.friction.after_rms_a
-    if analysis.angle is not None:
-        return analysis.angle.before_rms_a, analysis.angle.after_rms_a
-    return math.nan, math.nan
+    """Residue before and after, A rms, on the validation stretches, of the balance that this log is good for."""
+    found = judged(analysis)
+    return (found.before_a, found.after_a) if found is not None else (math.nan, math.nan)
 
 
 def identified(analysis: Analysis) -> dict[str, dict[str, float]]:
-    """Parameters of the shaft with 95 % intervals, absolute, whatever the model said."""
-    found: dict[str, dict[str, float]] = {}
+    """Parameters of the shaft with 95 % intervals, absolute, whatever the model said; only what the log tells."""
     friction, nominal = analysis.friction, analysis.nominal
-    if friction is not None:
-        known = (
-            {
-                "inertia": nominal.inertia_as2,
-                "viscous_friction": nominal.viscous_as,
-                "coulomb_friction": nominal.coulomb_a,
-                "load_torque": nominal.load_a,
-            }
-            if nominal is not None
-            else {}
-        )
-        for name in friction.final.names:
-            effect = name.split(".")[0]
-            value = friction.final[name] + known.get(effect, 0.0)
-            half = math.hypot(friction.final.half(name), analysis.alignment_half.get(name, 0.0))
-            found[name] = {"value": value, "half": half, "low": value - half, "high": value + half}
-    elif analysis.angle is not None:
-        angle = analysis.angle
-        if analysis.inertia_known and nominal is None:
-            j, half = angle.inertia_as2, angle.inertia_half_as2
-            found["inertia.inertia_as2_per_rad"] = {"value": j, "half": half, "low": j - half, "high": j + half}
-        drag, half = angle.drag_a, angle.drag_half_a
-        key = "drag.torque_a_equiv" if nominal is None else "drag_beyond_model.torque_a_equiv"
-        found[key] = {"value": drag, "half": half, "low": drag - half, "high": drag + half}
+    if friction is None or "inertia" in friction.impossible:
+        return {}
+    known = {}
+    if nominal is not None:
+        known = {
+            "inertia": nominal.inertia_as2,
+            "viscous_friction": nominal.viscous_as,
+            "coulomb_friction": nominal.coulomb_a,
+            "load_torque": nominal.load_a,
+        }
+    found: dict[str, dict[str, float]] = {}
+    for name, half in friction.half.items():
+        effect = name.split(".")[0]
+        value = friction.final[name] + known.get(effect, 0.0)
+        if OR in effect:  # beyond the model, whichever of them it is
+            name = ("drag" if nominal is None else "drag_beyond_model") + ".torque_a_equiv"
+        elif half > TOLD * abs(value):
+            continue
+        found[name] = {"value": value, "half": half, "low": value - half, "high": value + half}
+    drag = ("drag" if nominal is None else "drag_beyond_model") + ".torque_a_equiv"
+    angle = analysis.angle
+    if OR in friction.drive.friction and drag not in found and angle is not None:
+        usual = float(np.median(np.abs(angle.motion.speed_rad_s[angle.rows])))
+        whole = angle.drag_a + (nominal.coulomb_a + nominal.viscous_as * usual if nominal is not None else 0.0)
+        value, half = angle.drag_a, math.hypot(angle.drag_half_a, MACHINE * whole)
+        found[drag] = {"value": value, "half": half, "low": value - half, "high": value + half}
     return found
 
 
@@ -107,6 +114,25 @@ def _evidence(analysis: Analysis, verdict: Verdict) -> list[dict[str, Any]]:
     return rows
 
 
+def is_clear(analysis: Analysis, verdict: Verdict) -> bool:
+    """Everything has a name or is explained down to noise."""
+    left = left_of(analysis)
+    at_noise = left is not None and not left.significant
+    return analysis.judges and at_noise and not verdict.unexplained and "unknown" not in verdict.names
+
+
+def _left(analysis: Analysis) -> dict[str, Any] | None:
+    left = left_of(analysis)
+    if left is None:
+        return None
+    return {
+        "rms_a": left.rms_a,
+        "noise_a": left.noise_a,
+        "more_than_noise": left.significant,
+        "where": list(left.where),
+    }
+
+
 def _orders(analysis: Analysis) -> list[dict[str, Any]]:
     if analysis.angle is None:
         return []
@@ -114,7 +140,7 @@ def _orders(analysis: Analysis) -> list[dict[str, Any]]:
         {
             "order": int(each.line.order),
             "amplitude_a_equiv": each.line.amplitude_a if analysis.inertia_known else None,
-            "half_a_equiv": each.half_a + analysis.lag_spread_a.get(int(each.line.order), 0.0),
+            "half_a_equiv": each.half_a,
             "phase_rad": each.line.phase_rad,
             "noise_a": each.noise_a,
             "halves_differ": each.agree,
