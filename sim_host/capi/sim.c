@@ -242,18 +242,34 @@ static bool refuse(es_sim_t *s, const char *what, double value, const char *why)
     return false;
 }
 
-static bool is_effect(const char *name)
+static int effect_at(const char *name)
 {
     int e = 0;
     while ((e < sim_effect_total) && (strcmp(name, sim_effects[e]->name) != 0)) {
         e++;
     }
-    return e < sim_effect_total;
+    return e;
 }
 
-static bool refuse_effect(es_sim_t *s, const char *name, const char *why)
+static bool is_on(const es_sim_t *s, int e)
 {
-    (void)snprintf(s->error, sizeof s->error, "effects.%s: %s", name, why);
+    int k = 0;
+    while ((k < sim_effects[e]->param_count) && (s->effect[e][k] == sim_effects[e]->param[k].off)) {
+        k++;
+    }
+    return k < sim_effects[e]->param_count;
+}
+
+/* An effect beside another one that has the shaft already: both are named. */
+static bool refuse_second_shaft(es_sim_t *s, int second)
+{
+    int first = 0;
+    while ((first < second) && !(is_on(s, first) && (strcmp(sim_effects[first]->acts_on, sim_effects[second]->acts_on) == 0))) {
+        first++;
+    }
+    (void)snprintf(s->error, sizeof s->error,
+                   "effects.%s and effects.%s are both on, and there is one shaft: leave one of them out",
+                   sim_effects[first]->name, sim_effects[second]->name);
     return false;
 }
 
@@ -575,8 +591,8 @@ bool es_sim_start(es_sim_t *sim)
     const char  *bad =
         sim_plant_start(&sim->board.plant, &sim->model, (const double (*)[SIM_EFFECT_PARAMS])sim->effect, edges, sim->seed);
     if (bad != NULL) {
-        return is_effect(bad) ? refuse_effect(sim, bad, "another effect has the shaft already: leave one of the two out")
-                              : refuse(sim, bad, 0.0, "does not fit the plant");
+        const int effect = effect_at(bad);
+        return (effect < sim_effect_total) ? refuse_second_shaft(sim, effect) : refuse(sim, bad, 0.0, "does not fit the plant");
     }
     static _Thread_local uint16_t storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
     memcpy(storage, sim->board.storage, sizeof storage);

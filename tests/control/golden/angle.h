@@ -3,10 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_ANGLE_H
 
 /* a complex number turned by angle / 2^32 of a turn; radians in [0, 2 pi) and in [-pi, pi) */
-typedef struct {
-    uint32_t angle;
-    double   sine, cosine, rad, rad_signed;
-} golden_sincos_t;
+typedef struct { uint32_t angle; double sine, cosine, rad, rad_signed; } golden_sincos_t;
 static const golden_sincos_t GOLDEN_SINCOS[49] = {
     {0U, 0.0, 1.0, 0.0, 0.0},
     {1U, 1.4629180792672e-09, 1.0, 1.4629180792672e-09, 1.4629180792672e-09},
@@ -60,10 +57,7 @@ static const golden_sincos_t GOLDEN_SINCOS[49] = {
 };
 
 /* rad as steps of 2^-32 turn: decimals */
-typedef struct {
-    double   rad;
-    uint32_t angle;
-} golden_from_rad_t;
+typedef struct { double rad; uint32_t angle; } golden_from_rad_t;
 static const golden_from_rad_t GOLDEN_FROM_RAD[13] = {
     {0.0, 0U},
     {0.5, 341782638U},

@@ -3,9 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_DEADBEAT_H
 
 /* steady current in A for references -1 and 5 A, with a model whose R, L, psi are off: exact fractions */
-typedef struct {
-    double rpm, r, l, psi, id_a, iq_a;
-} golden_deadbeat_t;
+typedef struct { double rpm, r, l, psi, id_a, iq_a; } golden_deadbeat_t;
 static const golden_deadbeat_t GOLDEN_DEADBEAT[21] = {
     {0.0, 1.0, 1.0, 1.0, -1.0, 5.0},
     {0.0, 1.3, 1.0, 1.0, -1.0320245540069e+00, 5.1213266278957e+00},

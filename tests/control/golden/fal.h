@@ -3,9 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_FAL_H
 
 /* decimals of 40 digits */
-typedef struct {
-    double alpha, delta, e, y, lambda;
-} golden_fal_t;
+typedef struct { double alpha, delta, e, y, lambda; } golden_fal_t;
 static const golden_fal_t GOLDEN_FAL[130] = {
     {0.6, 0.4, 0.0, 0.0, 1.4426999059072e+00},
     {0.6, 0.4, 0.0, 0.0, 1.4426999059072e+00},
@@ -140,12 +138,14 @@ static const golden_fal_t GOLDEN_FAL[130] = {
 };
 
 /* alpha 0.6, delta 0.4 where only float reaches */
-typedef struct {
-    double e, y;
-} golden_fal_wide_t;
+typedef struct { double e, y; } golden_fal_wide_t;
 static const golden_fal_wide_t GOLDEN_FAL_WIDE[6] = {
-    {1e-09, 1.4426999059072e-09},     {-2.5e-05, -3.6067497647680e-05}, {640.0, 4.8273410692361e+01},
-    {-12500.0, -2.8717458874926e+02}, {3300000.0, 8.1490759208528e+03}, {-1.0000000000000e+09, -2.5118864315096e+05},
+    {1e-09, 1.4426999059072e-09},
+    {-2.5e-05, -3.6067497647680e-05},
+    {640.0, 4.8273410692361e+01},
+    {-12500.0, -2.8717458874926e+02},
+    {3300000.0, 8.1490759208528e+03},
+    {-1.0000000000000e+09, -2.5118864315096e+05},
 };
 
 #endif

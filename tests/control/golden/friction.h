@@ -3,9 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_FRICTION_H
 
 /* torque at a positive speed: decimals */
-typedef struct {
-    double viscous, coulomb, stat, stribeck, shape, speed, torque;
-} golden_friction_t;
+typedef struct { double viscous, coulomb, stat, stribeck, shape, speed, torque; } golden_friction_t;
 static const golden_friction_t GOLDEN_FRICTION[60] = {
     {0.0339, 0.387, 0.457, 0.551, 1.957, 1.5258789062500e-05, 4.5700051718865e-01},
     {0.0339, 0.387, 0.457, 0.551, 1.957, 6.1035156250000e-04, 4.5702057582622e-01},

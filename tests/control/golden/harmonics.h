@@ -3,13 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_HARMONICS_H
 
 /* one line at turn + part / 2^32 */
-typedef struct {
-    uint32_t cycles_q20, phase;
-    double   amplitude;
-    int64_t  turn;
-    uint32_t part;
-    double   torque;
-} golden_harmonics_t;
+typedef struct { uint32_t cycles_q20, phase; double amplitude; int64_t turn; uint32_t part; double torque; } golden_harmonics_t;
 static const golden_harmonics_t GOLDEN_HARMONICS[80] = {
     {25165824U, 871545726U, 0.14, 0U, 0U, 1.3391984408425e-01},
     {25165824U, 871545726U, 0.14, 0U, 1132085498U, -2.5319700081405e-02},

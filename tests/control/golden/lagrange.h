@@ -3,10 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_LAGRANGE_H
 
 /* taps of order `order` for the fraction f: exact solution of the moment equations */
-typedef struct {
-    uint16_t order;
-    double   f, a0, a1, a2, a3;
-} golden_lagrange_t;
+typedef struct { uint16_t order; double f, a0, a1, a2, a3; } golden_lagrange_t;
 static const golden_lagrange_t GOLDEN_LAGRANGE[31] = {
     {0U, 0.0, 1.0, 0.0, 0.0, 0.0},
     {1U, 0.0, 1.0, 0.0, 0.0, 0.0},

@@ -3,11 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_MT_SPEED_H
 
 /* counts over time between edges of a known motion, exact; 10000 cycles a sample, standstill after 4 samples */
-typedef struct {
-    int32_t  count;
-    uint32_t edge_cyc, now_cyc;
-    double   speed;
-} golden_mt_t;
+typedef struct { int32_t count; uint32_t edge_cyc, now_cyc; double speed; } golden_mt_t;
 static const golden_mt_t GOLDEN_MT[69] = {
     {7U, 18018U, 20000U, 0.0},
     {11U, 28829U, 30000U, 3.6999352511331e+00},

@@ -3,9 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_NUM_MATH_H
 
 /* y = log2(x): decimals */
-typedef struct {
-    double x, y;
-} golden_log2_t;
+typedef struct { double x, y; } golden_log2_t;
 static const golden_log2_t GOLDEN_LOG2[26] = {
     {1.5258789062500e-05, -16.0},
     {3.0517578125000e-05, -15.0},
@@ -36,9 +34,7 @@ static const golden_log2_t GOLDEN_LOG2[26] = {
 };
 
 /* y = 2^x: decimals */
-typedef struct {
-    double x, y;
-} golden_exp2_t;
+typedef struct { double x, y; } golden_exp2_t;
 static const golden_exp2_t GOLDEN_EXP2[25] = {
     {-24.015625, 5.8962584328292e-08},
     {-15.984375, 1.5424946381404e-05},
@@ -68,9 +64,7 @@ static const golden_exp2_t GOLDEN_EXP2[25] = {
 };
 
 /* y = sqrt(x): decimals */
-typedef struct {
-    double x, y;
-} golden_sqrt_t;
+typedef struct { double x, y; } golden_sqrt_t;
 static const golden_sqrt_t GOLDEN_SQRT[26] = {
     {1.5258789062500e-05, 0.00390625},
     {3.0517578125000e-05, 5.5242717280199e-03},
@@ -101,9 +95,7 @@ static const golden_sqrt_t GOLDEN_SQRT[26] = {
 };
 
 /* y = base^exponent where both numerics reach: decimals */
-typedef struct {
-    double base, exponent, y;
-} golden_pow_t;
+typedef struct { double base, exponent, y; } golden_pow_t;
 static const golden_pow_t GOLDEN_POW[96] = {
     {1.5258789062500e-05, -0.375, 64.0},
     {1.5258789062500e-05, 0.0625, 0.5},
@@ -204,9 +196,7 @@ static const golden_pow_t GOLDEN_POW[96] = {
 };
 
 /* the same where only float reaches */
-typedef struct {
-    double base, exponent, y;
-} golden_pow_wide_t;
+typedef struct { double base, exponent, y; } golden_pow_wide_t;
 static const golden_pow_wide_t GOLDEN_POW_WIDE[54] = {
     {1e-09, -1.0, 1000000000.0},
     {1e-09, -0.75, 5.6234132519035e+06},

@@ -4,7 +4,8 @@
 
 /* error equation x' = A x, row by row */
 static const double GOLDEN_RDC_A[9] = {
-    0.0, 1.0, 0.0, 0.0, 0.0, 1.0, -3.3384615384615e+04, -5.0076923076923e+03, -1.7126923076923e+02,
+    0.0, 1.0, 0.0, 0.0, 0.0,
+    1.0, -3.3384615384615e+04, -5.0076923076923e+03, -1.7126923076923e+02,
 };
 
 /* P of A^T P + P A = -I, row by row */
@@ -14,9 +15,7 @@ static const double GOLDEN_RDC_P[9] = {
 };
 
 /* first sample from rest, T_s = 2^-7 s; J = 0.0078 kg m^2 */
-typedef struct {
-    double error, speed_error, rho, sigma, s, robust;
-} golden_rdc_robust_t;
+typedef struct { double error, speed_error, rho, sigma, s, robust; } golden_rdc_robust_t;
 static const golden_rdc_robust_t GOLDEN_RDC_ROBUST[24] = {
     {-3.5729408264160e-03, 4.0760040283203e-03, 0.3, 0.0625, -7.7364852616272e-03, 3.7135129255811e-02},
     {-5.8128833770752e-03, -5.7956695556641e-02, 0.15, 0.02, -3.7744737088658e-02, 0.15},

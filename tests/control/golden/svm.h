@@ -3,9 +3,7 @@
 #define TESTS_CONTROL_GOLDEN_SVM_H
 
 /* duties from the times of sector vectors */
-typedef struct {
-    double alpha, beta, v_dc, a, b, c;
-} golden_svm_t;
+typedef struct { double alpha, beta, v_dc, a, b, c; } golden_svm_t;
 static const golden_svm_t GOLDEN_SVM[49] = {
     {9.9990844726562e-02, 7.7819824218750e-04, 1.0, 5.7533010326838e-01, 4.2601777562545e-01, 4.2466989673162e-01},
     {3.8554382324219e-01, 1.0655212402344e-01, 1.0, 8.3529629054738e-01, 3.4925740191559e-01, 1.6470370945262e-01},
@@ -59,9 +57,7 @@ static const golden_svm_t GOLDEN_SVM[49] = {
 };
 
 /* a complex number cut to a length */
-typedef struct {
-    double d, q, limit, out_d, out_q;
-} golden_vector_limit_t;
+typedef struct { double d, q, limit, out_d, out_q; } golden_vector_limit_t;
 static const golden_vector_limit_t GOLDEN_VECTOR_LIMIT[24] = {
     {0.0, 0.0, 0.5, 0.0, 0.0},
     {0.0, 0.0, 1.0, 0.0, 0.0},
