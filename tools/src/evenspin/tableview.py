@@ -6,7 +6,7 @@ import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -136,7 +136,7 @@ def _print_columns(
         table.collapse_padding = True
     for index in columns:
         longest = max((len(row[index]) for row in view.rows), default=0)
-        side = "left" if index < view.left else "right"
+        side: Literal["left", "right"] = "left" if index < view.left else "right"
         if widths is None:
             table.add_column(Text(view.header[index]), justify=side, no_wrap=longest <= LONG_CELL)
         else:

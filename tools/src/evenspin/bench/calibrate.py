@@ -7,7 +7,7 @@ and limit. What it changed is kept with what was there before, so that it can be
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -297,15 +297,20 @@ def _range(drive: Drive, name: str) -> tuple[float, float]:
     return field.minimum, field.maximum
 
 
+def _hold(drive: Drive, axis: str, current_a: float) -> None:
+    """This current in one axis, none in the other."""
+    drive.setpoint(Mode.CURRENT, id_a=current_a if axis == "d" else 0.0, iq_a=current_a if axis == "q" else 0.0)
+
+
 def _axis(drive: Drive, axis: str, low_a: float, high_a: float) -> tuple[float, float]:
     """(R, L) of an axis: the step from low to high."""
     current, voltage, reference = f"i{axis}_a", f"v{axis}_v", f"i{axis}_ref_a"
-    drive.setpoint(Mode.CURRENT, **{f"i{axis}_a": low_a})
+    _hold(drive, axis, low_a)
     drive.start()
     drive.sleep(HOLD_S)
     drive.arm_capture((current, voltage), rows=STEP_ROWS, pre=STEP_ROWS // 4, trigger=Trigger.RISING,
                       signal_name=reference, level=0.5 * (low_a + high_a))  # fmt: skip
-    drive.setpoint(Mode.CURRENT, **{f"i{axis}_a": high_a})
+    _hold(drive, axis, high_a)
     taken = drive.read_capture()
     with drive.stream((current, voltage), rate_hz=1000.0) as stream:
         after = stream.read_rows(200).astype(float).mean(axis=0)
@@ -451,7 +456,7 @@ PROCEDURES = {
 
 
 @contextmanager
-def _settings(drive: Drive, **words: str):
+def _settings(drive: Drive, **words: str) -> Iterator[None]:
     """Parameters that hold while a procedure works."""
     wanted = {name: parse_value(drive.parameters[name], word) for name, word in words.items()}
     before = drive.get(list(wanted))

@@ -20,7 +20,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
@@ -30,7 +30,7 @@ from evenspin.errors import InputError
 from evenspin.model import InputCurve, Machine
 from evenspin.model.document import read_document
 from evenspin.model.machine import RATINGS, SIMULATED, find_model, load_machine
-from evenspin.model.schema import Strict, check, real
+from evenspin.model.schema import Real, Strict, check, within
 from evenspin.native import tables
 
 LOG_HZ, STEPS_HZ = 2000.0, 10_000.0
@@ -199,18 +199,22 @@ def _validation_steps(current_a: float) -> Experiment:
 
 
 class _Curve(Strict):
-    t_s: list[real(0.0, 1e5)] = pydantic.Field(description="times in s that rise from 0", min_length=1)
-    value: list[real(-1e6, 1e6)] = pydantic.Field(description="as many numbers as t_s has", min_length=1)
+    t_s: list[Annotated[Real, within(0.0, 1e5)]] = pydantic.Field(
+        description="times in s that rise from 0", min_length=1
+    )
+    value: list[Annotated[Real, within(-1e6, 1e6)]] = pydantic.Field(
+        description="as many numbers as t_s has", min_length=1
+    )
     linear: bool = pydantic.Field(False, description="true or false")
 
 
 class _Experiment(Strict):
     name: str = pydantic.Field(description="a name in quotes: letters, digits, _", pattern=r"^[A-Za-z0-9_]+$")
     mode: Literal["speed", "current"] = pydantic.Field(description='"speed" or "current"')
-    duration_s: real(0.01, 3600.0) = pydantic.Field(description="a number in 0.01 .. 3600 s")
-    log_rate_hz: real(1.0, 10_000.0) = pydantic.Field(description="10000 Hz over a whole number")
+    duration_s: Annotated[Real, within(0.01, 3600.0)] = pydantic.Field(description="a number in 0.01 .. 3600 s")
+    log_rate_hz: Annotated[Real, within(1.0, 10_000.0)] = pydantic.Field(description="10000 Hz over a whole number")
     rotor_locked: bool = pydantic.Field(False, description="true or false")
-    current_from_s: real(0.0, 3600.0) | None = pydantic.Field(None, description="a time in s")
+    current_from_s: Annotated[Real, within(0.0, 3600.0)] | None = pydantic.Field(None, description="a time in s")
     speed_ref_rad_s: _Curve | None = pydantic.Field(None, description="a table with t_s and value")
     id_ref_a: _Curve | None = pydantic.Field(None, description="a table with t_s and value")
     iq_ref_a: _Curve | None = pydantic.Field(None, description="a table with t_s and value")

@@ -6,6 +6,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
+from typing import Any
 
 from evenspin.bench.errors import NoDeviceError, ReadOnlyError, RefusedError
 from evenspin.bench.schema import AT_REST, KINDS, NO_FAULT, Schema
@@ -113,7 +114,7 @@ class Reader:
         self._payload = payload
         self._at = 0
 
-    def take(self, layout: str) -> tuple[float, ...]:
+    def take(self, layout: str) -> tuple[Any, ...]:
         layout = f"<{layout}"
         if self._at + struct.calcsize(layout) > len(self._payload):
             raise NoDeviceError(f"an answer of {len(self._payload)} octets ends early; is it an evenspin drive?")
@@ -123,8 +124,8 @@ class Reader:
 
     def text(self) -> str:
         (length,) = self.take("B")
-        octets = self._payload[self._at : self._at + int(length)]
-        self._at += int(length)
+        octets = self._payload[self._at : self._at + length]
+        self._at += length
         return octets.decode("ascii", "replace")
 
     def rest(self) -> bytes:

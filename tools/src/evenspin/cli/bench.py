@@ -29,8 +29,8 @@ def register(parent: typer.Typer) -> None:
         app.command(command.__name__)(command)
     app.command("set")(set_)
     app.add_typer(config, name="config")
-    for command in (pull, push, diff):
-        config.command(command.__name__)(command)
+    for on_file in (pull, push, diff):
+        config.command(on_file.__name__)(on_file)
     bench_capture.register(app)
     bench_log.register(app)
     bench_calibrate.register(app)

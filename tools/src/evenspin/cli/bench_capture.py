@@ -120,8 +120,12 @@ class CaptureFiles:
         with self.table as place:
             write_csv(place, ("t_s", *taken.names), np.column_stack((taken.t_s, taken.values.astype(float))))
             known = {self.table.path.name: hash_of(place)}
-        facts = {"rows": len(taken.values), "pre": taken.pre, "decimation": taken.decimation, "pwm_hz": taken.pwm_hz}
-        facts |= {"units": dict(zip(taken.names, taken.units, strict=True)), "events": events_of(taken, happened)}
+        facts: dict[str, Any] = {"rows": len(taken.values), "pre": taken.pre, "decimation": taken.decimation}
+        facts |= {
+            "pwm_hz": taken.pwm_hz,
+            "units": dict(zip(taken.names, taken.units, strict=True)),
+            "events": events_of(taken, happened),
+        }
         content = describe(self.table.origin, known, recording=True)
         self.facts.write(json_text(content | {"source": dict(source_facts(drive)), "recorded": facts}))
         raw.unlink(missing_ok=True)

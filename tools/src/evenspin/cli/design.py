@@ -26,8 +26,8 @@ def group() -> None:
     """Design of controllers: margins and bounds before anything turns."""
 
 
-def _option(text: str, **limits: int) -> typer.models.OptionInfo:
-    return typer.Option(help=text, show_default="from the model", **limits)
+def _option(text: str, min: int | None = None, max: int | None = None) -> typer.models.OptionInfo:
+    return typer.Option(help=text, show_default="from the model", min=min, max=max)
 
 
 @app.command("rc")

@@ -208,8 +208,11 @@ def plan(
         records, before = {}, 0.0
         with progress_bar("performing the plan", total) as bar:
             for e in experiments:
-                start = before
-                records[e.name] = planning.perform(e, lambda t, start=start: bar.update(start + t))
+
+                def tell(t_s: float, start_s: float = before) -> None:
+                    bar.update(start_s + t_s)
+
+                records[e.name] = planning.perform(e, tell)
                 before += e.setup.duration_s
         with output as folder:
             write_case(folder, planning.meta(experiments, f"{machine.name}-plan"), records)

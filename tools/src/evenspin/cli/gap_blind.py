@@ -210,16 +210,16 @@ def _print(result: Any) -> None:
     if rows:
         header = ("case", "kind", "size", "hidden", "said", "gap closed")
         print_table(TableView("Not exactly right", "", header, rows, left=5), screen)
-    rows = [(what, size, str(n), percent(share)) for what, size, n, share in size_table(result)]
-    if rows:
-        print_table(TableView("By size", "", ("hidden", "size", "cases", "exactly right"), rows, left=2), screen)
-    rows = [(key, str(n), percent(mid), percent(most)) for key, n, mid, most in parameter_table(result)]
-    if rows:
+    sizes = [(what, size, str(n), percent(share)) for what, size, n, share in size_table(result)]
+    if sizes:
+        print_table(TableView("By size", "", ("hidden", "size", "cases", "exactly right"), sizes, left=2), screen)
+    errors = [(key, str(n), percent(mid), percent(most)) for key, n, mid, most in parameter_table(result)]
+    if errors:
         print_table(
-            TableView("Parameter errors", "", ("parameter", "cases", "median", "largest"), rows, left=1), screen
+            TableView("Parameter errors", "", ("parameter", "cases", "median", "largest"), errors, left=1), screen
         )
     missed = result.missed()
-    rows = [
+    goals = [
         (
             SAYS[name],
             percent(value),
@@ -228,7 +228,7 @@ def _print(result: Any) -> None:
         )
         for name, value in result.summary.items()
     ]
-    print_table(TableView("Score", "", ("", "found", "goal", ""), rows, left=1), screen)
+    print_table(TableView("Score", "", ("", "found", "goal", ""), goals, left=1), screen)
 
 
 def _said(names: tuple[str, ...] | None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -84,7 +84,7 @@ def friction(
 
     Example: `evenspin identify friction --run sim yeh2024`
     """
-    settings = {"stribeck": not no_stribeck, "torque": torque, "torque_per_a_nm": torque_per_a_nm}
+    settings: dict[str, Any] = {"stribeck": not no_stribeck, "torque": torque, "torque_per_a_nm": torque_per_a_nm}
     settings |= {"top_rad_s": top_speed, "noise_nm": noise, "seed": seed, "numeric": numeric.value}
     _identify(("friction",), logs, run, settings, out, force, json_file)
 
@@ -107,7 +107,7 @@ def inertia(
 
     Example: `evenspin identify inertia --run sim yeh2024`
     """
-    settings = {"torque": torque, "torque_per_a_nm": torque_per_a_nm}
+    settings: dict[str, Any] = {"torque": torque, "torque_per_a_nm": torque_per_a_nm}
     settings |= {"top_rad_s": top_speed, "noise_nm": noise, "seed": seed, "numeric": numeric.value}
     _identify(("inertia",), logs, run, settings, out, force, json_file)
 
@@ -130,7 +130,7 @@ def cogging(
 
     Example: `evenspin identify cogging --run sim yeh2024 --snap`
     """
-    settings = {"snap": snap, "torque": torque, "torque_per_a_nm": torque_per_a_nm}
+    settings: dict[str, Any] = {"snap": snap, "torque": torque, "torque_per_a_nm": torque_per_a_nm}
     settings |= {"noise_nm": noise, "seed": seed, "numeric": numeric.value}
     _identify(("cogging",), logs, run, settings, out, force, json_file)
 
@@ -159,7 +159,7 @@ def everything(
     if run is None:
         must = "sim: logs belong to one of friction, inertia, cogging"
         raise InputError("identify", "--run", "(missing)", must, "give --run sim, or name the experiment")
-    settings = {"snap": snap, "stribeck": not no_stribeck, "torque": torque}
+    settings: dict[str, Any] = {"snap": snap, "stribeck": not no_stribeck, "torque": torque}
     settings |= {"top_rad_s": top_speed, "noise_nm": noise, "seed": seed, "numeric": numeric.value}
     _identify(("friction", "inertia", "cogging"), logs, run, settings, out, force, json_file)
 
@@ -168,7 +168,7 @@ def _identify(
     kinds: Sequence[str],
     logs: Sequence[str] | None,
     run: str | None,
-    settings: dict[str, object],
+    settings: dict[str, Any],
     out: Path | None,
     force: bool,
     json_file: str | None,
@@ -187,7 +187,7 @@ def _identify(
         raise InputError("identify", "--run", run, "sim", "leave it out to read logs")
     if run == SIMULATED and len(names) > 1:
         raise InputError("identify", "MODEL", " ".join(names), "one model", "with --run sim no log is read")
-    choices = Choices(kinds, **settings)  # type: ignore[arg-type]
+    choices = Choices(kinds, **settings)
     made = origin(*names)
     output = OutputFolder(out, made, force=force) if out is not None else None
     if run == SIMULATED:

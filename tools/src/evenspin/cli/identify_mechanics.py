@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -74,7 +74,7 @@ def identify_mechanics(
     if plot is not None:
         check_plot_file(plot)
     names = list(logs or ())
-    settings = {"speed_rpm": speed_rpm, "amplitude_a": amplitude_a, "bit_s": bit_s, "bits": bits}
+    settings: dict[str, Any] = {"speed_rpm": speed_rpm, "amplitude_a": amplitude_a, "bit_s": bit_s, "bits": bits}
     screen = console(json_file)
     if run is None:
         others = {"dry_run": dry_run or None, "bits": None if bits == BITS else bits}

@@ -45,8 +45,8 @@ def effects(
         return
     effect = chosen[0]
     screen.print(f"{effect.name} (acts on {effect.acts_on})\n{effect.doc}\nShows as: {effect.signature}")
-    rows = [_field_row(field) for field in effect.params.values()]
-    print_table(TableView("Parameters", "", FIELD_HEADER, rows, left=5), screen)
+    params = [_field_row(field) for field in effect.params.values()]
+    print_table(TableView("Parameters", "", FIELD_HEADER, params, left=5), screen)
     if effect.told_apart:
         shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items())
         screen.print(

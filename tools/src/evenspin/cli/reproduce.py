@@ -140,7 +140,7 @@ def _tang2020(
     from evenspin.log.case import write_json as write_file
     from evenspin.output import OutputFolder
     from evenspin.report.page import write_page
-    from evenspin.reproduce.tang2020 import METHODS
+    from evenspin.reproduce.tang2020 import METHODS, Result
     from evenspin.reproduce.tang2020 import reproduce as run_all
     from evenspin.reproduce.tang2020.page import page_of
     from evenspin.reproduce.tang2020.tables import tables_of
@@ -150,7 +150,7 @@ def _tang2020(
     methods = _chosen(method, METHODS)
     made = origin()
     output = OutputFolder(out, made, force=force) if out is not None else None
-    results = []
+    results: list[Result] = []
     for build in builds:
         with progress_bar(f"tang2020, {build}", 1.0) as bar:
             keep = output is not None and not results

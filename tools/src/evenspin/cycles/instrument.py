@@ -16,7 +16,7 @@ def instrument(text: str) -> str:
     inside = False
     block = 0
     serial = 0
-    narrow: set[str | None] = set()
+    narrow: set[str] = set()
     whole = text.splitlines()
     in_memory: set[str] = set()
     for number, line in enumerate(whole):
@@ -27,7 +27,9 @@ def instrument(text: str) -> str:
         elif line == "}":
             inside = False
         elif inside:
-            narrow.add(widened(line))
+            name = widened(line)
+            if name is not None:
+                narrow.add(name)
             if TERMINATOR.match(line):
                 block += cost(line, narrow, in_memory)
                 if block and not line.lstrip().startswith("unreachable"):

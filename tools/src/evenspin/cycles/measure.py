@@ -134,7 +134,8 @@ def run_driver(root: Path, clang: str, work: Path, level: str) -> dict[str, tupl
         objects = [*pool.map(counted, sources), *pool.map(lambda source: counted(source, port), port_sources(root))]
     program = work / f"driver{level}"
     drivers = [root / "tests/target/cycles" / name for name in ("driver.c", "services.c", "port.c")]
-    quiet = ("-O1", "-ffp-contract=off", "-Wno-everything", *include, "-I", root / "tests/hal/fake_driverlib")
+    quiet: list[str | Path] = ["-O1", "-ffp-contract=off", "-Wno-everything", *include]
+    quiet += ["-I", root / "tests/hal/fake_driverlib"]
     call(clang, *quiet, *drivers, *fake_sources(root), *objects, "-lm", "-o", program)
     rows: dict[str, tuple[int, int]] = {}
     for line in call(program).splitlines():
@@ -186,7 +187,7 @@ def make_rows(
         current, speed = isr[f"current_isr {method}"], isr[f"speed_isr {method}"]
         both = [current[i] + -(-speed[i] // SPEED_DIVIDER) for i in (0, 1)]
         each = counted(f"current_isr {method}", f"speed_isr {method}")
-        add(f"both {method}", "isr", *both, each[0] - (-each[1] // SPEED_DIVIDER) if each else None)
+        add(f"both {method}", "isr", both[0], both[1], each[0] - (-each[1] // SPEED_DIVIDER) if each else None)
     for method in methods:
         base = "pi deadbeat" if method.endswith(" deadbeat") else "pi"
         if method.startswith("position "):
@@ -198,7 +199,7 @@ def make_rows(
             for i in (0, 1)
         ]
         each = counted(*(f"{which}_isr {name}" for name in (method, base) for which in ("current", "speed")))
-        add(method, "extra", *extra, each[0] + each[1] - each[2] - each[3] if each else None)
+        add(method, "extra", extra[0], extra[1], each[0] + each[1] - each[2] - each[3] if each else None)
     return rows
 
 

@@ -191,8 +191,8 @@ def place_speed_poles(mechanics: Mechanics, chain: Chain, pole_hz: float) -> Spe
             f"above {mechanics.viscous_nms / mechanics.inertia_kgm2 / (4.0 * math.pi):.3g} Hz, where friction alone is"
         )
         raise InputError(WHERE, "--pi-hz", pole_hz, must, "raise it")
-    roots = np.roots(polynomial_17(mechanics, kp, ki))
-    return SpeedControl(kp, ki, pole_hz, wanted, _sorted(roots), _sorted(_roots_with_delays(mechanics, chain, kp, ki)))
+    roots = _roots(polynomial_17(mechanics, kp, ki))
+    return SpeedControl(kp, ki, pole_hz, wanted, roots, _roots_with_delays(mechanics, chain, kp, ki))
 
 
 def polynomial_17(mechanics: Mechanics, kp_nms: float, ki_nms: float) -> list[float]:
@@ -214,10 +214,12 @@ def _roots_with_delays(mechanics: Mechanics, chain: Chain, kp: float, ki: float)
     total = np.zeros(max(3, 1 + whole + len(numerator)))
     total[:3] += denominator
     total[1 + whole : 1 + whole + len(numerator)] += numerator
-    return np.roots(np.trim_zeros(total, "b"))
+    return _roots(np.trim_zeros(total, "b"))
 
 
-def _sorted(roots: Complex) -> Complex:
+def _roots(polynomial: Sequence[float] | Array) -> Complex:
+    """The slowest first."""
+    roots = np.asarray(np.roots(polynomial), dtype=np.complex128)
     return roots[np.argsort(-np.abs(roots), kind="stable")]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 from evenspin.design.rdc import RdcDesign, RdcLoop, design
 from evenspin.errors import InputError
@@ -36,7 +37,8 @@ def prepare(model: str, choices: Mapping[str, float | None]) -> RdcDesign:
         delay_samples=int(drive["torque_delay_samples"]),
     )
     given = {name: value for name, value in choices.items() if value is not None}
-    loop = replace(loop, **{name: value for name, value in given.items() if name in loop_fields})
+    changes: dict[str, Any] = {name: value for name, value in given.items() if name in loop_fields}
+    loop = replace(loop, **changes)
     rho, sigma = given.get("rho_nm", drive["rdc_rho_nm"]), given.get("sigma", drive["rdc_sigma"])
     return design(loop, rho, sigma, given.get("q", 1.0))
 

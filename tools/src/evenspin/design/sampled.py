@@ -52,7 +52,7 @@ class Sampled:
 
     @functools.cached_property
     def poles(self) -> Complex:
-        return np.linalg.eigvals(self.a)
+        return np.asarray(np.linalg.eigvals(self.a), dtype=np.complex128)
 
     @property
     def radius(self) -> float:
@@ -67,7 +67,7 @@ class Sampled:
         z = np.exp(2j * np.pi * np.asarray(f_hz, dtype=float) * self.ts_s)
         size = len(self.a)
         state = np.linalg.solve(z[:, None, None] * np.eye(size) - self.a, self.b[None, :, None])[:, :, 0]
-        return self.unit * (state @ self.c)
+        return np.asarray(self.unit * (state @ self.c), dtype=np.complex128)
 
 
 def sampled_loop(plant: Numbers, drive: Numbers, speed_rad_s: float, delay_periods: int = 0) -> Sampled:

@@ -123,9 +123,10 @@ class VirtualDrive:
     def advance(self, milliseconds: int) -> None:
         for _ in range(milliseconds):
             self._give()
-            rows = self._sim.run(PERIODS_PER_MS, 1) if self._record else self._sim.skip(PERIODS_PER_MS)
-            if rows is not None:
-                self._rows.append(rows)
+            if self._record:
+                self._rows.append(self._sim.run(PERIODS_PER_MS, 1))
+            else:
+                self._sim.skip(PERIODS_PER_MS)
             self.periods += PERIODS_PER_MS
             self._take()
 

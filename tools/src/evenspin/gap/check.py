@@ -91,17 +91,17 @@ def _alive(case: Case, drive: Drive, said: list[str]) -> tuple[dict[str, Record]
         if name not in EXPERIMENTS:
             said.append(f"{name} is not an experiment of the format: left out")
             continue
-        why = unusable(record)
+        why, mended = unusable(record), None
         if why is None:
             mended = repaired(record, said, name)
             if mended is None or not _has_rows(name, mended, said):
                 continue
             why = dead_channel(name, mended, drive)
-        if why is None:
-            alive[name] = mended
-        else:
+        if why is not None:
             dead[name] = why
             said.append(f"{name}: {why}: left out")
+        elif mended is not None:
+            alive[name] = mended
     return alive, dead
 
 
@@ -203,7 +203,8 @@ def _check_counts(case: Case, counts: float) -> Iterator[str]:
     """The angle moves in whole counts, and in all of them."""
     if counts <= 0.0 or math.tau / counts < FINE_RAD:
         return
-    theta = np.concatenate([r["theta_m_rad"] for name, r in case.experiments.items() if name not in LOCKED] or [[]])
+    turning = [r["theta_m_rad"] for name, r in case.experiments.items() if name not in LOCKED]
+    theta = np.concatenate(turning or [np.empty(0)])
     if len(theta) < LEAST_ROWS:
         return
     steps = theta / (math.tau / counts)

@@ -145,7 +145,7 @@ def tables_of(found: Identified) -> list[TableView]:
         header = ("parameter", "unit", "value", "+-", "")
         views.append(TableView("Identified", "+-: 95 % confidence interval.", header, rows))
     if found.spectrum is not None:
-        rows = [
+        lines = [
             (
                 f"{line.cycles.value:.5f}" + (" (snapped)" if line.snapped else ""),
                 f"{line.cycles.half:.2g}",
@@ -156,11 +156,11 @@ def tables_of(found: Identified) -> list[TableView]:
             )
             for line in found.spectrum.lines
         ]
-        header = ("cycles per turn", "+-", "amplitude N m", "+-", "phase rad", "+-")
+        of_lines = ("cycles per turn", "+-", "amplitude N m", "+-", "phase rad", "+-")
         text = (
             f"From {found.spectrum.turns} turns: resolution {found.spectrum.resolution:.3g} cycles per turn; refined."
         )
-        views.append(TableView("Torque tied to the angle: L sin(cycles theta + phase)", text, header, rows, left=0))
+        views.append(TableView("Torque tied to the angle: L sin(cycles theta + phase)", text, of_lines, lines, left=0))
     return views
 
 

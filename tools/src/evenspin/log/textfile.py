@@ -5,8 +5,8 @@ from __future__ import annotations
 import gzip
 import zlib
 from collections.abc import Iterator, Sequence
+from io import BufferedIOBase
 from pathlib import Path
-from typing import IO
 
 from evenspin.errors import MISSING, InputError
 
@@ -45,11 +45,11 @@ def line_blocks(text: str, start: int = 0, first_line: int = 1) -> Iterator[tupl
         start, first_line = end + 1, first_line + len(lines)
 
 
-def _opened(path: Path) -> IO[bytes]:
+def _opened(path: Path) -> BufferedIOBase:
     return gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb")
 
 
-def _bounded(path: Path, file: IO[bytes], most_bytes: int) -> bytearray:
+def _bounded(path: Path, file: BufferedIOBase, most_bytes: int) -> bytearray:
     raw = bytearray()
     while block := file.read(BLOCK):
         raw += block

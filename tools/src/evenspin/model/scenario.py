@@ -30,6 +30,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -197,7 +198,7 @@ def scenario_schema() -> type[Strict]:
         "log_rate_hz": (rate, described("a rate in 1 .. 1e6 Hz", 2000.0)),
         "drive": (drive_schema() | None, described("a table [drive]", None)),
         "effects": (effects_schema() | None, described("tables [effects.NAME]", None)),
-        "event": (list[event_schema()], described("a list of tables [[event]]", ())),
+        "event": (types.GenericAlias(list, event_schema()), described("a list of tables [[event]]", ())),
     }
     return pydantic.create_model("Scenario", __base__=Strict, **members)
 
@@ -255,7 +256,7 @@ def _ordered_events(document: Document, file: Any) -> list[tuple[int, Any]]:
     events = list(enumerate(file.event))
     last_s = -1.0
     for index, event in events:
-        keys = ["event", index, "at_s"]
+        keys: list[str | int] = ["event", index, "at_s"]
         if event.at_s <= last_s:
             raise document.error(keys, f"later than the event before ({last_s:g} s)", "order the events by time")
         if event.at_s + (event.ramp_s or 0.0) >= file.duration_s:
@@ -353,7 +354,7 @@ def _tunes(document: Document, events: list[tuple[int, Any]]) -> tuple[Tune, ...
         for name in given_numbers(event.drive, tables().params):
             if tables().params[name].at_rest:
                 must = "a parameter that changes while the drive runs"
-                keys = ["event", index, "drive", name]
+                keys: list[str | int] = ["event", index, "drive", name]
                 raise document.error(keys, must, "it changes at rest only: set it in [drive]")
     return tuple(
         Tune(event.at_s, name, value)

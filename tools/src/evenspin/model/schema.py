@@ -71,7 +71,8 @@ def _finding(schema: type[BaseModel], document: Document, details: Any) -> Input
 
 def _look_up(schema: type[BaseModel], keys: tuple[str | int, ...]) -> tuple[type[BaseModel], Any]:
     """The schema around a key, and what it says about the key."""
-    around, inner, info = schema, schema, None
+    around, info = schema, None
+    inner: type[BaseModel] | None = schema
     for key in keys:
         if isinstance(key, str):
             if inner is None:
@@ -89,10 +90,24 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     return next((model for model in found if model is not None), None)
 
 
+def _real(value: object) -> object:
+    """A whole number is a real one, unless it is astronomically large."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return float(value) if abs(value) < 10**300 else float("inf")
+    return value
+
+
+Real = Annotated[float, BeforeValidator(_real)]
+
+
 def real(low: float = -math.inf, high: float = math.inf) -> Any:
     """A finite number; whole numbers will do."""
-    limits = pydantic.Field(ge=low, le=high, allow_inf_nan=False)
-    return Annotated[float, BeforeValidator(_real), limits]
+    return Annotated[Real, within(low, high)]
+
+
+def within(low: float = -math.inf, high: float = math.inf) -> Any:
+    """The limits of a `Real`, for annotations, where a call of `real` cannot stand."""
+    return pydantic.Field(ge=low, le=high, allow_inf_nan=False)
 
 
 def _type_of(field: Field) -> Any:
@@ -108,10 +123,3 @@ def _type_of(field: Field) -> Any:
 def _flag(value: object) -> object:
     """0 and 1 are switches, too: the tables write them so."""
     return bool(value) if isinstance(value, int) and value in (0, 1) else value
-
-
-def _real(value: object) -> object:
-    """A whole number is a real one, unless it is astronomically large."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        return float(value) if abs(value) < 10**300 else float("inf")
-    return value

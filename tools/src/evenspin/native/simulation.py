@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import NativeError
 from evenspin.native.library import load
+
+Values = Sequence[float] | NDArray[np.floating[Any]]
 
 LINK_OCTETS = 1 << 14  # more than the link of the virtual board holds
 
@@ -38,7 +41,7 @@ class Simulation:
     def set_seed(self, seed: int) -> None:
         self._need(self._library.lib.es_sim_set_seed(self._handle, seed))
 
-    def set_input(self, name: str, t_s: Sequence[float], value: Sequence[float], *, linear: bool = False) -> None:
+    def set_input(self, name: str, t_s: Values, value: Values, *, linear: bool = False) -> None:
         """Value over time: held between the points, or a ramp."""
         ffi = self._library.ffi
         times, values = (np.ascontiguousarray(x, dtype=np.float64) for x in (t_s, value))
@@ -106,7 +109,7 @@ class Simulation:
         lib.es_sim_memory_read(self._handle, ffi.from_buffer("double[]", amps, require_writable=True), len(amps))
         return amps
 
-    def set_memory(self, amps: Sequence[float]) -> None:
+    def set_memory(self, amps: Values) -> None:
         """What it knows from the start; only for a drive that does not run."""
         values = np.ascontiguousarray(amps, dtype=np.float64)
         buffer = self._library.ffi.from_buffer("double[]", values)

@@ -165,9 +165,9 @@ def _effects(library: Library) -> Iterator[Effect]:
 def _effect_param(library: Library, field: Field, effect: int, param: int) -> EffectParam:
     raw = library.ffi.new("es_role_t *")
     library.lib.es_effect_param_role(effect, param, raw)
-    own = {"role": library.text(raw.role), "example": raw.example}
-    flags = {"vector": bool(raw.vector), "optional": bool(raw.optional)}
-    return EffectParam(**{each.name: getattr(field, each.name) for each in fields(Field)}, **own, **flags)
+    own: dict[str, Any] = {"role": library.text(raw.role), "example": raw.example}
+    own |= {"vector": bool(raw.vector), "optional": bool(raw.optional)}
+    return EffectParam(**{each.name: getattr(field, each.name) for each in fields(Field)}, **own)
 
 
 def _neighbours(library: Library, effect: int) -> Iterator[str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
+from types import TracebackType
 
 from evenspin.output.manifest import hash_of, note_file, read_file_entry
 from evenspin.output.origin import Origin
@@ -78,9 +79,11 @@ class OutputFile(Writer):
             return self.path
         return super().__enter__() / self.path.name
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if not _is_special(self.path):
-            super().__exit__(*error)  # type: ignore[arg-type]
+            super().__exit__(kind, error, trace)
 
     def finish(self, new: Path) -> None:
         """From the folder in which it has its own name to the place from which it is put."""

@@ -97,7 +97,7 @@ def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
     columns = min(4, len(steady))
     rows = -(-len(steady) // columns)
     figure, axes = subplots(rows, columns, height=2.1 * rows + 0.9, sharex=True, sharey=True)
-    data: dict[str, Array] = {}
+    data: dict[str, Sequence[float] | Array] = {}
     for panel, segment in zip(axes.flat, steady, strict=False):
         draw = _spectrum_panel if len(curves) == 1 else _bar_panel
         data |= draw(panel, setup, curves, segment)

@@ -31,7 +31,7 @@ METHOD_WIDTHS = {"crc": 2.2}  # shows behind FORC, whose curve is the same where
 REFERENCE_COLOUR = "#222222"
 OTHER_COLOURS = ("#1f6fb4", "#e08e0b", "#0b8f6a", "#b4441f", "#7a4fb4")
 
-RC = {
+RC: dict[Any, Any] = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,

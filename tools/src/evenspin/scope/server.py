@@ -195,8 +195,8 @@ class Scope:
             self.control.take(page)
             page.put({"type": "answer", "id": request.id})
         elif request.do in messages.NEEDS_CONTROL and page is not self.control.holder:
-            error = "this page only watches; take control first"
-            page.put({"type": "answer", "id": request.id, "error": error})
+            refusal = "this page only watches; take control first"
+            page.put({"type": "answer", "id": request.id, "error": refusal})
         elif request.do != "stop" and page.requests >= REQUESTS_AT_ONCE:
             page.put({"type": "answer", "id": request.id, "error": "too many requests at once; wait"})
         else:

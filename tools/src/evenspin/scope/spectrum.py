@@ -60,7 +60,8 @@ def _in_hertz(t_s: NDArray[np.float64], value: NDArray[np.float64], mean: float,
             return _none("hz", "Rows were lost just now; wait a moment.")
     window = np.hanning(len(value) + 1)[:-1]
     amplitude = 2.0 * np.abs(np.fft.rfft((value - value.mean()) * window)) / window.sum()
-    return Lines("hz", np.fft.rfftfreq(len(value), period_s), amplitude, mean, note)
+    f_hz = np.asarray(np.fft.rfftfreq(len(value), period_s), dtype=np.float64)
+    return Lines("hz", f_hz, amplitude, mean, note)
 
 
 def _none(axis: str, note: str) -> Lines:

@@ -6,7 +6,10 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 PATIENCE_S = 2.0
 
@@ -32,8 +35,8 @@ class _RichBar:
         self.text, self.total = text, total
         self.since = time.monotonic()
         self.patience_s = patience_s
-        self.bar = None
-        self.task = None
+        self.bar: Progress | None = None
+        self.task: TaskID  # of the bar
 
     def update(self, done: float) -> None:
         if self.bar is None and time.monotonic() - self.since >= self.patience_s:

@@ -9,7 +9,7 @@ import numpy as np
 from evenspin.errors import NativeError
 from evenspin.model.setup import Setup
 from evenspin.native import tables
-from evenspin.native.simulation import Simulation
+from evenspin.native.simulation import Simulation, Values
 from evenspin.sim.record import Record
 
 TRUTH = "true_"  # signals of the plant that no drive can measure
@@ -22,9 +22,7 @@ def truth_signals() -> tuple[str, ...]:
     return tuple(name for name in tables().signals if name.startswith(TRUTH))
 
 
-def prepare(
-    setup: Setup, signals: Sequence[str], numeric: str = "float", memory: Sequence[float] | None = None
-) -> Simulation:
+def prepare(setup: Setup, signals: Sequence[str], numeric: str = "float", memory: Values | None = None) -> Simulation:
     """A simulation, started, at time 0; `memory`: what the angle observer knows already, A."""
     simulation = Simulation(numeric)
     for name, value in setup.plant.items():
