@@ -61,7 +61,7 @@ stability: setup ## random drives: does the simulated firmware do what `design r
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py
 
-lint: setup ## format and lint of C and Python, and the layers of both; the step of the same name in `make test`
+lint: setup ## format and lint of C and Python, types of Python, layers of both; the step of the same name in `make test`
 	@$(CHECK) lint
 
 format: setup ## bring C and Python into the format that `make lint` checks

@@ -200,9 +200,10 @@ def coverage(step: Step) -> Count:
 
 
 def lint(step: Step) -> Count:
-    """Format and lint of C and Python, and the layers of both."""
+    """Format and lint of C and Python, types of Python, and the layers of both."""
     step.need(sys.executable, "-m", "ruff", "check", ".")
     step.need(sys.executable, "-m", "ruff", "format", "--check", ".")
+    step.need(sys.executable, "-m", "mypy")
     step.need(Path(sys.executable).with_name("clang-format"), "--dry-run", "-Werror", *c_files())
     for check in ("check_layers.py", "check_python_layers.py"):
         step.need(sys.executable, ROOT / "tests/architecture" / check, ROOT)
