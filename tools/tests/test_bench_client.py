@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import random
+import struct
 from collections.abc import Iterator
+from enum import IntEnum
 
 import numpy as np
 import pytest
 from evenspin.bench import Drive, Info, Mode, State, Trigger, client
 from evenspin.bench.errors import DriveFaultError, LinkLostError, NoDeviceError, ReadOnlyError, RefusedError
+from evenspin.bench.messages import parse_list
+from evenspin.bench.numbers import CaptureStatus
 from evenspin.bench.schema import own_schema
 from evenspin.drive import PERIODS_PER_MS, VirtualDrive
 from evenspin.errors import InputError
@@ -398,3 +402,31 @@ def test_a_setpoint_beyond_the_limits_in_force_is_refused_with_them(drive: Drive
         drive.setpoint(Mode.SPEED, speed_rad_s=700.0)
     with pytest.raises(RefusedError, match=r"iq_ref_a: must be within -8 \.\. 8"):
         drive.setpoint(Mode.CURRENT, id_a=6.0, iq_a=9.0)
+
+
+def greeting(numeric: int) -> bytes:
+    """An answer to hello as docs/protocol.md lays it out, of a drive without recorders and names."""
+    return struct.pack("<HIBBIIH4H3BBHIBB", 1, 0, 0, numeric, 10_000, 200_000_000, 0, *[0] * 4, *[0] * 3, 0, 0, 0, 0, 0)
+
+
+def test_a_number_format_that_only_a_later_firmware_knows_is_told_and_no_traceback() -> None:
+    assert [Info.parse(greeting(numeric)).numeric for numeric in (0, 1)] == ["float", "fixed"]
+
+    with pytest.raises(NoDeviceError, match=r"Numeric 2.*0 to 1.*install the package"):
+        Info.parse(greeting(2))
+
+
+@pytest.mark.parametrize("kind", [State, Mode, Trigger, CaptureStatus])
+def test_a_state_that_only_a_later_firmware_knows_is_told_and_no_traceback(kind: type[IntEnum]) -> None:
+    most = len(kind) - 1
+    assert [int(kind(number)) for number in range(most + 1)] == list(range(most + 1))
+
+    with pytest.raises(NoDeviceError, match=rf"{kind.__name__} {most + 1}.*0 to {most}.*install the package"):
+        kind(most + 1)
+
+
+def test_a_kind_of_parameter_that_only_a_later_firmware_knows_is_told_and_no_traceback() -> None:
+    record = struct.pack("<BBfff", 4, 0, 0.0, 1.0, 0.5) + b"\x01a\x00\x00"
+
+    with pytest.raises(NoDeviceError, match=r"Kind 4.*0 to 3.*install the package"):
+        parse_list(0, 1, record)

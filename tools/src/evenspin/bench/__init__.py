@@ -7,7 +7,8 @@ with Drive.connect() as drive:
 """
 
 from evenspin.bench.client import Capture, Drive, FaultReport
-from evenspin.bench.messages import Event, Info, Mode, State, Trigger
+from evenspin.bench.messages import Event, Info
+from evenspin.bench.numbers import Mode, State, Trigger
 from evenspin.bench.ports import Port, find_ports
 from evenspin.bench.stream import Block, Stream
 

@@ -20,7 +20,7 @@ from evenspin.bench.client import Drive, parse_value
 from evenspin.bench.config import read_config, shortest
 from evenspin.bench.errors import DriveFaultError
 from evenspin.bench.hand import Hand
-from evenspin.bench.messages import Mode, State, Trigger
+from evenspin.bench.numbers import Mode, State, Trigger
 from evenspin.bench.origin import Number, check_known, rests_on
 from evenspin.errors import InputError, did_you_mean
 from evenspin.identify.estimate import linear

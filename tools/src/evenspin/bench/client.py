@@ -29,22 +29,8 @@ from evenspin.bench import messages
 from evenspin.bench.errors import DriveFaultError, LinkLostError, NoDeviceError, ReadOnlyError, RefusedError
 from evenspin.bench.frames import Frame
 from evenspin.bench.link import SLOW_ANSWER_S, Link
-from evenspin.bench.messages import (
-    REFUSAL,
-    Ask,
-    CaptureState,
-    CaptureStatus,
-    DriveState,
-    Event,
-    FaultState,
-    Flag,
-    Info,
-    Mode,
-    Reader,
-    State,
-    Timing,
-    Trigger,
-)
+from evenspin.bench.messages import REFUSAL, Ask, CaptureState, DriveState, Event, FaultState, Info, Reader, Timing
+from evenspin.bench.numbers import CaptureStatus, Flag, Mode, State, Trigger
 from evenspin.bench.ports import choose_port, open_transport
 from evenspin.bench.schema import Schema, own_schema
 from evenspin.bench.stream import Stream

@@ -5,10 +5,11 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 from typing import Any
 
 from evenspin.bench.errors import NoDeviceError, ReadOnlyError, RefusedError
+from evenspin.bench.numbers import CaptureStatus, Flag, Mode, Numeric, State, Trigger, unknown
 from evenspin.bench.schema import AT_REST, KINDS, NO_FAULT, Schema
 from evenspin.native import Fault, Field
 
@@ -42,69 +43,6 @@ class Ask(IntEnum):
 
 
 STREAM, EVENT = 0x40, 0x41  # what the drive sends by itself
-
-
-class State(IntEnum):
-    INIT = 0
-    OFFSET_CALIBRATION = 1
-    ALIGN = 2
-    READY = 3
-    RUN = 4
-    FAULT = 5
-
-
-class Mode(IntEnum):
-    CURRENT = 0
-    SPEED = 1
-    POSITION = 2
-
-
-RESET_CAUSE_BIT = 9
-
-
-class Flag(IntFlag):
-    ARMED = 1
-    STARTED_UP = 2
-    TIMEOUT_RUNS = 4
-    TIMED_OUT = 8
-    SET_WAITS = 16
-    HOMED = 32
-    STREAMING = 64
-    STORING = 128
-    RESTORED = 256
-
-
-class ResetCause(IntEnum):
-    """Why the board last started: bits 9 to 11 of the flags."""
-
-    UNKNOWN = 0
-    POWER_UP = 1
-    PIN = 2
-    WATCHDOG = 3
-    OTHER = 4
-
-    @classmethod
-    def of(cls, flags: int) -> ResetCause:
-        number = int(flags) >> RESET_CAUSE_BIT & 7
-        return cls(number) if number <= cls.OTHER else cls.UNKNOWN
-
-
-class Trigger(IntEnum):
-    IMMEDIATE = 0
-    RISING = 1
-    FALLING = 2
-    EITHER = 3
-    FAULT = 4
-    MANUAL = 5
-
-
-class CaptureStatus(IntEnum):
-    NEVER = 0
-    FILLING_PRE = 1
-    WAITING = 2
-    FILLING_POST = 3
-    COMPLETE = 4
-    STOPPED = 5
 
 
 class Reader:
@@ -161,7 +99,7 @@ class Info:
         values = read.take(f"{recorders}I")
         stored, timeout_ms, counter = read.take("BHI")
         return cls(
-            version, schema, bool(may_write), ("float", "fixed")[numeric], pwm_hz, cpu_hz, counts, stream_signals,
+            version, schema, bool(may_write), Numeric(numeric).name.lower(), pwm_hz, cpu_hz, counts, stream_signals,
             recorder_signals, values, bool(stored), timeout_ms, counter, read.text(), read.text(),
         )  # fmt: skip
 
@@ -265,10 +203,12 @@ def parse_list(kind: int, count: int, payload: bytes) -> list[Field | Fault | st
     for _ in range(count):
         if kind == 0:
             type_, flags, low, high, default = read.take("BBfff")
+            if type_ >= len(KINDS):
+                raise unknown("Kind", type_, len(KINDS) - 1)
             name, unit, choices = read.text(), read.text(), read.text()
             words = tuple(choices.split("|")) if choices else ()
-            at_rest = bool(int(flags) & AT_REST)
-            found.append(Field(name, unit, KINDS[int(type_)], "", words, low, high, default, at_rest))
+            at_rest = bool(flags & AT_REST)
+            found.append(Field(name, unit, KINDS[type_], "", words, low, high, default, at_rest))
         elif kind == 1:
             name, unit = read.text(), read.text()
             found.append(Field(name, unit, "float", "", (), float("-inf"), float("inf"), 0.0))

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from evenspin.bench.messages import DriveState, Flag, State
+from evenspin.bench.messages import DriveState
+from evenspin.bench.numbers import Flag, State
 from evenspin.errors import NativeError
 from evenspin.native import Field
 from evenspin.native.simulation import Simulation

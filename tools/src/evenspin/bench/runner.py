@@ -22,7 +22,7 @@ from evenspin.bench.client import Drive
 from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesError
 from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
 from evenspin.bench.hand import Hand
-from evenspin.bench.messages import Mode, State, Trigger
+from evenspin.bench.numbers import Mode, State, Trigger
 from evenspin.bench.raw import RawWriter
 from evenspin.bench.recorder import raw_writer
 from evenspin.bench.stream import Block

@@ -7,7 +7,8 @@ from typing import Any
 
 from evenspin.bench import messages
 from evenspin.bench.client import Drive
-from evenspin.bench.messages import COUNTER_MODULUS, Event, State
+from evenspin.bench.messages import COUNTER_MODULUS, Event
+from evenspin.bench.numbers import State
 from evenspin.errors import EvenspinError
 
 

@@ -69,7 +69,7 @@ def info(port: PortOption = None, json_file: JsonFile = None) -> None:
 
 
 def _info(drive: Drive) -> dict[str, Any]:
-    from evenspin.bench.messages import Flag, ResetCause
+    from evenspin.bench.numbers import Flag, ResetCause
 
     now, timing, fault = drive.state(), drive.timing(), drive.fault(samples=False)
     cyc_us = 1e6 / timing.cpu_hz if timing.cpu_hz else 0.0

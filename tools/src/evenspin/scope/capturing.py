@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from evenspin.bench import Capture, Drive, Trigger
-from evenspin.bench.messages import CaptureStatus
+from evenspin.bench.numbers import CaptureStatus
 from evenspin.errors import EvenspinError
 from evenspin.scope import messages
 

@@ -16,7 +16,8 @@ import numpy as np
 
 from evenspin.bench import Capture, Drive, Mode, State
 from evenspin.bench.errors import RefusedError
-from evenspin.bench.messages import Flag, fault_text
+from evenspin.bench.messages import fault_text
+from evenspin.bench.numbers import Flag
 from evenspin.errors import EvenspinError, InputError
 from evenspin.log import write_csv
 from evenspin.native import Field
