@@ -48,7 +48,7 @@ DRIVE_FROM_PLANT = {
     "rdc_viscous_nms": "viscous_nms",
 }
 # Numbers that have no neutral value: another machine's would be silently wrong.
-TORQUE = ("pole_pairs", "psi_wb", "inertia_kgm2", "viscous_nms")
+TORQUE_ALONE = ("pole_pairs", "psi_wb", "viscous_nms")  # where a log tells the inertia itself
 MOTOR = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 SIMULATED = (*MOTOR, "dc_link_v", "counts_per_rev")
 RATINGS = ("rated_current_a", "rated_torque_nm")

@@ -180,3 +180,25 @@ def test_the_order_of_the_stretches_has_no_period() -> None:
     for period in (2, 4, 6, 8, 10, 16):
         wave = np.exp(2j * np.pi * np.arange(64) / period)
         assert abs(np.mean(turns * wave)) < 0.5  # a strict alternation would be 1 at period 2
+
+
+@pytest.mark.parametrize(
+    "machine",
+    [
+        replace(SWEEP, cogging_a=0.22, order=24, counts=2**12, swing_rad_s=50.0, coulomb_a=0.04, noise_a=0.0025),
+        replace(STEP, cogging_a=0.209, order=72, counts=2**15, inertia_as2=1.63e-3, noise_a=0.02,
+                knots=drive.steps((17.0, 6.0), (40.0, 6.0))),
+    ],
+    ids=["coarse encoder at high speed", "a line that only the shortest smoothing shows"],
+)  # fmt: skip
+def test_cogging_of_a_fast_shaft_is_named_through_the_noise_of_its_angle(
+    tmp_path: Path, machine: drive.Machine
+) -> None:
+    verdict = balance(tmp_path, machine, model=True).verdict
+
+    assert drive.names_wrong(verdict, machine) == []
+    assert missed(verdict, machine) == []
+    assert verdict["parameters"]["cogging"]["amplitude_half_a_equiv"] < 0.2 * machine.cogging_a
+    # The same drive without cogging: the noise is as loud, and is no line.
+    smooth = replace(machine, cogging_a=0.0)
+    assert drive.names_wrong(balance(tmp_path, smooth, model=True).verdict, smooth) == []

@@ -36,7 +36,7 @@ SURE = 0.3  # of J/Kt: an inertia known worse is no inertia
 SHEET = 0.032  # of the model's inertia over its flux: what units differ by
 ASSUMED_LAG_S = 2e-3  # of a speed estimate whose lag the log does not tell; 0 to twice this is allowed for
 ROUNDS = 3
-WIDER_S = (2.5e-3, 5e-3, 10e-3)  # of the smoothing for lines
+WIDER_S = (1.25e-3, 2.5e-3, 5e-3, 10e-3)  # of the smoothing for lines
 
 
 @dataclass(frozen=True, slots=True)

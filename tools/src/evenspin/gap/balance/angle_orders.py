@@ -46,7 +46,7 @@ LAGS_S = np.arange(-1e-3, 2.01e-3, 0.25e-3)  # of the logged current behind the 
 LAG_GAIN = 0.1  # share of the residue that a lag must take away to be believed
 AGREE = 0.5  # the parts of the log may differ by this share of a line
 ALIGNMENT_ROWS = 0.5
-SHOWN = 0.1  # of the power of a line, that smoothing must leave for the line to be judged with it
+SHOWN = 0.1  # of what the shortest smoothing leaves of a line's power: with less, another part of the log is judged
 CLEARER = 1.2  # by which another smoothing has to be clearer to be taken
 
 
@@ -163,12 +163,15 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
 def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> float:
     """The smoothing at which the strongest line stands out most: short for fast lines, long for a noisy angle."""
     best, most = min(tried_s, key=lambda sigma_s: abs(sigma_s - SIGMA_S)), 0.0
+    shortest = motions(min(tried_s), 0.0)
+    turning = _turning(shortest, setting.stretches)
     for sigma_s in tried_s:
         found = weigh_orders(motions, sigma_s, setting)
         real = [
             each
             for each in (found.lines if found is not None else ())
-            if each.validated and shown(found.motion, found.rows, each.line.order) > SHOWN
+            if each.validated
+            and shown(found.motion, found.rows, each.line.order) > SHOWN * shown(shortest, turning, each.line.order)
         ]
         sure = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
         if sure > CLEARER * most:

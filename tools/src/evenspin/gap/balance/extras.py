@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.balance.nominal import Nominal
-from evenspin.gap.balance.table import header_of, read_text, rows_of
+from evenspin.gap.balance.table import header_of, rows_of
+from evenspin.log.textfile import read_text
 
 Array = NDArray[np.float64]
 

@@ -52,7 +52,7 @@ class Left:
 
     rms_a: float
     noise_a: float
-    excess_a: float
+    beyond_a: float  # what of it cannot be noise
     significant: bool
     where: tuple[str, ...]
 
@@ -87,11 +87,17 @@ def sure_line(analysis: Analysis, each: FoundLine) -> float:
     assert angle is not None
     snr = each.line.amplitude_a / max(each.noise_a, 1e-12)
     found = of_angle(angle)
-    excess_a = math.sqrt(max(found.after_a**2 - noise_of(analysis, found.motion) ** 2, 0.0))
-    rest = excess_a / max(each.line.amplitude_a / math.sqrt(2.0), 1e-12)
+    beyond_a = beyond_noise(found.after_a, noise_of(analysis, found.motion))
+    rest = beyond_a / max(each.line.amplitude_a / math.sqrt(2.0), 1e-12)
     share = each.half_a / each.line.amplitude_a
     sure = (1.0 - math.exp(-0.25 * snr)) * (1.0 - 0.5 * each.agree**2) / ((1.0 + rest**2) * (1.0 + share**2))
     return sure if analysis.inertia_known else 0.8 * sure
+
+
+def beyond_noise(size_a: float, noise_a: float) -> float:
+    """What cannot be noise, A rms. At short smoothing the noise of an angle is many times a line that is beyond doubt,
+    and a few per cent of it must not speak against that line."""
+    return math.sqrt(max(size_a**2 - (RATIO * noise_a) ** 2, 0.0))
 
 
 def noise_of(analysis: Analysis, motion: Motion) -> float:
@@ -110,7 +116,8 @@ def left_of(analysis: Analysis) -> Left | None:
     excess_a = math.sqrt(max(size_a**2 - noise_a**2, 0.0))
     current_a = rms(found.motion.iq_a[found.validation_rows])
     significant = size_a > RATIO * noise_a and excess_a > LEAST * current_a
-    return Left(size_a, noise_a, excess_a, significant, tuple(_places(found)) if significant else ())
+    places = tuple(_places(found)) if significant else ()
+    return Left(size_a, noise_a, beyond_noise(size_a, noise_a), significant, places)
 
 
 def _places(found: Judged) -> list[str]:

@@ -143,7 +143,7 @@ def _sure(analysis: Analysis, evidence: Evidence, takes_a: float) -> float:
 def sureness(analysis: Analysis, takes_a: float, share: float) -> float:
     """1 where all is explained and the value is exact. `share`: half width over value."""
     left = left_of(analysis)
-    rest = left.excess_a / max(takes_a, 1e-12) if left is not None else 1.0
+    rest = left.beyond_a / max(takes_a, 1e-12) if left is not None else 1.0
     return 1.0 / ((1.0 + rest**2) * (1.0 + share**2))
 
 

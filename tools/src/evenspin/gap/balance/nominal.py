@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError
-from evenspin.model.machine import TORQUE, Machine, find_model, load_machine
+from evenspin.model.machine import TORQUE_ALONE, Machine, find_model, load_machine
 
 Array = NDArray[np.float64]
 
@@ -61,7 +60,7 @@ def read_nominal(given: str | Path) -> Nominal:
     def refuse(must: str, hint: str) -> InputError:
         return InputError("gap", "--model", str(given), must, hint)
 
-    machine = load_machine(find_model(str(given), Path(), refuse), TORQUE)
+    machine = load_machine(find_model(str(given), Path(), refuse), TORQUE_ALONE)
     kt = machine.torque_per_a_nm * machine.effects.get("torque_constant", {}).get("factor", 1.0)
     if not kt > 0.0:
         raise refuse("a model with psi_wb above 0", "a torque balance needs torque per ampere")
@@ -83,8 +82,7 @@ def read_nominal(given: str | Path) -> Nominal:
 
 def _tells_inertia(machine: Machine) -> bool:
     """A default of another machine would be held against this one."""
-    data: Any = machine.document.data
-    return "base" in data or "inertia_kgm2" in data.get("plant", {})
+    return "inertia_kgm2" in machine.plant_from
 
 
 def _lines(effects: Mapping[str, Mapping[str, float]], kt: float) -> list[Line]:
