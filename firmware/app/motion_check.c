@@ -28,6 +28,8 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     m->jump = (jump < 2147483520.0f) ? (angle_t)jump : JUMP_MAX;
     m->margin = num_from_float(p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed);
     m->band = num_from_float(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
+    const float ohm = p->motor_resistance_ohm + (p->motor_lq_h * (float)DRIVE_PWM_HZ / (float)p->speed_divider);
+    m->band_per_volt = num_from_float(BAND_SHARE * 0.57735027f / ohm * s->scale.voltage_v * s->scale.inv_current);
     m->samples = (samples < 65535.0f) ? (uint16_t)samples : UINT16_MAX;
     m->samples = ((m->samples == 0U) && (p->speed_deviation_s > 0.0f)) ? 1U : m->samples;
     const float way = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
@@ -142,9 +144,10 @@ static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
     const num_t                       speed = d->speed.meas;
     const num_t                       faster = num_sub(speed, m->speed);
     const num_t                       higher = num_sub(volt.q, m->volt_q);
+    const num_t                       band = num_min(s->band, num_mul(s->band_per_volt, v->dc));
 
-    if (!m->held || (num_abs(num_sub(current.q, m->current.q)) > s->band) ||
-        (num_abs(num_sub(current.d, m->current.d)) > s->band) || v->cut) {
+    if (!m->held || (num_abs(num_sub(current.q, m->current.q)) > band) || (num_abs(num_sub(current.d, m->current.d)) > band) ||
+        v->cut) {
         m->held = !v->cut;
     } else if ((num_abs(higher) < num_mul(FLOOR_SHARE, v->dc)) ||
                (num_abs(faster) < num_mac(s->margin, SPEED_SHARE, num_abs(speed)))) {

@@ -18,7 +18,8 @@
  * Electrical zero, speed interrupt, every mode. With the same current, the q voltage follows the speed, whatever the motor's
  * resistance, flux and load: dvq = p psi cos(error of the zero) dw. Where it falls while the speed rises, three times in a row,
  * the zero is off by more than a quarter turn: electrical_zero. Needs speeds that differ by so much that vq changes by 4 % of
- * the dc link, at a current within 5 % of iq_limit_a, a voltage below its limit, and 16 counts per electrical turn. Blind at
+ * the dc link, at a current that stays within 5 % of iq_limit_a or of what the dc link drives through motor_resistance_ohm and
+ * motor_lq_h in a speed sample, whichever is less, a voltage below its limit, and 16 counts per electrical turn. Blind at
  * constant speed and at standstill.
  */
 #ifndef FIRMWARE_APP_MOTION_CHECK_H
@@ -39,12 +40,13 @@ typedef enum {
 
 /** From the parameters. */
 typedef struct {
-    angle_t  jump;    /**< Largest change of the step of the angle. */
-    num_t    margin;  /**< Speed that counts as a change. */
-    num_t    band;    /**< Currents that count as the same. */
-    angle_t  way;     /**< Of a stretch of which the speed is known. */
-    uint16_t samples; /**< At the limit, against the torque; 0: never judged. */
-    bool     zero;    /**< Judge the electrical zero. */
+    angle_t  jump;          /**< Largest change of the step of the angle. */
+    num_t    margin;        /**< Speed that counts as a change. */
+    num_t    band;          /**< Currents that count as the same... */
+    num_t    band_per_volt; /**< ...and per volt of the dc link, where iq_limit_a is more than it brings into the motor. */
+    angle_t  way;           /**< Of a stretch of which the speed is known. */
+    uint16_t samples;       /**< At the limit, against the torque; 0: never judged. */
+    bool     zero;          /**< Judge the electrical zero. */
 } drive_motion_setup_t;
 
 typedef struct {

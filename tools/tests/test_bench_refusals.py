@@ -38,7 +38,7 @@ def refused(drive: Drive, **values: float) -> str:
     ("asked", "value", "other", "stands"),
     [
         ("over_current_a", 5.0, "iq_limit_a", "iq_limit_a = 10 A"),
-        ("iq_limit_a", 100.0, "over_current_a", "over_current_a = 20 A"),
+        ("profile_speed_rad_s", 700.0, "over_speed_rad_s", "over_speed_rad_s = 650 rad/s"),
         ("over_voltage_v", 5.0, "under_voltage_v", "under_voltage_v = 10 V"),
         ("under_voltage_v", 45.0, "over_voltage_v", "over_voltage_v = 40 V"),
     ],
@@ -65,7 +65,7 @@ def test_two_that_do_not_fit_each_other_are_both_named(drive: Drive) -> None:
 def test_what_only_changes_at_rest_says_so_and_what_to_do(drive: Drive) -> None:
     drive.run_speed(30.0)
     text = refused(drive, pole_pairs=5.0)
-    assert text == "set: pole_pairs = 5: cannot change while the motor is driven (state run); stop first"
+    assert text == "set: pole_pairs = 5: cannot change from 4 while the bridge is on; stop first"
     drive.command("stop")
     drive.sleep(0.1)
     assert drive.set({"pole_pairs": 5.0}) == {"pole_pairs": 5.0}

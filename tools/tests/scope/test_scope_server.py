@@ -147,7 +147,7 @@ def test_a_refusal_names_what_was_asked_for_and_what_stands_against_it(bench) ->
         assert refused.startswith("over_current_a = 5 A: does not fit iq_limit_a = 10 A")
         await page.turn()
         refused = (await page.ask("set", values={"pole_pairs": 5.0}))["error"]
-        assert refused == "pole_pairs = 5: cannot change while the motor is driven (state run); stop first"
+        assert refused == "pole_pairs = 5: cannot change from 4 while the bridge is on; stop first"
 
     with_scope(bench.port, work)
 
