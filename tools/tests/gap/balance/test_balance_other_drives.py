@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy_drive as drive
 import pytest
+from evenspin.errors import InputError
 from evenspin.gap.balance import BalanceResult, run_balance
 from evenspin.gap.balance.grid import grid_of
 from evenspin.gap.balance.reading import read_log
@@ -60,15 +61,11 @@ def test_friction_of_one_direction_is_given_as_friction_or_load_with_what_would_
     assert any("other direction" in text for text in result.warnings)
 
 
-def test_a_current_of_the_wrong_sign_is_told_and_nothing_is_named(tmp_path: Path) -> None:
+def test_a_current_of_the_wrong_sign_is_refused_and_nothing_is_named(tmp_path: Path) -> None:
     columns = drive.run(SWEEP)
 
-    verdict = balance(tmp_path, SWEEP, model=True, iq_a=-columns["iq_a"]).verdict
-
-    assert verdict["verdict"] == ["unknown"]
-    assert verdict["parameters"] == verdict["identified"] == {}
-    assert any("wrong sign" in text for text in verdict["unexplained"])
-    assert not verdict["clear"]
+    with pytest.raises(InputError, match="opposite sign of iq_a"):
+        balance(tmp_path, SWEEP, model=True, iq_a=-columns["iq_a"])
 
 
 def test_a_drag_that_falls_with_the_speed_is_no_negative_friction(tmp_path: Path) -> None:
@@ -90,11 +87,8 @@ def test_a_speed_in_revolutions_per_minute_is_told_where_the_model_knows_the_ine
     columns["speed_rad_s"] = columns["speed_rad_s"] * 60.0 / (2.0 * np.pi)
 
     model = drive.model_file(tmp_path / "m.toml", SWEEP)
-    verdict = run_balance(drive.write(tmp_path / "log.csv", columns), model, None).verdict
-
-    assert "inertia" not in verdict["verdict"]
-    assert any("r/min" in text for text in verdict["unexplained"])
-    assert not verdict["clear"]
+    with pytest.raises(InputError, match="speed_rad_s in r/min"):
+        run_balance(drive.write(tmp_path / "log.csv", columns), model, None)
 
 
 def test_the_model_that_is_written_gives_the_gap_that_was_told(tmp_path: Path) -> None:
