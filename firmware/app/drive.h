@@ -36,7 +36,9 @@
 
 #define DRIVE_PWM_HZ 10000U
 #define DRIVE_RC_CAPACITY 512U        /**< Longest period in speed samples: 29 r/min with 4 pole pairs. */
+#ifndef DRIVE_OBSERVER_CAPACITY       /* cmake/avr.cmake has less: there an object ends at 32767 bytes */
 #define DRIVE_OBSERVER_CAPACITY 6144U /**< ro: one turn at 100 r/min and 10 kHz; aro: more cells than it takes. */
+#endif
 
 typedef enum { DRIVE_INIT = 0, DRIVE_OFFSET_CALIBRATION, DRIVE_ALIGN, DRIVE_READY, DRIVE_RUN, DRIVE_FAULT } drive_state_t;
 

@@ -56,7 +56,7 @@ def test_a_drive_that_nobody_starts_is_told(evenspin, tmp_path):
 
 
 def test_a_trip_is_the_result_of_the_run(evenspin, tmp_path):
-    path = own_scenario(tmp_path, f"{QUICK}auto_run = true\nover_speed_rad_s = 20.0\n")
+    path = own_scenario(tmp_path, f"{QUICK}auto_run = true\nover_speed_rad_s = 31.6\n")
 
     said = evenspin("run", path, "--out", tmp_path / "out", "--json")
 

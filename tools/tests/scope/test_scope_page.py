@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -14,6 +15,7 @@ pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 WIDTHS = (320, 400, 700, 920, 1000, 1400, 1920)
 STOP_MS = 100.0  # from the key or the press to the message that leaves the page
+WORK_S = 0.05  # of processor time, to see how busy the machine is
 PLOT_PX = 85  # the least height of a plot that one can read something from
 RUN = 4
 
@@ -72,10 +74,18 @@ def stops(page: Browser) -> list[float]:
     return page.driver.execute_script("const all = window.stops; window.stops = []; return all")
 
 
+def slowness() -> float:
+    """How much longer work takes than on a machine that does nothing else: this test shares its cores with others."""
+    began, worked = time.perf_counter(), time.process_time()
+    while time.process_time() - worked < WORK_S:
+        pass
+    return max(1.0, (time.perf_counter() - began) / WORK_S)
+
+
 def stopped_at_once(page: Browser) -> float:
     left = stops(page)
     assert left, "no stop left the page"
-    assert left[0] < STOP_MS, left
+    assert left[0] < STOP_MS * slowness(), left
     return left[0]
 
 
@@ -292,7 +302,7 @@ def test_a_refused_value_stays_with_its_reason_until_the_drive_holds_another(pag
     page.until(lambda: "edited" not in page.find("[data-parameter=rc_gain]").get_attribute("class"), "taken")
     assert page.find(field).get_attribute("value") == "5"
     assert page.text(refusal) != ""
-    page.type(field, "25")
+    page.type(field, "15")
     page.until(lambda: page.text(refusal) == "", "taken over")
     page.type(field, "20")
     page.until(lambda: "changed" not in page.find(".parameter:has(" + field + ")").get_attribute("class"), "as before")
