@@ -24,7 +24,7 @@ def _investigated(folder: Path, seed: tuple[int, int], kind: str, size: int, *na
         finding: Finding = investigation.run()
     finally:
         investigation.forward.close()
-    return truth, finding, investigation.search.effects(finding.model.z)
+    return truth, finding, investigation.search.fitter.effects(finding.model.z)
 
 
 @pytest.mark.parametrize("seed", [(7, 29)])
