@@ -15,7 +15,7 @@ from evenspin.gap.evidence import SOFT, Judge, Noise, robust_cost
 from evenspin.gap.features import SIGNALS, FeatureSet
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
 from evenspin.gap.screening import probe_points
-from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 
 RATE_HZ = 2000.0
@@ -226,7 +226,7 @@ def test_every_module_of_an_effect_is_named_like_one():
 
 
 def test_every_effect_that_may_explain_a_log_says_how_it_shows_and_what_it_looks_like():
-    from evenspin.gap.check import EXPERIMENTS
+    from evenspin.log.experiments import EXPERIMENTS
 
     for name in EXPLANATIONS:
         effect = tables().effects[name]

@@ -13,7 +13,7 @@ from evenspin.gap.evidence import Judge, Noise
 from evenspin.gap.fitting import Fitter
 from evenspin.gap.minima import NEAR, MinimaSearch, neighbours
 from evenspin.gap.strategies import Detents, Downhill, LocalMinima, strategy_for
-from evenspin.gap.tolerance import SIGMA
+from evenspin.log.tolerance import SIGMA
 
 T_S = np.linspace(0.0, 1.0, 400)
 RING_HZ, RAMP = 23.0, 0.7  # what the log of these tests has; the starts are at 15, 20 and 30 Hz

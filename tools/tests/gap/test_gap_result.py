@@ -14,21 +14,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evenspin.compare import Unit
 from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.gap import investigate as core
 from evenspin.gap.acceptance import Floor
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
 from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
-from evenspin.gap.outcome import Validation, floor_gap
+from evenspin.gap.outcome import Validation
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
 from evenspin.gap.story import page_of, tables_of
-from evenspin.gap.tolerance import SIGMA
 from evenspin.gap.verdict import verdict_json
 from evenspin.gap.where import heat_map, ranked
 from evenspin.log import write_case
+from evenspin.log.gap import gap_of_records
+from evenspin.log.tolerance import SIGMA
+from evenspin.log.unit import Unit
 from evenspin.model import load_machine
 
 TORQUE_NM = 0.06
@@ -132,7 +133,7 @@ def test_the_verdict_is_json_with_the_keys_of_the_result_format(result: CaseResu
 
 def test_the_gap_closes_to_the_noise_floor_of_the_found_machine(result: CaseResult) -> None:
     # one second of five noisy signals: their rms is known to a few percent
-    assert result.after.gap == pytest.approx(floor_gap(result.floor), rel=0.1)
+    assert result.after.gap == pytest.approx(gap_of_records(result.floor), rel=0.1)
     assert result.closed == pytest.approx(1.0, abs=0.1)
 
 

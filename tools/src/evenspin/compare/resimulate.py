@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,30 +13,19 @@ from numpy.typing import NDArray
 from evenspin.compare.load import reading_noise, steady_load
 from evenspin.errors import InputError, NativeError
 from evenspin.log.case import META
+from evenspin.log.controller import NO_LIMIT, controller_of
+from evenspin.log.experiments import LOCKED
 from evenspin.log.meta_numbers import HINT, MetaNumbers
+from evenspin.log.unit import Effects, Unit
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 from evenspin.sim.record import Record
 
-VALIDATION = ("validation", "validation_steps")
-LOCKED = ("standstill_steps", "validation_steps")  # rotor held, current mode
-NO_LIMIT = 1e3  # protection of a drive that is only re-simulated: out of the way
 MACHINE = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
 RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
 
-Effects = Mapping[str, Mapping[str, float]]
 _Inputs = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
-
-
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """One machine of the kind: what it adds to the nominal one, and the chances of one recording."""
-
-    effects: Effects = field(default_factory=dict)
-    factors: Mapping[str, float] = field(default_factory=dict)  # of the numbers of the machine model
-    noise_seed: int | None = None  # None: no noise
-    count_part: float = 0.5  # true start angle over the encoder's reading, in counts, 0..1
 
 
 class Replay:
@@ -57,7 +45,7 @@ class Replay:
         self.current_noise_a = numbers.number("current_noise_a")
         self.machine = {key: numbers.number("motor", key) for key in MACHINE}
         self.setup = {key: numbers.number(key) for key in ("dc_link_v", "pwm_hz", "current_lsb_a")}
-        self.drive = _drive(numbers, self.counts_per_rev)
+        self.drive = controller_of(numbers)
         self._inputs = self._references(record)
 
     def run(self, signals: tuple[str, ...], unit: Unit = Unit()) -> NDArray[np.float64]:  # noqa: B008 (frozen)
@@ -155,32 +143,3 @@ def resimulate(
 ) -> NDArray[np.float64]:
     """One row per row of the record. `effects`: what the model adds to the nominal machine. `folder` names errors."""
     return Replay(folder, meta, name, record).run(signals, Unit(effects or {}))
-
-
-def _drive(meta: MetaNumbers, counts: float) -> dict[str, float]:
-    """The controller that the format describes, with the numbers of this drive."""
-    return {
-        "pole_pairs": meta.number("motor", "pole_pairs"),
-        "encoder_counts": counts if counts > 0.0 else 65536.0,
-        "current_kp_v_per_a": meta.number("current_loop", "kp_v_per_a"),
-        "current_ki_v_per_as": meta.number("current_loop", "ki_v_per_as"),
-        "voltage_limit_v": meta.voltage_limit_v(),
-        "angle_advance_periods": meta.number("current_loop", "angle_advance_periods"),
-        "speed_source": 0.0,
-        "pll_kp_per_s": meta.number("speed_filter", "kp"),
-        "pll_ki_per_s2": meta.number("speed_filter", "ki"),
-        "speed_divider": round(meta.number("speed_loop", "ts_s") * meta.number("pwm_hz")),
-        "speed_inline": 1.0,
-        "speed_error_gain": 1.0,
-        "speed_kp_a_per_unit": meta.number("speed_loop", "kp_a_per_rad_s"),
-        "speed_ki_a_per_unit_s": meta.number("speed_loop", "ki_a_per_rad"),
-        "iq_limit_a": meta.number("speed_loop", "iq_limit_a"),
-        "id_limit_a": NO_LIMIT,
-        "over_current_a": NO_LIMIT,
-        "over_voltage_v": NO_LIMIT,
-        "under_voltage_v": 0.0,
-        "over_speed_rad_s": 2000.0,
-        "offset_calibration_periods": 0.0,
-        "align_periods": 0.0,
-        "auto_run": 1.0,
-    }

@@ -24,7 +24,7 @@ from evenspin.gap.thresholds import (
     UNKNOWN_SHARE,
     WEAK_GAIN,
 )
-from evenspin.gap.tolerance import TOLERANCE_EFFECTS
+from evenspin.log.tolerance import TOLERANCE_EFFECTS
 
 
 @dataclass(frozen=True, slots=True)

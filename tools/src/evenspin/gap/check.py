@@ -14,28 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.compare import LOCKED, VALIDATION, Replay
+from evenspin.compare import Replay
 from evenspin.compare.sound import check_record, check_time, dead_channel, drive_of, unusable
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.repair import repaired
 from evenspin.log.case import META, Case, read_case
+from evenspin.log.experiments import EXPERIMENTS, FITTED, LOADED, LOCKED, VALIDATION
 from evenspin.log.meta_numbers import HINT, MetaNumbers, value_of
 from evenspin.plausible.currents import ODD, park_share
 from evenspin.plausible.drive import Drive
 from evenspin.plausible.finding import ChannelError
 from evenspin.sim.record import Record
 
-EXPERIMENTS = (
-    "staircase",
-    "staircase_load",
-    "load_step",
-    "reversal",
-    "coast_down",
-    "standstill_steps",
-    "validation",
-    "validation_steps",
-)
-LOADED = ("staircase_load", "load_step", "validation")  # nothing without their torque reading
 LEAST_ROWS = 200
 POSITIVE = (
     ("motor", "pole_pairs"),
@@ -112,7 +102,7 @@ def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], 
         data = f"{dead[turning[0]]} ({len(dead)} of {len(case.experiments)} records say nothing)"
         raise ChannelError(case.file(turning[0]), data, "repair it and record again")
     if all(name in VALIDATION for name in records):
-        why = "; ".join(said[-3:]) or f"record one of {', '.join(EXPERIMENTS[:6])}"
+        why = "; ".join(said[-3:]) or f"record one of {', '.join(FITTED)}"
         raise InputError(case.path, "experiments", list(records), "at least one record to fit", why)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.forward import Forward
-from evenspin.gap.tolerance import SIGMA, prior_of, unit_of
+from evenspin.log.tolerance import SIGMA, prior_of, unit_of
 
 Array = NDArray[np.float64]
 Effects = dict[str, dict[str, float]]

@@ -13,7 +13,7 @@ from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model, Z
 from evenspin.gap.evidence import Effects, Judge, Noise, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
-from evenspin.gap.tolerance import unit_of
+from evenspin.log.tolerance import unit_of
 
 Array = NDArray[np.float64]
 FRESH, FRESH_SEED = 8, 400  # simulations of a second look

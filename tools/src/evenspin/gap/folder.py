@@ -8,9 +8,9 @@ from evenspin.gap.model_file import write_model
 from evenspin.gap.outcome import write_traces
 from evenspin.gap.result import CaseResult, Step
 from evenspin.gap.story import page_of, summary_of
-from evenspin.gap.tolerance import unit_of
 from evenspin.gap.verdict import VERDICT, verdict_json
 from evenspin.log.case import write_json
+from evenspin.log.tolerance import unit_of
 from evenspin.report.page import write_page
 
 

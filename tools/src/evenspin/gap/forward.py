@@ -9,11 +9,13 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import VALIDATION, Replay, Unit
+from evenspin.compare import Replay
 from evenspin.effects import Scale, known_orders
 from evenspin.gap.features import SIGNALS, FeatureSet, Label
 from evenspin.gap.layout import layout_of
 from evenspin.log.case import Case
+from evenspin.log.experiments import VALIDATION
+from evenspin.log.unit import Unit
 
 READ = ("theta_m_rad", *SIGNALS)
 

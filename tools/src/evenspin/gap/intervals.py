@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.log.tolerance import SIGMA, unit_of
 from evenspin.native import tables
 from evenspin.native.tables import EffectParam
 

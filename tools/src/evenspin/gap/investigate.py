@@ -32,8 +32,8 @@ from evenspin.gap.thresholds import (
     TOLERATED,
     WORSE_SHARE,
 )
-from evenspin.gap.tolerance import SIGMA, unit_of
 from evenspin.log.case import Case
+from evenspin.log.tolerance import SIGMA, unit_of
 
 EFFECTS_MAX = 3
 LEADS = 6  # refined per stage

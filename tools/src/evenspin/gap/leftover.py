@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import Unit
 from evenspin.gap.features import SIGNALS
 from evenspin.gap.forward import Forward
+from evenspin.log.unit import Unit
 
 SMOOTH_BINS = 5
 SKIP_BINS = 2  # trend and window

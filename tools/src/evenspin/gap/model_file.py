@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.compare import Replay, Unit
-from evenspin.gap.tolerance import TOLERANCES
+from evenspin.compare import Replay
 from evenspin.log.case import Case
+from evenspin.log.tolerance import TOLERANCES
+from evenspin.log.unit import Unit
 from evenspin.native import Field, tables
 
 MODEL, SCENARIO = "model.toml", "scenario.toml"

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import GAP_SIGNALS
-from evenspin.compare.gap import GAP_UNITS
 from evenspin.gap.features import SIGNALS
 from evenspin.gap.outcome import Trace
 from evenspin.gap.result import CaseResult
 from evenspin.gap.where import heat_map
+from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS
 from evenspin.report.curves import envelope
 from evenspin.report.figures import Picture
 from evenspin.report.style import OTHER_COLOURS, REFERENCE_COLOUR, drawing, subplots, to_svg

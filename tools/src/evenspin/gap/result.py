@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import RecordGap, Replay, Unit
+from evenspin.compare import Replay
 from evenspin.gap.blind_spots import Blind, blind_spots
 from evenspin.gap.candidate import Model
 from evenspin.gap.finding import Finding, alternatives
@@ -18,9 +18,11 @@ from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import Investigation
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
-from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case
+from evenspin.log.gap import RecordGap, gap_of_records
+from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.log.unit import Unit
 from evenspin.native import tables
 
 Array = NDArray[np.float64]
@@ -74,7 +76,7 @@ class CaseResult:
     @property
     def closed(self) -> float:
         """Share of the gap above the floor that is closed; nan where there is none to close."""
-        floor = floor_of(self.floor)
+        floor = gap_of_records(self.floor)
         wide = self.before.gap - floor
         return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
 
@@ -179,10 +181,6 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
         real = (1.0 - math.exp(-gain / GAIN_MIN)) * (1.0 - math.exp(-gain / (LEFTOVER_SHARE * total)))
         out[name] = CEILING * (1.0 - against) * real * (1.0 - 0.5 * min(max(nearly, 0.0), 1.0) ** 2)
     return out
-
-
-def floor_of(records: tuple[RecordGap, ...]) -> float:
-    return float(np.sqrt(np.mean([record.gap**2 for record in records]))) if records else math.nan
 
 
 def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Lead, Model
 from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.tolerance import SIGMA
+from evenspin.log.tolerance import SIGMA
 
 Array = NDArray[np.float64]
 LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less

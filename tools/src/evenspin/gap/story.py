@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-from evenspin.compare import GAP_SIGNALS
-from evenspin.compare.gap import GAP_UNITS
 from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.pictures import (
     left_pictures,
@@ -16,10 +14,11 @@ from evenspin.gap.pictures import (
     where_pictures,
     words_of,
 )
-from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
+from evenspin.gap.result import CaseResult, inseparable, separator
 from evenspin.gap.thresholds import GAIN_MIN, LINE_RATIO
 from evenspin.gap.verdict import because
 from evenspin.gap.where import Spot, ranked
+from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS, gap_of_records
 from evenspin.native import tables
 from evenspin.report.figures import Picture
 from evenspin.report.page import Chapter, Page
@@ -66,7 +65,7 @@ def summary_of(result: CaseResult) -> list[str]:
     if result.before.traces:
         said.append(
             f"Gap on validation records: {result.before.gap:.3f} before, {result.after.gap:.3f} after; noise alone "
-            f"makes {floor_of(result.floor):.3f}."
+            f"makes {gap_of_records(result.floor):.3f}."
         )
     return said
 
@@ -197,7 +196,7 @@ def _how_much(result: CaseResult) -> Chapter:
 
 
 def _open(result: CaseResult) -> bool:
-    return not result.finding.unknown and result.before.gap > 1.05 * floor_of(result.floor)
+    return not result.finding.unknown and result.before.gap > 1.05 * gap_of_records(result.floor)
 
 
 def _gap_table(result: CaseResult) -> TableView:

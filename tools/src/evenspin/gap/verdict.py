@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from evenspin.compare import RecordGap
 from evenspin.gap.intervals import MODEL_SHARE, reported_parameters
-from evenspin.gap.result import CaseResult, floor_of, inseparable
+from evenspin.gap.result import CaseResult, inseparable
 from evenspin.gap.thresholds import LINE_RATIO
-from evenspin.gap.tolerance import TOLERANCES
+from evenspin.log.gap import RecordGap, gap_of_records
+from evenspin.log.tolerance import TOLERANCES
 
 VERDICT = "verdict.json"
 
@@ -25,7 +25,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),
         "gap_after": real(result.after.gap),
-        "gap_floor": real(floor_of(result.floor)),
+        "gap_floor": real(gap_of_records(result.floor)),
         "gap_closed": real(result.closed),
         "gap_records": _records(result),
         "intervals": _intervals(result),
