@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from evenspin.bench.experiments import plan as bench_plan
 from evenspin.bench.runner import LOG_CONTROLLER
-from evenspin.gap.blind import cases
-from evenspin.gap.blind.experiments import all_experiments
+from evenspin.blind import cases
+from evenspin.blind.experiments import all_experiments
 from evenspin.gap.plan import plan as gap_plan
 from evenspin.gap.plan import top_speed
 from evenspin.log.controller import FORMAT_CONTROLLER, format_controller
