@@ -30,7 +30,10 @@ def steady(speed_rad_s=20.0, rows=1600, orders=(1.0, 3.0, 6.0)):
 
 
 def named(features, values):
-    return {(label[1], label[3].split(":")[1]): value for label, value in zip(features.labels(), values, strict=True)}
+    def name(key):
+        return key.kind if key.order is None else f"{key.part}{key.order:g}"
+
+    return {(key.signal, name(key)): value for key, value in zip(features.keys(), values, strict=True)}
 
 
 def test_mean_trend_and_orders_of_a_steady_stretch_come_back_as_they_were_put_in():
@@ -57,11 +60,31 @@ def test_features_do_not_know_at_which_angle_a_stretch_began():
 def test_an_order_that_takes_less_than_a_turn_is_not_fitted():
     slow, theta = steady(speed_rad_s=2.0)  # 0.25 turns
 
-    names = {label[3] for label in slow.labels()}
+    names = {str(key) for key in slow.keys()}
 
-    assert len(slow.values(theta, np.zeros((len(theta), len(SIGNALS))))) == len(slow.labels())
-    assert "steady0:cos1" not in names
-    assert "steady0:cos6" in names
+    assert len(slow.values(theta, np.zeros((len(theta), len(SIGNALS))))) == len(slow.keys())
+    assert "staircase speed_rad_s steady0:cos1" not in names
+    assert "staircase speed_rad_s steady0:cos6" in names
+
+
+def test_a_key_is_written_with_its_record_its_signal_and_what_of_which_block():
+    layout = Layout(
+        "coast_down",
+        (Stretch(0, 800, 40.0, 0.0, coasting=True),),
+        (Bins("step", np.array([0, 5])), Bins("ramp", np.array([5, 9, 12]))),
+    )
+    names = [str(key) for key in FeatureSet(layout, (1.0, 2.5), RATE_HZ).keys() if key.signal == "iq_a"]
+
+    assert names == [
+        "coast_down iq_a coast0:mean",
+        "coast_down iq_a coast0:trend",
+        "coast_down iq_a coast0:curve",
+        "coast_down iq_a coast0:cos1",
+        "coast_down iq_a coast0:sin1",
+        "coast_down iq_a step0:0",
+        "coast_down iq_a ramp1:0",
+        "coast_down iq_a ramp1:1",
+    ]
 
 
 def test_bins_are_means_over_their_rows():

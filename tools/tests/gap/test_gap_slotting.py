@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evenspin.gap.features import FeatureKey
 from evenspin.gap.slotting import heard_order, slot_orders
 
 MOTOR = {"pole_pairs": 5, "slots": 12}  # 60 periods per turn from slots and poles, 12 from the slots alone
@@ -11,14 +12,14 @@ STRETCHES = 8
 
 
 def _log(loud: dict[int, float], motor: dict[str, int] = MOTOR, signal: str = "speed_rad_s"):
-    labels = [
-        ("staircase", signal, "order", f"steady{i}:{part}{order}")
+    keys = [
+        FeatureKey("staircase", signal, "order", i, order=float(order), part=part)
         for i in range(STRETCHES)
         for order in (1, *slot_orders(motor))
         for part in ("cos", "sin")
     ]
     level = {order: loud.get(order, 1.0) for order in (1, *slot_orders(motor))}
-    return labels, np.array([level[int(detail.split(":")[1][3:])] for *_, detail in labels])
+    return keys, np.array([level[key.order] for key in keys])
 
 
 def test_a_quiet_log_and_a_usual_line_leave_the_order_of_slots_and_poles():
@@ -35,9 +36,9 @@ def test_what_is_within_the_noise_is_not_heard():
 
 
 def test_one_loud_stretch_alone_decides_nothing():
-    labels, whitened = _log({60: 12.0})
-    whitened[[i for i, label in enumerate(labels) if label[3] == "steady0:cos12"]] = 1e6
-    assert heard_order(MOTOR, labels, whitened) == 60
+    keys, whitened = _log({60: 12.0})
+    whitened[[i for i, key in enumerate(keys) if (key.block, key.part, key.order) == (0, "cos", 12.0)]] = 1e6
+    assert heard_order(MOTOR, keys, whitened) == 60
 
 
 def test_only_the_speed_is_listened_to():

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from evenspin.compare.load import reading_noise, steady_load
 from evenspin.errors import InputError, NativeError
 from evenspin.log.case import META
-from evenspin.log.controller import NO_LIMIT, controller_of
+from evenspin.log.controller import NO_LIMIT
 from evenspin.log.experiments import LOCKED
 from evenspin.log.meta_numbers import HINT, MetaNumbers
+from evenspin.log.nominal import Nominal
 from evenspin.log.unit import Effects, Unit
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 from evenspin.sim.record import Record
 
-MACHINE = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
 RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
 
@@ -40,12 +40,8 @@ class Replay:
         self.t_s = record["t_s"] - record["t_s"][0]
         pwm_hz = numbers.number("pwm_hz")
         self.decimate = max(1, round(pwm_hz * float(np.median(np.diff(record["t_s"])))))
-        self.counts_per_rev = numbers.number("encoder", "counts_per_rev")
         self._start_rad = float(record["theta_m_rad"][0])
-        self.current_noise_a = numbers.number("current_noise_a")
-        self.machine = {key: numbers.number("motor", key) for key in MACHINE}
-        self.setup = {key: numbers.number(key) for key in ("dc_link_v", "pwm_hz", "current_lsb_a")}
-        self.drive = controller_of(numbers)
+        self.nominal = Nominal.of(numbers)
         self._inputs = self._references(record)
 
     def run(self, signals: tuple[str, ...], unit: Unit = Unit()) -> NDArray[np.float64]:  # noqa: B008 (frozen)
@@ -82,22 +78,23 @@ class Replay:
         return inputs
 
     def _configure(self, simulation: Simulation, unit: Unit) -> None:
-        for key, value in self.machine.items():
+        for key, value in self.nominal.machine.items():
             simulation.set_model(key, value * unit.factors.get(key, 1.0))
-        for key, value in self.setup.items():
+        for key, value in self.nominal.supply.items():
             simulation.set_model(key, value)
-        simulation.set_model("counts_per_rev", self.counts_per_rev)
+        counts_per_rev = self.nominal.counts_per_rev
+        simulation.set_model("counts_per_rev", counts_per_rev)
         simulation.set_model("current_range_a", NO_LIMIT)
         simulation.set_model("rotor_locked", float(self.locked))
         # the encoder cuts to whole counts: the true start angle is half a count larger on average
-        part = unit.count_part * 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev > 0.0 else 0.0
+        part = unit.count_part * 2.0 * math.pi / counts_per_rev if counts_per_rev > 0.0 else 0.0
         simulation.set_model("initial_angle_rad", self._true_start_rad(self._start_rad + part, unit.effects))
         inputs = self._inputs
         if unit.noise_seed is not None:
-            simulation.set_model("current_noise_a", self.current_noise_a)
+            simulation.set_model("current_noise_a", self.nominal.current_noise_a)
             simulation.set_seed(unit.noise_seed)
             inputs = self._with_load_noise(unit.noise_seed)
-        for key, value in self.drive.items():
+        for key, value in self.nominal.drive.items():
             simulation.set_param(key, value)
         for effect, params in unit.effects.items():
             for param, value in params.items():
@@ -113,7 +110,7 @@ class Replay:
         for _ in range(START_PASSES if errors else 0):
             probe = Simulation("float")
             probe.set_model("counts_per_rev", 0.0)
-            probe.set_model("pole_pairs", self.machine["pole_pairs"])
+            probe.set_model("pole_pairs", self.nominal.machine["pole_pairs"])
             probe.set_model("rotor_locked", 1.0)
             probe.set_model("initial_angle_rad", true)
             for effect, params in errors.items():

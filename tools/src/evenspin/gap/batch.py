@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
@@ -14,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from evenspin.errors import EvenspinError, InputError, one_line
-from evenspin.gap.verdict import VERDICT
 from evenspin.log.case import META
 from evenspin.output import Origin, OutputFolder
 from evenspin.tableview import TableView
@@ -70,6 +68,7 @@ def solve(job: Job) -> dict[str, Any]:
     from evenspin.gap.check import checked_case
     from evenspin.gap.folder import write_result
     from evenspin.gap.result import investigate
+    from evenspin.gap.verdict import verdict_json
 
     if _stopped:
         return {"case": job.name, "error": "interrupted"}
@@ -77,9 +76,9 @@ def solve(job: Job) -> dict[str, Any]:
         output = OutputFolder(job.out, job.origin, force=job.force)
         case, said = checked_case(job.case)
         result = investigate(case, 1, warnings=said)
+        content = verdict_json(result)
         with output as folder:
             write_result(folder, result, f"evenspin gap {job.case}")
-        content = json.loads((job.out / VERDICT).read_text(encoding="utf-8"))
     except EvenspinError as error:
         return {"case": job.name, "error": str(error)}
     except Exception as error:  # a case must not end the others; what happened is told

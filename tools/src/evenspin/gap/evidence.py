@@ -42,11 +42,11 @@ def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = Non
     runs = np.array(forward.many(units)) - deltas @ nuisance.T
     variance = runs.var(axis=0, ddof=1)
     members: dict[tuple[str, str, str], list[int]] = defaultdict(list)
-    for i, label in enumerate(forward.labels):
-        members[label[:3]].append(i)
+    for i, key in enumerate(forward.keys):
+        members[key.group].append(i)
     names = tuple(members)
-    group = np.empty(len(forward.labels), dtype=np.int64)
-    sigma = np.empty(len(forward.labels))
+    group = np.empty(len(forward.keys), dtype=np.int64)
+    sigma = np.empty(len(forward.keys))
     floor = _model_floor(forward, runs.mean(axis=0))
     for index, name in enumerate(names):
         rows = members[name]
@@ -60,10 +60,10 @@ def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = Non
 def _model_floor(forward: Forward, mean: Array) -> Array:
     """A share of how much a signal changes among neighbouring bins: there small differences show large."""
     floor = np.zeros(len(mean))
-    runs: dict[tuple[str, str, str], list[int]] = defaultdict(list)
-    for i, (record, signal, kind, detail) in enumerate(forward.labels):
-        if kind in ("step", "ramp", "coast"):
-            runs[(record, signal, detail.split(":")[0])].append(i)
+    runs: dict[tuple[str, str, int], list[int]] = defaultdict(list)
+    for i, key in enumerate(forward.keys):
+        if key.bin is not None:
+            runs[(key.record, key.signal, key.block)].append(i)
     for rows in runs.values():
         x = mean[rows]
         change = np.abs(np.gradient(x)) if len(x) > 1 else np.zeros(len(x))

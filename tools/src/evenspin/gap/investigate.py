@@ -58,7 +58,7 @@ class Investigation:
         self.say("noise and tolerance", 0.02)
         fitter = Fitter.nominal(self.forward, hypotheses(Scale.of(motor, counts)))
         nothing = fitter.model({})
-        heard = heard_order(motor, self.forward.labels, nothing.residual)
+        heard = heard_order(motor, self.forward.keys, nothing.residual)
         self.library = hypotheses(Scale.of(motor, counts, heard))
         self.search = Search(replace(fitter, library=self.library), nothing)
         self.rules = Acceptance(self.library)

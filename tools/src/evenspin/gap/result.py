@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import Replay
 from evenspin.gap.blind_spots import Blind, blind_spots
 from evenspin.gap.candidate import Model
 from evenspin.gap.finding import Finding, alternatives
@@ -21,6 +20,7 @@ from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
 from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case
 from evenspin.log.gap import RecordGap, gap_of_records
+from evenspin.log.nominal import Nominal
 from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.log.unit import Unit
 from evenspin.native import tables
@@ -63,7 +63,7 @@ class CaseResult:
     blind: tuple[Blind, ...]
     warnings: tuple[str, ...]
     subjects: tuple[Subject, ...]  # what each residual is about
-    replay: Replay  # of the first fit record: machine and drive of the case as they are simulated
+    nominal: Nominal  # machine and drive of the case as they are simulated
     sizes: Mapping[str, float]  # of each effect of the best explanation, in units of what counts as no effect
     nearest_effects: Effects  # parameters of the best explanation, named or not
     seconds: float
@@ -141,8 +141,8 @@ def result_of(
         other,
         blind,
         tuple(dict.fromkeys(said)),
-        subjects(investigation.forward.labels, (each.layout for each in investigation.forward.sets)),
-        investigation.forward.replays[0],
+        subjects(investigation.forward.keys, (each.layout for each in investigation.forward.sets)),
+        investigation.forward.replays[0].nominal,
         {name: investigation.library[name].magnitude(z) for name, z in model.z.items()},
         fitter.effects(model.z),
         time.monotonic() - started,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.effects.cogging import slot_order
-from evenspin.gap.features import Label
+from evenspin.gap.features import FeatureKey
 
 HEARD = 10.0  # mean square, in sigmas, that an unusual order needs
 LOUDER = 3.0  # and so many times what the usual one has
@@ -25,16 +25,15 @@ def slot_orders(motor: Mapping[str, float]) -> tuple[int, ...]:
     return (usual, slots) if slots != usual and slots not in electrical else (usual,)
 
 
-def heard_order(motor: Mapping[str, float], labels: Sequence[Label], whitened: NDArray[np.float64]) -> int | None:
-    """The order that stands out of what a sound machine leaves unexplained (`whitened`, in sigmas, as `labels`)."""
+def heard_order(motor: Mapping[str, float], keys: Sequence[FeatureKey], whitened: NDArray[np.float64]) -> int | None:
+    """The order that stands out of what a sound machine leaves unexplained (`whitened`, in sigmas, as `keys`)."""
     orders = slot_orders(motor)
     if len(orders) < 2:
         return orders[0] if orders else None
-    usual, unusual = (_loudness(order, labels, whitened) for order in orders)
+    usual, unusual = (_loudness(order, keys, whitened) for order in orders)
     return orders[1] if unusual > HEARD and unusual > LOUDER * usual else orders[0]
 
 
-def _loudness(order: int, labels: Sequence[Label], whitened: NDArray[np.float64]) -> float:
-    ends = (f":cos{order:g}", f":sin{order:g}")
-    rows = [i for i, label in enumerate(labels) if label[1] == "speed_rad_s" and label[3].endswith(ends)]
+def _loudness(order: int, keys: Sequence[FeatureKey], whitened: NDArray[np.float64]) -> float:
+    rows = [i for i, key in enumerate(keys) if key.signal == "speed_rad_s" and key.order == order]
     return float(np.mean(np.minimum(np.abs(whitened[rows]), CAP) ** 2)) if rows else 0.0
