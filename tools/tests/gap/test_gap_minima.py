@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evenspin.effects import Coordinate, Hypothesis, Scale, hypotheses
-from evenspin.gap.candidate import Lead, Model, noise_price
+from evenspin.gap.candidate import Candidate, Model, noise_price
 from evenspin.gap.evidence import Judge, Noise
 from evenspin.gap.fitting import Fitter
 from evenspin.gap.minima import NEAR, MinimaSearch, neighbours
@@ -140,11 +140,11 @@ def test_each_lead_gets_the_strategy_that_its_effects_need(fitter):
     with_detent = replace(fitter, library={**LIBRARY, "cogging": detent})
     ramp, ring, cogging = ({name: np.zeros(1)} for name in ("ramp", "ring", "cogging"))
 
-    assert isinstance(strategy_for(with_detent, Lead(ramp, 1.0)), Downhill)
-    assert isinstance(strategy_for(with_detent, Lead(ramp | ring, 1.0)), LocalMinima)
-    assert isinstance(strategy_for(with_detent, Lead(ramp | cogging, 1.0)), Detents)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp, 1.0)), Downhill)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp | ring, 1.0)), LocalMinima)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp | cogging, 1.0)), Detents)
     # what was refined already keeps its phase
-    assert isinstance(strategy_for(with_detent, Lead(ramp | cogging, 1.0, frozenset({"ramp"}))), Downhill)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp | cogging, 1.0, frozenset({"ramp"}))), Downhill)
 
 
 def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaft():
@@ -152,7 +152,7 @@ def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaf
     backlash = library["backlash"]
     place = np.array(backlash.starts[0])
 
-    wildest = backlash.to_params(backlash.as_wild_as_can_be(place))
+    least_repeatable = backlash.to_params(backlash.least_repeatable(place))
 
-    assert wildest == {**backlash.to_params(place), "load_friction_share": 0.0}
+    assert least_repeatable == {**backlash.to_params(place), "load_friction_share": 0.0}
     assert {name for name, h in library.items() if h.is_shaft} == {"backlash", "two_mass"}

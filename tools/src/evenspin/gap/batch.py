@@ -74,14 +74,14 @@ def solve(job: Job) -> dict[str, Any]:
         return {"case": job.name, "error": "interrupted"}
     try:
         output = OutputFolder(job.out, job.origin, force=job.force)
-        case, said = checked_case(job.case)
-        result = investigate(case, 1, warnings=said)
+        case, messages = checked_case(job.case)
+        result = investigate(case, 1, warnings=messages)
         content = verdict_json(result)
         with output as folder:
             write_result(folder, result, f"evenspin gap {job.case}")
     except EvenspinError as error:
         return {"case": job.name, "error": str(error)}
-    except Exception as error:  # a case must not end the others; what happened is told
+    except Exception as error:  # a case must not end the others; what happened is in its line
         return {"case": job.name, "error": one_line(f"{type(error).__name__}: {error}")}
     return {"case": job.name, **{key: content[key] for key in KEYS}, "seconds": content["details"]["seconds"]}
 

@@ -1,7 +1,7 @@
 """A case before it is investigated: what is missing, what contradicts meta.json, what was mended.
 
-What makes the work impossible is an error; what can be mended or left out is, and is said; what only looks odd is said.
-An odd log is not refused, because the effect that is looked for may be what is odd about it.
+What makes the work impossible is an error. What can be mended or left out is, and is reported; so is what only seems
+odd: an odd log is not refused, because the effect that is searched may be what is odd about it.
 """
 
 from __future__ import annotations
@@ -55,54 +55,54 @@ def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
 
 def checked(case: Case) -> tuple[Case, tuple[str, ...]]:
     folder = case.path
-    said = list(_check_meta(folder, case.meta))
-    said += _files(folder, case)
+    messages = list(_check_meta(folder, case.meta))
+    messages += _files(folder, case)
     drive = drive_of(folder, case.meta)
-    alive, dead = _alive(case, drive, said)
-    _enough(case, alive, dead, said)
+    alive, dead = _alive(case, drive, messages)
+    _enough(case, alive, dead, messages)
     records: dict[str, Record] = {}
     for name, record in alive.items():
         check_time(case, name, record)
         replay = Replay(case.path, case.meta, name, record)  # it names what is missing in meta.json
         check_record(case, name, record, drive, speed_mode=not replay.locked and replay.released_at() is None)
-        if _starts_at_rest(name, record, said):
+        if _starts_at_rest(name, record, messages):
             records[name] = record
-    _enough(case, records, dead, said)
+    _enough(case, records, dead, messages)
     case = replace(case, experiments=records)
-    said += _contradictions(case)
-    return case, tuple(said)
+    messages += _contradictions(case)
+    return case, tuple(messages)
 
 
-def _alive(case: Case, drive: Drive, said: list[str]) -> tuple[dict[str, Record], dict[str, str]]:
+def _alive(case: Case, drive: Drive, messages: list[str]) -> tuple[dict[str, Record], dict[str, str]]:
     """Mended records, and why others say nothing."""
     alive: dict[str, Record] = {}
     dead: dict[str, str] = {}
     for name, record in case.experiments.items():
         if name not in EXPERIMENTS:
-            said.append(f"{name} is not an experiment of the format: left out")
+            messages.append(f"{name} is not an experiment of the format: left out")
             continue
         why, mended = unusable(record), None
         if why is None:
-            mended = repaired(record, said, name)
-            if mended is None or not _has_rows(name, mended, said):
+            mended = repaired(record, messages, name)
+            if mended is None or not _has_rows(name, mended, messages):
                 continue
             why = dead_channel(name, mended, drive)
         if why is not None:
             dead[name] = why
-            said.append(f"{name}: {why}: left out")
+            messages.append(f"{name}: {why}: left out")
         elif mended is not None:
             alive[name] = mended
     return alive, dead
 
 
-def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], said: list[str]) -> None:
+def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], messages: list[str]) -> None:
     """Something to fit, and a shaft that turns in some record if it should have."""
     turning = [name for name in dead if name not in LOCKED] or list(dead)
     if turning and all(name in LOCKED for name in records):
         data = f"{dead[turning[0]]} ({len(dead)} of {len(case.experiments)} records say nothing)"
         raise ChannelError(case.file(turning[0]), data, "repair it and record again")
     if all(name in VALIDATION for name in records):
-        why = "; ".join(said[-3:]) or f"record one of {', '.join(FITTED)}"
+        why = "; ".join(messages[-3:]) or f"record one of {', '.join(FITTED)}"
         raise InputError(case.path, "experiments", list(records), "at least one record to fit", why)
 
 
@@ -126,7 +126,7 @@ def _check_meta(folder: Path, meta: Mapping[str, Any]) -> Iterator[str]:
         hint = "a log of another drive: evenspin gap LOG.csv --model model.toml"
         raise InputError(path, "speed_filter.type", kind, '"tracking_pll"', hint)
     if numbers.slots() == 0:
-        yield "motor.slots is not in meta.json: cogging is looked for at order 6 p only"
+        yield "motor.slots is not in meta.json: cogging is searched at order 6 p only"
 
 
 def _files(folder: Path, case: Case) -> Iterator[str]:
@@ -140,21 +140,21 @@ def _files(folder: Path, case: Case) -> Iterator[str]:
             yield f"{path.name} is not in meta.json: not read"
 
 
-def _has_rows(name: str, record: Record, said: list[str]) -> bool:
+def _has_rows(name: str, record: Record, messages: list[str]) -> bool:
     if len(record) < LEAST_ROWS:
-        said.append(f"{name}: {len(record)} rows are too few (at least {LEAST_ROWS}): left out")
+        messages.append(f"{name}: {len(record)} rows are too few (at least {LEAST_ROWS}): left out")
         return False
     if name in LOADED and np.isnan(record["load_torque_nm"]).all():
-        said.append(f"{name}: load_torque_nm was not measured, and without it nothing can be simulated: left out")
+        messages.append(f"{name}: load_torque_nm was not measured, and without it nothing can be simulated: left out")
         return False
     return True
 
 
-def _starts_at_rest(name: str, record: Record, said: list[str]) -> bool:
+def _starts_at_rest(name: str, record: Record, messages: list[str]) -> bool:
     top = float(np.max(np.abs(record["speed_rad_s"])))
     if name in LOCKED or abs(float(record["speed_rad_s"][0])) <= max(REST_SHARE * top, 0.5):
         return True
-    said.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
+    messages.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
     return False
 
 

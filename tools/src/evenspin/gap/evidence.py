@@ -1,4 +1,4 @@
-"""What the log says against a model: residuals in units of their noise, and what a sound unit may add to them."""
+"""What the log says against a model: residuals in units of their noise, and what a healthy unit may add to them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Noise:
 
 
 def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = None, seed: int = 5) -> Noise:
-    """Spread of the features over sound units, noise and start angles within a count, pooled over like features.
+    """Spread of the features over healthy units, noise and start angles within a count, pooled over like features.
 
     What a unit's deviations add in proportion is left out (`nuisance`, see nuisance_columns): the fit finds that. What
     stays is noise and what does not follow in proportion, such as an encoder's rounding that locks in at some speeds.
@@ -47,19 +47,19 @@ def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = Non
     names = tuple(members)
     group = np.empty(len(forward.keys), dtype=np.int64)
     sigma = np.empty(len(forward.keys))
-    floor = _model_floor(forward, runs.mean(axis=0))
+    spread = _simulator_spread(forward, runs.mean(axis=0))
     for index, name in enumerate(names):
         rows = members[name]
         group[rows] = index
         common = float(np.mean(variance[rows]) + np.median(variance[rows])) / 2.0
         sigma[rows] = np.sqrt(((REPEATS - 1.0) * variance[rows] + POOL * common) / (REPEATS - 1.0 + POOL))
     used = sigma > 0.0
-    return Noise(np.sqrt(sigma**2 + floor**2), used, group, names)
+    return Noise(np.sqrt(sigma**2 + spread**2), used, group, names)
 
 
-def _model_floor(forward: Forward, mean: Array) -> Array:
+def _simulator_spread(forward: Forward, mean: Array) -> Array:
     """A share of how much a signal changes among neighbouring bins: there small differences show large."""
-    floor = np.zeros(len(mean))
+    spread = np.zeros(len(mean))
     runs: dict[tuple[str, str, int], list[int]] = defaultdict(list)
     for i, key in enumerate(forward.keys):
         if key.bin is not None:
@@ -67,8 +67,8 @@ def _model_floor(forward: Forward, mean: Array) -> Array:
     for rows in runs.values():
         x = mean[rows]
         change = np.abs(np.gradient(x)) if len(x) > 1 else np.zeros(len(x))
-        floor[rows] = MODEL_SHARE * (change + 0.05 * float(np.ptp(x)))
-    return floor
+        spread[rows] = MODEL_SHARE * (change + 0.05 * float(np.ptp(x)))
+    return spread
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from evenspin.gap.acceptance import Floor
+from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.leftover import Line
 from evenspin.gap.thresholds import ALTERNATIVE_COST
@@ -17,7 +17,7 @@ class Finding:
     named: tuple[str, ...]  # strongest first; empty: nothing missing, or unknown
     unknown: bool
     before: float  # cost of the nominal machine
-    floor: Floor
+    expected_cost: ExpectedCost
     lines: tuple[Line, ...]
     tried: tuple[Model, ...]
     steps: tuple[Model, ...] = ()  # nothing, then one effect more each: how it was found

@@ -18,7 +18,7 @@ from evenspin.native import tables
 from evenspin.native.tables import EffectParam
 
 Array = NDArray[np.float64]
-UNITS = 10  # sound units with the same effects, simulated
+UNITS = 10  # healthy units with the same effects, simulated
 LEAST_INFLATION = 1.0
 Z95 = 1.96
 EXACT = ("order", "sign")  # roles of parameters without an interval
@@ -49,23 +49,23 @@ class Intervals:
         return tuple(interval for interval in self.parameters if interval.effect == effect)
 
     def warnings(self) -> list[str]:
-        """Parameters that this log does not tell."""
-        said = []
+        """Parameters that this log does not determine."""
+        messages = []
         for effect in dict.fromkeys(interval.effect for interval in self.parameters):
             mine = self.of(effect)
             for interval in mine:
                 if interval.half > _size(interval, mine) and not interval.field.optional:
-                    said.append(
+                    messages.append(
                         f"{effect}.{interval.parameter} = {interval.value:.3g} +- {interval.half:.2g} (95 %): "
                         "not identifiable from this log"
                     )
-        return said
+        return messages
 
 
 def intervals(fitter: Fitter, model: Model) -> Intervals:
     """95 % intervals of the vocabulary's parameters of every effect in the model.
 
-    Features repeat one another, so that the covariance of the fit is too small. Sound units with the same effects are
+    Features repeat one another, so that the covariance of the fit is too small. Healthy units with the same effects are
     simulated and fitted linearly; their scatter over the covariance is the factor that all intervals are widened by.
     What the model of an effect may be off itself comes on top (MODEL_SHARE).
     """
@@ -132,7 +132,7 @@ def _difference(param: EffectParam, a: float, b: float) -> float:
 
 
 def _size(interval: Interval, all_of_effect: tuple[Interval, ...]) -> float:
-    """What an interval has to be narrower than to tell anything."""
+    """What an interval has to be narrower than to mean anything."""
     field = interval.field
     if field.role == "phase":
         return 1.0

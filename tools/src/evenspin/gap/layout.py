@@ -1,4 +1,7 @@
-"""Where to look in a record: steady stretches, bins after a step, bins along a ramp. Follows from the log alone."""
+"""The parts of a record that are compared: steady stretches, bins after a step, bins along a ramp.
+
+They follow from the log alone.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ FORGET_S = 0.1
 RAMP_BIN_S = 0.025
 COAST_WINDOW_S = 0.4
 COAST_SHARE = 0.15  # of the speed at release
-COAST_TURNS = 1.2  # fewer tell a first order from a curve too badly
+COAST_TURNS = 1.2  # with fewer a first order and a curve cannot be told apart
 LOCKED_SAMPLES = 24  # one by one after a current step...
 LOCKED_BINS = (24, 30, 40, 50, 75, 100, 150, 200, 300, 400, 500, 600, 800, 1000)  # ...then together
 

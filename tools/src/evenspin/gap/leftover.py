@@ -83,8 +83,8 @@ def _lines(record: str, speed: float, seconds: float, measured: Array, level: Ar
         base = level[:, column]
         if not np.any(base > 0.0):
             continue
-        floor = np.maximum(base, 0.2 * float(np.median(base[base > 0.0])))
-        ratio = measured[:, column] / floor
+        noise = np.maximum(base, 0.2 * float(np.median(base[base > 0.0])))
+        ratio = measured[:, column] / noise
         ratio[:SKIP_BINS] = 0.0
         peak = int(np.argmax(ratio))
         hz = peak / seconds

@@ -20,7 +20,7 @@ from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
 
 Array = NDArray[np.float64]
-SEEDS = 3  # of the starts are looked around
+SEEDS = 3  # of the starts are searched around
 AROUND = 2  # points per coordinate
 SEED_WIDTH = 0.8  # in shares of the grid's pitch
 WIDTHS = (0.5, 0.35, 0.2)  # around the best, one after the other
@@ -67,7 +67,7 @@ class MinimaSearch:
         return self._z(best.x, best.amount)
 
     def _starts(self) -> list[Array]:
-        """The starts of each effect, the others where the lead has them."""
+        """The starts of each effect, the others where the candidate has them."""
         home = self._x(self.base)
         starts = [home]
         for name in self.nonlinear:

@@ -29,16 +29,16 @@ def write_model(
     unit: Unit,
     notes: list[str],
 ) -> None:
-    """`effects` and `delta` are what `unit` is made of; they tell what is named and what is tolerance."""
+    """`effects` and `delta` are what `unit` is made of; they say what is named and what is tolerance."""
     name = str(case.meta.get("case", case.path.name))
     lines = [f"# {note}" for note in notes]
     lines += [f"name = {_quoted(name + '-found')}", 'description = "nominal machine with what its log showed"', ""]
     lines += ["[plant]", *_plant(nominal, unit, delta), "", "[drive]", *_table(nominal.drive, tables().params)]
     for effect, params in unit.effects.items():
         added = f"added: {tables().effects[effect].signature}"
-        about = added if effect in effects else "residual error of a sound unit"
+        about = added if effect in effects else "residual error of a healthy unit"
         if effect in effects and any(t.sensor and t.sensor[0] == effect for t in TOLERANCES):
-            about += "; with the residual error of a sound unit"
+            about += "; with the residual error of a healthy unit"
         lines += ["", f"[effects.{effect}] # {about}", *_table(params, tables().effects[effect].params)]
     (folder / MODEL).write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / SCENARIO).write_text(_scenario(name, case), encoding="utf-8")

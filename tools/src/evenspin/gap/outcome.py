@@ -19,7 +19,7 @@ from evenspin.log.unit import Unit
 SIGNALS = tuple(GAP_SIGNALS)
 TRACE_COLUMNS = ("t_s", *SIGNALS)
 TRACE_NAMES = {"validation": "", "validation_steps": "steps."}  # as the result format calls them
-FLOOR_SEEDS = (901, 902, 903)
+NOISE_SEEDS = (901, 902, 903)
 
 Array = NDArray[np.float64]
 
@@ -69,14 +69,14 @@ class Validation:
             )
         )
 
-    def floor(self, unit: Unit) -> tuple[RecordGap, ...]:
+    def noise_floor(self, unit: Unit) -> tuple[RecordGap, ...]:
         """The gap that a machine has to its own noisy log: what no model can close."""
         out = []
         for name, replay in self.replays.items():
             model = replay.run(SIGNALS, unit)
             noisy = [
-                replay.run(SIGNALS, Unit(unit.effects, unit.factors, seed, (i + 0.5) / len(FLOOR_SEEDS)))
-                for i, seed in enumerate(FLOOR_SEEDS)
+                replay.run(SIGNALS, Unit(unit.effects, unit.factors, seed, (i + 0.5) / len(NOISE_SEEDS)))
+                for i, seed in enumerate(NOISE_SEEDS)
             ]
             out.append(gap_of_record(name, np.concatenate([run - model for run in noisy])))
         return tuple(out)

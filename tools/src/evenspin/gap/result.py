@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.blind_spots import Blind, blind_spots
+from evenspin.gap.ambiguities import Ambiguity, ambiguities
 from evenspin.gap.candidate import Model
 from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
@@ -53,14 +53,14 @@ class CaseResult:
     unit: Unit  # both together: what model.toml holds
     before: Outcome
     after: Outcome
-    floor: tuple[RecordGap, ...]
+    noise_floor: tuple[RecordGap, ...]
     nearest: Outcome | None  # of an explanation that does not explain
     steps: tuple[Step, ...]
     intervals: Intervals
     residual_before: Array  # in sigmas
     residual_after: Array
     other: tuple[tuple[tuple[str, ...], float], ...]  # explanations and their weights
-    blind: tuple[Blind, ...]
+    ambiguities: tuple[Ambiguity, ...]
     warnings: tuple[str, ...]
     subjects: tuple[Subject, ...]  # what each residual is about
     nominal: Nominal  # machine and drive of the case as they are simulated
@@ -75,8 +75,8 @@ class CaseResult:
 
     @property
     def closed(self) -> float:
-        """Share of the gap above the floor that is closed; nan where there is none to close."""
-        floor = gap_of_records(self.floor)
+        """Share of the gap above the noise floor that is closed; nan where there is none to close."""
+        floor = gap_of_records(self.noise_floor)
         wide = self.before.gap - floor
         return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
 
@@ -114,15 +114,15 @@ def result_of(
     nearest = validation.outcome(unit_of(fitter.effects(model.z), model.delta)) if finding.unknown else None
     found = intervals(fitter, model)
     other = tuple(alternatives(finding))
-    blind = tuple(blind_spots(case.experiments, case.meta["motor"]))
-    said = [*warnings, *(str(spot) for spot in blind), *found.warnings(), *_intolerant(delta)]
+    unclear = tuple(ambiguities(case.experiments, case.meta["motor"]))
+    messages = [*warnings, *(str(each) for each in unclear), *found.warnings(), *_intolerant(delta)]
     if not before.traces:
-        said.append("no validation record: the gap is not known, and nothing is validated")
-    if not finding.unknown and finding.floor.is_significant(model.cost):
-        share = finding.floor.excess(model.cost) / finding.floor.mean
-        said.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
+        messages.append("no validation record: the gap is not known, and nothing is validated")
+    if not finding.unknown and finding.expected_cost.is_significant(model.cost):
+        share = finding.expected_cost.excess(model.cost) / finding.expected_cost.mean
+        messages.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
     if before.traces and not finding.unknown and effects and not after.gap < before.gap:
-        said.append("what was named does not make the gap on the validation records smaller: do not trust it")
+        messages.append("what was named does not make the gap on the validation records smaller: do not trust it")
     return CaseResult(
         case,
         str(case.meta.get("case", case.path.name)),
@@ -132,15 +132,15 @@ def result_of(
         unit,
         before,
         after,
-        validation.floor(unit),
+        validation.noise_floor(unit),
         nearest,
         tuple(_step(investigation, validation, each) for each in finding.steps),
         found,
         investigation.search.nothing.residual,
         model.residual,
         other,
-        blind,
-        tuple(dict.fromkeys(said)),
+        unclear,
+        tuple(dict.fromkeys(messages)),
         subjects(investigation.forward.keys, (each.layout for each in investigation.forward.sets)),
         investigation.forward.replays[0].nominal,
         {name: investigation.library[name].magnitude(z) for name, z in model.z.items()},
@@ -169,8 +169,8 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     A name stands less firm when other explanations do without it, when what it takes away could be chance or what a
     larger effect leaves because the machine has it a little differently, and when the rest is nearly more than noise.
     """
-    excess = finding.floor.excess(finding.model.cost)
-    nearly = excess / max(finding.floor.limit, 1.0)
+    excess = finding.expected_cost.excess(finding.model.cost)
+    nearly = excess / max(finding.expected_cost.limit, 1.0)
     if finding.unknown:
         return {"unknown": CEILING * (1.0 - 0.5 * math.exp(-2.0 * max(0.0, nearly - 1.0)))}
     total = sum(max(gain, 0.0) for gain in finding.weights.values()) or 1.0
@@ -185,7 +185,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
 
 def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
     """What else it may be, as far as these experiments can tell."""
-    partners = [p for spot in result.blind if name in spot.effects for p in spot.effects if p != name]
+    partners = [p for each in result.ambiguities if name in each.effects for p in each.effects if p != name]
     near = [n for names, weight in result.other if weight > 0.05 and name not in names for n in names]
     return tuple(dict.fromkeys(n for n in (*partners, *near) if n not in result.finding.named))
 

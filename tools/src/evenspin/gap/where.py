@@ -49,7 +49,7 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class Contribution:
     """A line of the ranked table."""
 
     record: str
@@ -76,7 +76,7 @@ def subjects(keys: Sequence[FeatureKey], layouts: Iterable[Layout]) -> tuple[Sub
     return tuple(Subject(key, by_record[key.record].steady[key.block] if key.bin is None else None) for key in keys)
 
 
-def ranked(where: Sequence[Subject], before: Array, after: Array) -> list[Spot]:
+def ranked(where: Sequence[Subject], before: Array, after: Array) -> list[Contribution]:
     """Largest share of the excess first. `before`, `after`: residuals in sigmas."""
     groups: dict[tuple[str, str, str], list[int]] = defaultdict(list)
     for i, subject in enumerate(where):
@@ -84,11 +84,13 @@ def ranked(where: Sequence[Subject], before: Array, after: Array) -> list[Spot]:
     loaded = LOAD_SHARE * max((abs(p.stretch.load_nm) for p in where if p.stretch), default=0.0)
     excess = {key: _excess(before[rows]) for key, rows in groups.items()}
     total = sum(excess.values()) or 1.0
-    spots = [
-        Spot(*key, _strongest(rows, where, before, loaded), excess[key] / total, _rms(before[rows]), _rms(after[rows]))
+    contributions = [
+        Contribution(
+            *key, _strongest(rows, where, before, loaded), excess[key] / total, _rms(before[rows]), _rms(after[rows])
+        )
         for key, rows in groups.items()
     ]
-    return sorted(spots, key=lambda spot: -spot.share)
+    return sorted(contributions, key=lambda each: -each.share)
 
 
 def heat_map(where: Sequence[Subject], before: Array, after: Array) -> HeatMap:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evenspin.effects import Scale, hypotheses
-from evenspin.gap.acceptance import Acceptance, Floor
+from evenspin.gap.acceptance import Acceptance, ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.reference import pages
 from evenspin.gap.thresholds import TABLE
@@ -14,7 +14,7 @@ MOTOR = {"rated_current_a": 5.0, "rated_torque_nm": 1.0, "pole_pairs": 4, "slots
 NOTHING = np.zeros(0)
 
 
-FLOOR = Floor(7000.0, 300.0)
+EXPECTED = ExpectedCost(7000.0, 300.0)
 
 
 def _found(library, *names: str) -> Model:
@@ -30,11 +30,11 @@ def rules() -> Acceptance:
 def test_play_on_a_shaft_that_twists_is_also_tried_without_the_play(rules) -> None:
     found = _found(rules.library, "backlash", "inertia")
 
-    (lead,) = rules.simpler(found)
+    (candidate,) = rules.simpler(found)
 
-    play, twist = (rules.library[n].to_params(m[n]) for n, m in (("backlash", found.z), ("two_mass", lead.z)))
-    assert set(lead.z) == {"inertia", "two_mass"}
-    assert lead.z["inertia"] is found.z["inertia"]
+    play, twist = (rules.library[n].to_params(m[n]) for n, m in (("backlash", found.z), ("two_mass", candidate.z)))
+    assert set(candidate.z) == {"inertia", "two_mass"}
+    assert candidate.z["inertia"] is found.z["inertia"]
     assert twist == {key: pytest.approx(play[key]) for key in twist}
     assert set(play) - set(twist) == {"gap_rad"}
 
@@ -59,7 +59,7 @@ def test_only_what_takes_most_of_an_excess_away_needs_no_validation_record(
     rules, before: float, after: float, asked: bool
 ) -> None:
     """Where a loop rings, no simulation follows a validation record, the right one no better than others."""
-    assert rules.is_decisive(_of_cost(before), _of_cost(after), FLOOR) == (not asked)
+    assert rules.is_decisive(_of_cost(before), _of_cost(after), EXPECTED) == (not asked)
 
 
 def test_every_threshold_of_the_rules_stands_in_the_table_with_its_reasons() -> None:
@@ -76,7 +76,7 @@ def test_every_threshold_of_the_rules_stands_in_the_table_with_its_reasons() -> 
 
 
 def test_a_small_gain_needs_a_second_look_and_a_tolerance_does_not(rules) -> None:
-    assert rules.needs_second_look("cogging", 100.0)
-    assert not rules.needs_second_look("cogging", 2000.0)  # by chance, gains of 100 come up on healthy units
-    assert not rules.needs_second_look("inertia", 100.0)
+    assert rules.needs_recheck("cogging", 100.0)
+    assert not rules.needs_recheck("cogging", 2000.0)  # by chance, gains of 100 come up on healthy units
+    assert not rules.needs_recheck("inertia", 100.0)
     assert rules.holds("inertia", 9.0) and not rules.holds("cogging", 9.0)  # three sigmas of a prior cost 9
