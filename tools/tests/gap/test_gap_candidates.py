@@ -8,7 +8,7 @@ from evenspin.effects import Scale, hypotheses
 from evenspin.gap.acceptance import Acceptance, ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.reference import pages
-from evenspin.gap.thresholds import TABLE
+from evenspin.gap.thresholds import SECTIONS
 
 MOTOR = {"rated_current_a": 5.0, "rated_torque_nm": 1.0, "pole_pairs": 4, "slots": 12}
 NOTHING = np.zeros(0)
@@ -63,16 +63,22 @@ def test_only_what_takes_most_of_an_excess_away_needs_no_validation_record(
 
 
 def test_every_threshold_of_the_rules_stands_in_the_table_with_its_reasons() -> None:
-    import evenspin.gap.thresholds as module
+    from evenspin.gap import thresholds_effects, thresholds_evidence, thresholds_records
 
+    modules = (thresholds_effects, thresholds_evidence, thresholds_records)
     constants = {
-        name: value for name, value in vars(module).items() if name.isupper() and isinstance(value, int | float)
+        name: value
+        for module in modules
+        for name, value in vars(module).items()
+        if name.isupper() and isinstance(value, int | float)
     }
+    table = [t for section in SECTIONS for t in section.rows]
 
-    assert {t.name: t.value for t in TABLE} == constants
-    assert all(t.unit and t.separates and t.set_on and t.too_low and t.too_high for t in TABLE)
+    assert {t.name: t.value for t in table} == constants
+    assert len(table) == len(constants)  # no name twice
+    assert all(t.unit and t.separates and t.set_on and t.too_low and t.too_high for t in table)
     (page,) = pages().values()
-    assert all(f"| `{t.name}` | {t.value:g} " in page for t in TABLE)
+    assert all(f"| `{t.name}` | {t.value:g} " in page for t in table)
 
 
 def test_a_small_gain_needs_a_second_look_and_a_tolerance_does_not(rules) -> None:

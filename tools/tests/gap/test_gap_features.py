@@ -11,7 +11,7 @@ import pytest
 from evenspin.effects import Scale, hypotheses, known_orders
 from evenspin.effects.cogging import slot_order
 from evenspin.effects.hypothesis import by_roles
-from evenspin.gap.evidence import SOFT, Judge, Noise, robust_cost
+from evenspin.gap.evidence import OUTLIER_SIGMAS, Judge, Noise, robust_cost
 from evenspin.gap.features import SIGNALS, FeatureSet
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
 from evenspin.gap.screening import probe_points
@@ -198,7 +198,9 @@ def test_a_tolerance_is_only_moved_as_far_as_its_prior_lets_it():
 
 def test_the_cost_of_small_residuals_is_chi_square_and_of_large_ones_their_logarithm():
     assert robust_cost(np.array([0.1])) == pytest.approx(0.01, rel=1e-3)
-    assert robust_cost(np.array([1e6])) == pytest.approx(2.0 * SOFT**2 * math.log(1e6 / SOFT), rel=1e-6)
+    assert robust_cost(np.array([1e6])) == pytest.approx(
+        2.0 * OUTLIER_SIGMAS**2 * math.log(1e6 / OUTLIER_SIGMAS), rel=1e-6
+    )
 
 
 # ---- hypotheses -------------------------------------------------------------------------------------------------

@@ -11,8 +11,9 @@ from evenspin.effects import Coordinate, Hypothesis, Scale, hypotheses
 from evenspin.gap.candidate import Candidate, Model, noise_price
 from evenspin.gap.evidence import Judge, Noise
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.minima import NEAR, MinimaSearch, neighbours
+from evenspin.gap.minima import MinimaSearch, neighbours
 from evenspin.gap.strategies import Detents, Downhill, LocalMinima, strategy_for
+from evenspin.gap.thresholds_evidence import NEIGHBOUR_SHARE
 from evenspin.log.tolerance import SIGMA
 
 T_S = np.linspace(0.0, 1.0, 400)
@@ -105,7 +106,7 @@ def test_neighbours_of_a_model_move_its_nonlinear_effects_only_and_by_what_a_sea
     near = neighbours(LIBRARY, z, 8)
 
     off = np.array([n["ring"][0] for n in near]) - 3.0
-    assert len(set(off)) == 8 and np.max(np.abs(off)) <= NEAR * 0.2
+    assert len(set(off)) == 8 and np.max(np.abs(off)) <= NEIGHBOUR_SHARE * 0.2
     assert off.min() < -0.02 and off.max() > 0.02  # both sides
     assert all(n["ramp"][0] == 0.4 for n in near)
     assert neighbours(LIBRARY, {"ramp": np.array([0.4])}, 8) == []

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Candidate, Model
-from evenspin.gap.thresholds import (
+from evenspin.gap.thresholds_effects import (
     DECISIVE_SHARE,
     EXCESS_SHARE,
     EXCESS_SIGMAS,

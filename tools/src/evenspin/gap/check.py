@@ -18,6 +18,19 @@ from evenspin.compare import Replay
 from evenspin.compare.sound import check_record, check_time, dead_channel, drive_of, unusable
 from evenspin.errors import MISSING, InputError
 from evenspin.gap.repair import repaired
+from evenspin.gap.thresholds_records import (
+    COARSE_COHERENCE,
+    COUNTS_COHERENCE,
+    CURRENT_EXCESS,
+    DC_LINK_SHARE,
+    FINE_RAD,
+    LEAST_ROWS,
+    PERIODS_SHARE,
+    REST_RAD_S,
+    REST_SHARE,
+    STILL_COUNTS,
+    VOLTAGE_EXCESS,
+)
 from evenspin.log.case import META, Case, read_case
 from evenspin.log.experiments import EXPERIMENTS, FITTED, LOADED, LOCKED, VALIDATION
 from evenspin.log.meta_numbers import HINT, MetaNumbers, value_of
@@ -26,7 +39,6 @@ from evenspin.plausible.drive import Drive
 from evenspin.plausible.finding import ChannelError
 from evenspin.sim.record import Record
 
-LEAST_ROWS = 200
 POSITIVE = (
     ("motor", "pole_pairs"),
     ("motor", "resistance_ohm"),
@@ -41,11 +53,6 @@ POSITIVE = (
     ("current_loop", "ts_s"),
     ("speed_loop", "ts_s"),
 )
-PERIODS = 0.02  # a sampling time may differ from a whole number of PWM periods by this share
-DC_LINK_SHARE = 0.05
-REST_SHARE = 0.05  # of the fastest speed: more at the start is not at rest
-STILL_COUNTS = 8.0
-FINE_RAD = 2e-5  # counts finer than this drown in the digits of a CSV
 
 
 def checked_case(folder: Path) -> tuple[Case, tuple[str, ...]]:
@@ -115,7 +122,7 @@ def _check_meta(folder: Path, meta: Mapping[str, Any]) -> Iterator[str]:
     pwm_hz = meta["pwm_hz"]
     for key, limit in (("current_loop", 1.5), ("speed_loop", math.inf)):
         periods = meta[key]["ts_s"] * pwm_hz
-        if abs(periods - round(periods)) > PERIODS * max(periods, 1.0) or not 0.5 < periods < limit:
+        if abs(periods - round(periods)) > PERIODS_SHARE * max(periods, 1.0) or not 0.5 < periods < limit:
             must = "one PWM period" if limit < math.inf else "a whole number of PWM periods"
             raise InputError(path, f"{key}.ts_s", meta[key]["ts_s"], f"{must} of {1.0 / pwm_hz:g} s", HINT)
     delay = value_of(meta, ("current_loop", "computation_delay_periods"))
@@ -152,7 +159,7 @@ def _has_rows(name: str, record: Record, messages: list[str]) -> bool:
 
 def _starts_at_rest(name: str, record: Record, messages: list[str]) -> bool:
     top = float(np.max(np.abs(record["speed_rad_s"])))
-    if name in LOCKED or abs(float(record["speed_rad_s"][0])) <= max(REST_SHARE * top, 0.5):
+    if name in LOCKED or abs(float(record["speed_rad_s"][0])) <= max(REST_SHARE * top, REST_RAD_S):
         return True
     messages.append(f"{name}: it does not start at rest, so that it cannot be simulated: left out")
     return False
@@ -180,12 +187,12 @@ def _contradictions(case: Case) -> Iterator[str]:
         yield f"vdc_v is {dc_v:.4g} V, dc_link_v in meta.json {case.meta['dc_link_v']:g} V"
     limit_v = MetaNumbers(case.path / META, case.meta).voltage_limit_v() or case.meta["dc_link_v"] / math.sqrt(3.0)
     top_v = max(float(np.max(np.hypot(r["vd_v"], r["vq_v"]))) for r in case.experiments.values())
-    if top_v > 1.02 * limit_v:
+    if top_v > VOLTAGE_EXCESS * limit_v:
         yield f"the drive commanded {top_v:.4g} V; the limit that follows from meta.json is {limit_v:.4g} V"
     limit_a = float(case.meta["speed_loop"]["iq_limit_a"])
     turning = [r for name, r in case.experiments.items() if name not in LOCKED]
     top_a = max((float(np.max(np.abs(r["iq_ref_a"]))) for r in turning), default=0.0)
-    if top_a > 1.01 * limit_a:
+    if top_a > CURRENT_EXCESS * limit_a:
         yield f"iq_ref_a reaches {top_a:.4g} A; speed_loop.iq_limit_a in meta.json is {limit_a:g} A"
 
 
@@ -198,10 +205,10 @@ def _check_counts(case: Case, counts: float) -> Iterator[str]:
     if len(theta) < LEAST_ROWS:
         return
     steps = theta / (math.tau / counts)
-    if abs(np.mean(np.exp(2j * np.pi * steps))) < 0.7:
+    if abs(np.mean(np.exp(2j * np.pi * steps))) < COUNTS_COHERENCE:
         yield f"theta_m_rad does not move in counts of 2 pi / {counts:g}, as encoder.counts_per_rev in meta.json says"
         return
     for part in (2, 3, 4, 5, 8, 10):
-        if counts % part == 0 and abs(np.mean(np.exp(2j * np.pi * steps / part))) > 0.9:
+        if counts % part == 0 and abs(np.mean(np.exp(2j * np.pi * steps / part))) > COARSE_COHERENCE:
             yield f"theta_m_rad moves in steps of {part} counts: is encoder.counts_per_rev {counts / part:g}?"
             return

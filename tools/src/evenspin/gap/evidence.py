@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.forward import Forward
+from evenspin.gap.thresholds_evidence import OUTLIER_SIGMAS, SIMULATOR_RANGE_SHARE, SIMULATOR_SHARE
 from evenspin.log.tolerance import SIGMA, prior_of, unit_of
 
 Array = NDArray[np.float64]
 Effects = dict[str, dict[str, float]]
 REPEATS = 16  # simulated units behind the noise level
 POOL = 4.0  # weight, in repeats, of a feature group's common level in the level of one feature
-MODEL_SHARE = 0.003  # of the change within a bin group: two honest simulators differ by about that
-SOFT = 6.0  # residuals beyond so many sigmas count with the logarithm (Cauchy)
 PASSES = 6  # of reweighting
 PROBES = ((11, 0.25), (12, 0.75))  # noise seed and start angle in a count of the simulations behind a model
 
@@ -67,7 +66,7 @@ def _simulator_spread(forward: Forward, mean: Array) -> Array:
     for rows in runs.values():
         x = mean[rows]
         change = np.abs(np.gradient(x)) if len(x) > 1 else np.zeros(len(x))
-        spread[rows] = MODEL_SHARE * (change + 0.05 * float(np.ptp(x)))
+        spread[rows] = SIMULATOR_SHARE * (change + SIMULATOR_RANGE_SHARE * float(np.ptp(x)))
     return spread
 
 
@@ -105,7 +104,7 @@ class Judge:
         prior[: len(SIGMA)] = prior_of(known)
         x = np.zeros(a.shape[1])
         for _ in range(PASSES):
-            w = 1.0 / (1.0 + ((r - a @ x) / SOFT) ** 2)
+            w = 1.0 / (1.0 + ((r - a @ x) / OUTLIER_SIGMAS) ** 2)
             normal = (a * w[:, None]).T @ a + np.diag(prior)
             diagonal = np.diag(normal).copy()
             diagonal[: len(SIGMA)] *= 1e-10
@@ -118,7 +117,7 @@ class Judge:
 
 
 def robust_cost(whitened: Array) -> float:
-    return float(np.sum(SOFT**2 * np.log1p((whitened / SOFT) ** 2)))
+    return float(np.sum(OUTLIER_SIGMAS**2 * np.log1p((whitened / OUTLIER_SIGMAS) ** 2)))
 
 
 def model_features(forward: Forward, units: Sequence[Effects], probes: int = len(PROBES)) -> list[Array]:

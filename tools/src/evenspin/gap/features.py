@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.layout import Bins, Layout, Stretch
+from evenspin.gap.thresholds_evidence import COAST_ORDER_MAX, ORDER_CYCLES
 
 SIGNALS = ("speed_rad_s", "id_a", "iq_a", "vd_v", "vq_v")
 
@@ -74,13 +75,13 @@ class FeatureSet:
     def _visible(self, stretch: Stretch) -> list[float]:
         """Orders that can be told from one another, from a trend, and from their own mirror image in this stretch."""
         if stretch.coasting:
-            return [k for k in self.orders if k <= 2.0]
+            return [k for k in self.orders if k <= COAST_ORDER_MAX]
         turns = abs(stretch.speed_rad_s) * (stretch.end - stretch.start) / self.rate_hz / (2.0 * math.pi)
         chosen: list[float] = []
         for k in self.orders:
             cycles = _folded(k * turns, (stretch.end - stretch.start) / 2.0)
-            if cycles >= 0.8 and all(
-                abs(cycles - _folded(c * turns, (stretch.end - stretch.start) / 2.0)) >= 0.8 for c in chosen
+            if cycles >= ORDER_CYCLES and all(
+                abs(cycles - _folded(c * turns, (stretch.end - stretch.start) / 2.0)) >= ORDER_CYCLES for c in chosen
             ):
                 chosen.append(k)
         return chosen

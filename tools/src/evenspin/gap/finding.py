@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.leftover import Line
-from evenspin.gap.thresholds import ALTERNATIVE_COST
+from evenspin.gap.thresholds_effects import ALTERNATIVE_COST
+from evenspin.gap.thresholds_evidence import ALTERNATIVE_LEAST
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,4 +41,4 @@ def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:
     }
     total = 1.0 + sum(odds.values())
     ranked = sorted(odds.items(), key=lambda item: -item[1])
-    return [(tuple(best[key].z), weight / total) for key, weight in ranked if weight / total > 1e-3]
+    return [(tuple(best[key].z), weight / total) for key, weight in ranked if weight / total > ALTERNATIVE_LEAST]

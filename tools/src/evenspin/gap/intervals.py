@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model
 from evenspin.gap.fitting import Fitter
+from evenspin.gap.thresholds_evidence import INFLATION_MIN, PARAMETER_SHARE, PHASE_KNOWN_RAD
 from evenspin.log.tolerance import SIGMA, unit_of
 from evenspin.native import tables
 from evenspin.native.tables import EffectParam
 
 Array = NDArray[np.float64]
 UNITS = 10  # healthy units with the same effects, simulated
-LEAST_INFLATION = 1.0
 Z95 = 1.96
+SCATTER_MAX = 1e4  # of one unit over the covariance, squared: a fit that has run away does not count more
 EXACT = ("order", "sign")  # roles of parameters without an interval
-MODEL_SHARE = 0.02  # of a parameter (rad of a phase): two honest simulators of one effect differ by that
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def intervals(fitter: Fitter, model: Model) -> Intervals:
 
     Features repeat one another, so that the covariance of the fit is too small. Healthy units with the same effects are
     simulated and fitted linearly; their scatter over the covariance is the factor that all intervals are widened by.
-    What the model of an effect may be off itself comes on top (MODEL_SHARE).
+    What the model of an effect may be off itself comes on top (PARAMETER_SHARE).
     """
     if not model.z:
         return Intervals((), 1.0)
@@ -94,7 +94,7 @@ def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) 
     for run in fitter.forward.many(units):
         amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns).amount
         scatter.append(amount**2 / np.diag(covariance))
-    return max(LEAST_INFLATION, math.sqrt(float(np.mean(np.minimum(scatter, 1e4)))))
+    return max(INFLATION_MIN, math.sqrt(float(np.mean(np.minimum(scatter, SCATTER_MAX)))))
 
 
 def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
@@ -109,7 +109,7 @@ def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
 def with_model_share(found: list[Interval]) -> list[Interval]:
     """Wider by what the simulation of an effect may be off itself, which no repeat of it shows."""
     return [
-        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, MODEL_SHARE * _size(i, tuple(found))))
+        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, PARAMETER_SHARE * _size(i, tuple(found))))
         for i in found
     ]
 
@@ -135,7 +135,7 @@ def _size(interval: Interval, all_of_effect: tuple[Interval, ...]) -> float:
     """What an interval has to be narrower than to mean anything."""
     field = interval.field
     if field.role == "phase":
-        return 1.0
+        return PHASE_KNOWN_RAD
     together = [i for i in all_of_effect if i.field.vector] if field.vector else [interval]
     off = field.default if field.role == "factor" else 0.0
     return max(abs(other.value - off) for other in together)

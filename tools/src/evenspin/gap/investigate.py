@@ -21,12 +21,17 @@ from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
 from evenspin.gap.search import Search
 from evenspin.gap.slotting import detected_order
-from evenspin.gap.thresholds import (
+from evenspin.gap.thresholds_effects import (
+    CANDIDATES,
+    CANDIDATES_BESIDE,
+    EFFECTS_MAX,
+    FIRST_KEPT,
     GAIN_MIN,
     LINE_RATIO,
     LINES_MIN,
     NEAR_GAIN,
     NONLINEAR_GAIN,
+    PAIR_GAIN,
     SETTLED_SHARE,
     SURE_GAIN,
     TOLERATED,
@@ -35,10 +40,8 @@ from evenspin.gap.thresholds import (
 from evenspin.log.case import Case
 from evenspin.log.tolerance import SIGMA, unit_of
 
-EFFECTS_MAX = 3
-CANDIDATES = 6  # refined per stage
 SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
-FIRST_KEPT = 2  # first explanations that are carried on
+LINE_REPEATS, LINE_NEIGHBOURS = 6, 8  # simulations of the model, and beside it, that a left-over line is held against
 HEALTHY_UNITS = 8  # simulated units within tolerance from which the cost expected of a correct model is taken
 
 Array = NDArray[np.float64]
@@ -123,20 +126,16 @@ class Investigation:
 
     def _first(self, nothing: Model, expected: ExpectedCost) -> Model:
         """The best single effect or pair to go on from; nothing when none earns a place."""
-        candidates = [
-            candidate
-            for candidate in self.search.candidates(nothing, 1, CANDIDATES)
-            if self.rules.promises(candidate, nothing, expected)
-        ]
+        alone = self.search.candidates(nothing, 1, CANDIDATES)
+        candidates = [c for c in alone if self.rules.promises(c, nothing, expected)]
         if expected.is_significant(nothing.cost):
-            candidates += [
-                candidate for candidate in self.search.candidates(nothing, 2, 3) if candidate.gain > 2.0 * GAIN_MIN
-            ]
+            in_pairs = self.search.candidates(nothing, 2, CANDIDATES_BESIDE)
+            candidates += [c for c in in_pairs if c.gain > PAIR_GAIN * GAIN_MIN]
         models = self._refined(candidates, expected, 0.12, 0.33)
         singles = [m for m in models if len(m.z) == 1 and self.rules.earns(nothing, m, expected)]
         pairs = [m for m in models if len(m.z) == 2]
         if not singles:
-            both = [m for m in pairs if self.rules.all_large(m) and nothing.cost - m.cost > 2.0 * GAIN_MIN]
+            both = [m for m in pairs if self.rules.all_large(m) and nothing.cost - m.cost > PAIR_GAIN * GAIN_MIN]
             return min(both, key=lambda m: m.likelihood_cost, default=nothing)
         self.first_explanations = sorted(singles, key=lambda m: m.likelihood_cost)[:FIRST_KEPT]
         self.pairs = pairs
@@ -159,7 +158,7 @@ class Investigation:
         ):
             return None
         for root in roots:
-            more = self.search.candidates(root, 1, CANDIDATES if root is best else 3)
+            more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE)
             candidates += [candidate for candidate in more if self.rules.promises(candidate, best, expected)]
         if len(best.z) == 1 and unexplained:
             candidates += [Candidate(m.z, 0.0) for m in self.pairs]
@@ -249,9 +248,10 @@ class Investigation:
     def lines(self, model: Model) -> tuple[Line, ...]:
         fitter = self.search.fitter
         effects = fitter.effects(model.z)
-        units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / 6.0) for i in range(6)]
-        near = neighbours(self.library, model.z, 8)  # a limit cycle may begin a little beside the point that was found
-        units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / 8.0) for i, z in enumerate(near)]
+        units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / LINE_REPEATS) for i in range(LINE_REPEATS)]
+        # a limit cycle may begin a little beside the point that was found
+        near = enumerate(neighbours(self.library, model.z, LINE_NEIGHBOURS))
+        units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / LINE_NEIGHBOURS) for i, z in near]
         return tuple(leftover_lines(self.forward, units))
 
 

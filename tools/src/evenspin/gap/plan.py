@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from evenspin.errors import NativeError
+from evenspin.gap.thresholds_records import TOP_VOLTAGE_SHARE
 from evenspin.log import LOG_COLUMNS, meta_of
 from evenspin.log.controller import FORMAT_CONTROLLER, format_controller
 from evenspin.log.experiments import LOG_HZ, VALIDATION
@@ -21,7 +22,6 @@ from evenspin.native import tables
 from evenspin.sim import Record, simulate
 
 TOP_RPM = 600.0  # of the format; slower where the dc link does not allow it
-VOLTAGE_SHARE = 0.6  # of what the dc link allows, for the back-EMF at the top speed
 START_RAD = 0.4  # arbitrary
 OTHER_ANGLE_RAD = 2.0  # from there, for the validation with a locked rotor
 NOISE_SHARE, LSB_SHARE = 0.003, 0.002  # of the rated current, where the model has none: a real log has both
@@ -56,7 +56,7 @@ def plan(machine: Machine, seed: int = 1) -> list[Experiment]:
 def top_speed(machine: Machine) -> float:
     """rad/s: 600 r/min, or less where the back-EMF would fill the dc link."""
     plant = machine.plant
-    allowed = VOLTAGE_SHARE * plant["dc_link_v"] / math.sqrt(3.0) / (plant["pole_pairs"] * plant["psi_wb"])
+    allowed = TOP_VOLTAGE_SHARE * plant["dc_link_v"] / math.sqrt(3.0) / (plant["pole_pairs"] * plant["psi_wb"])
     return min(TOP_RPM * RPM, allowed)
 
 

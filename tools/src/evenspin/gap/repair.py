@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.gap.thresholds_records import BACKWARDS_SHARE, BRIDGED_ROWS, FILLED_SHARE
 from evenspin.log.columns import LOG_COLUMNS
 from evenspin.plausible.finding import is_signal
 from evenspin.sim.record import Record
@@ -12,9 +13,6 @@ from evenspin.sim.record import Record
 HELD = ("speed_ref_rad_s", "id_ref_a", "iq_ref_a")  # what is commanded stays until it changes
 ANGLE, LOAD = "theta_m_rad", "load_torque_nm"
 NOT_NEEDED = (LOAD, "vdc_v")  # nan in every row where they were not measured
-BAD_SHARE = 0.02  # of the values of a column that may be filled in
-BACK_SHARE = 0.2  # of the rows whose time may repeat or go back
-GAP_ROWS = 5  # a gap of so many rows is bridged; at a longer one the record ends
 TURN = 2.0 * np.pi
 
 Array = NDArray[np.float64]
@@ -25,7 +23,7 @@ def repaired(record: Record, messages: list[str], name: str) -> Record | None:
     values = record.values.copy()
     time = LOG_COLUMNS.index("t_s")
     values = _forward_only(values, time, messages, name)
-    if len(values) < (1.0 - BACK_SHARE) * len(record):
+    if len(values) < (1.0 - BACKWARDS_SHARE) * len(record):
         messages.append(f"{name}: t_s repeats or goes back too often: the record is left out")
         return None
     if len(values) < 2:
@@ -37,11 +35,11 @@ def repaired(record: Record, messages: list[str], name: str) -> Record | None:
         if count == 0 or (column in NOT_NEEDED and count == len(values)):
             continue
         share = f"{count} of {len(values)}"
-        if count > BAD_SHARE * len(values) and column == LOAD:
+        if count > FILLED_SHARE * len(values) and column == LOAD:
             values[bad, i] = 0.0
             messages.append(f"{name}: load_torque_nm is not known in {share} rows: taken as no load there")
             continue
-        if count > BAD_SHARE * len(values):
+        if count > FILLED_SHARE * len(values):
             messages.append(f"{name}: {share} values of {column} are not numbers: the record is left out")
             return None
         values[:, i] = _filled(values[:, i], bad, column)
@@ -64,7 +62,7 @@ def _bridged(values: Array, time: int, messages: list[str], name: str) -> Array:
     steps = np.diff(values[:, time])
     period = float(np.median(steps))
     missing = np.round(steps / period).astype(int) - 1
-    long = np.flatnonzero(missing > GAP_ROWS)
+    long = np.flatnonzero(missing > BRIDGED_ROWS)
     if len(long):
         end = int(long[0]) + 1
         messages.append(

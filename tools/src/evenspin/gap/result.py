@@ -16,7 +16,15 @@ from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import Investigation
 from evenspin.gap.outcome import Outcome, Validation
-from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
+from evenspin.gap.thresholds_effects import GAIN_MIN, TOLERATED
+from evenspin.gap.thresholds_evidence import (
+    CONFIDENCE_MAX,
+    INSEPARABLE_WEIGHT,
+    LEFTOVER_SHARE,
+    REST_DOUBT,
+    UNKNOWN_DOUBT,
+    UNKNOWN_RISE,
+)
 from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case
 from evenspin.log.gap import RecordGap, gap_of_records
@@ -27,8 +35,6 @@ from evenspin.native import tables
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
-CEILING = 0.98  # nothing is surer than that: share of clear verdicts on blind cases that are right
-LEFTOVER_SHARE = 0.01  # of what all effects take away: a large one that is modelled a little differently leaves that
 NO_EFFECT: Mapping[str, Mapping[str, float]] = {}
 
 
@@ -172,21 +178,21 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     excess = finding.expected_cost.excess(finding.model.cost)
     nearly = excess / max(finding.expected_cost.limit, 1.0)
     if finding.unknown:
-        return {"unknown": CEILING * (1.0 - 0.5 * math.exp(-2.0 * max(0.0, nearly - 1.0)))}
+        return {"unknown": CONFIDENCE_MAX * (1.0 - UNKNOWN_DOUBT * math.exp(-UNKNOWN_RISE * max(0.0, nearly - 1.0)))}
     total = sum(max(gain, 0.0) for gain in finding.weights.values()) or 1.0
     out = {}
     for name in finding.named:
         against = sum(weight for names, weight in other if name not in names)
         gain = max(finding.weights.get(name, 0.0), 0.0)
         real = (1.0 - math.exp(-gain / GAIN_MIN)) * (1.0 - math.exp(-gain / (LEFTOVER_SHARE * total)))
-        out[name] = CEILING * (1.0 - against) * real * (1.0 - 0.5 * min(max(nearly, 0.0), 1.0) ** 2)
+        out[name] = CONFIDENCE_MAX * (1.0 - against) * real * (1.0 - REST_DOUBT * min(max(nearly, 0.0), 1.0) ** 2)
     return out
 
 
 def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
     """What else it may be, as far as these experiments can tell."""
     partners = [p for each in result.ambiguities if name in each.effects for p in each.effects if p != name]
-    near = [n for names, weight in result.other if weight > 0.05 and name not in names for n in names]
+    near = [n for names, weight in result.other if weight > INSEPARABLE_WEIGHT and name not in names for n in names]
     return tuple(dict.fromkeys(n for n in (*partners, *near) if n not in result.finding.named))
 
 

@@ -13,11 +13,10 @@ from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Candidate, Model
 from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
+from evenspin.gap.thresholds_effects import LIKENESS, LINEAR_SHARE
 from evenspin.log.tolerance import SIGMA
 
 Array = NDArray[np.float64]
-LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
-LIKENESS = 0.3  # of what the signature of a start explains that is not linear: what a better point may explain
 AMOUNT_MIN, AMOUNT_MAX = 0.05, 20.0  # by which the amplitude of a start that is not linear is scaled
 
 

@@ -9,10 +9,7 @@ from numpy.typing import NDArray
 
 from evenspin.effects.cogging import slot_order
 from evenspin.gap.features import FeatureKey
-
-DETECTED = 10.0  # mean square, in sigmas, that the order of the slots alone needs
-STRONGER = 3.0  # and so many times what the order of slots and poles has
-CAPPED = 30.0  # sigmas: one stretch alone decides nothing
+from evenspin.gap.thresholds_evidence import SLOT_ORDER_CAP, SLOT_ORDER_MEAN_SQUARE, SLOT_ORDER_RATIO
 
 
 def slot_orders(motor: Mapping[str, float]) -> tuple[int, ...]:
@@ -31,9 +28,9 @@ def detected_order(motor: Mapping[str, float], keys: Sequence[FeatureKey], white
     if len(orders) < 2:
         return orders[0] if orders else None
     common, alone = (_mean_square(order, keys, whitened) for order in orders)
-    return orders[1] if alone > DETECTED and alone > STRONGER * common else orders[0]
+    return orders[1] if alone > SLOT_ORDER_MEAN_SQUARE and alone > SLOT_ORDER_RATIO * common else orders[0]
 
 
 def _mean_square(order: int, keys: Sequence[FeatureKey], whitened: NDArray[np.float64]) -> float:
     rows = [i for i, key in enumerate(keys) if key.signal == "speed_rad_s" and key.order == order]
-    return float(np.mean(np.minimum(np.abs(whitened[rows]), CAPPED) ** 2)) if rows else 0.0
+    return float(np.mean(np.minimum(np.abs(whitened[rows]), SLOT_ORDER_CAP) ** 2)) if rows else 0.0

@@ -16,7 +16,8 @@ from evenspin.gap.pictures import (
     words_of,
 )
 from evenspin.gap.result import CaseResult, inseparable, separator
-from evenspin.gap.thresholds import GAIN_MIN, LINE_RATIO
+from evenspin.gap.thresholds_effects import GAIN_MIN, LINE_RATIO
+from evenspin.gap.thresholds_evidence import OPEN_GAP
 from evenspin.gap.verdict import because
 from evenspin.gap.where import Contribution, ranked
 from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS, gap_of_records
@@ -197,7 +198,7 @@ def _how_much(result: CaseResult) -> Chapter:
 
 
 def _open(result: CaseResult) -> bool:
-    return not result.finding.unknown and result.before.gap > 1.05 * gap_of_records(result.noise_floor)
+    return not result.finding.unknown and result.before.gap > OPEN_GAP * gap_of_records(result.noise_floor)
 
 
 def _gap_table(result: CaseResult) -> TableView:

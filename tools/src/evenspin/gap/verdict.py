@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from evenspin.gap.intervals import MODEL_SHARE, reported_parameters
+from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.result import CaseResult, inseparable
-from evenspin.gap.thresholds import LINE_RATIO
+from evenspin.gap.thresholds_effects import LINE_RATIO
+from evenspin.gap.thresholds_evidence import PARAMETER_SHARE
 from evenspin.log.gap import RecordGap, gap_of_records
 from evenspin.log.tolerance import TOLERANCES
 
@@ -32,7 +33,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "intervals_note": (
             "95 %; standard deviations of the fit times "
             f"{result.intervals.inflation:.2f}, the factor by which simulated healthy units scatter more; "
-            f"and {100 * MODEL_SHARE:.0f} % for what the model of an effect may be off itself"
+            f"and {100 * PARAMETER_SHARE:.0f} % for what the model of an effect may be off itself"
         ),
         "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
         "warnings": list(result.warnings),
