@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evenspin.blind.score import percent
+from evenspin.blind.score import percent, verdict_file
 from evenspin.blind.truth import Truth, fields_of
 from evenspin.blind.vocabulary import UNKNOWN
 
@@ -66,7 +66,7 @@ def markdown(found: Calibration) -> str:
 
 
 def _verdict(results: Path, case: str) -> Mapping[str, Any] | None:
-    path = next((path for path in (results / case / "verdict.json", results / f"{case}.json") if path.is_file()), None)
+    path = verdict_file(results, case)
     content = json.loads(path.read_text(encoding="utf-8")) if path is not None else None
     return content if isinstance(content, dict) else None
 

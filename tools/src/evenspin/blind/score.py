@@ -84,9 +84,14 @@ class Score:
         ]
 
 
-def read_verdict(results: Path, case: str) -> Verdict | None:
+def verdict_file(results: Path, case: str) -> Path | None:
     """`results`/CASE/verdict.json or `results`/CASE.json; None when there is neither."""
-    path = next((path for path in (results / case / "verdict.json", results / f"{case}.json") if path.is_file()), None)
+    return next((path for path in (results / case / "verdict.json", results / f"{case}.json") if path.is_file()), None)
+
+
+def read_verdict(results: Path, case: str) -> Verdict | None:
+    """What a solver answered; None when it left no file."""
+    path = verdict_file(results, case)
     if path is None:
         return None
     try:
