@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from evenspin.effects import Scale, hypotheses
+from evenspin.gap import screening
 from evenspin.gap.acceptance import Acceptance, ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.reference import pages
@@ -37,6 +40,26 @@ def test_play_on_a_shaft_that_twists_is_also_tried_without_the_play(rules) -> No
     assert candidate.z["inertia"] is found.z["inertia"]
     assert twist == {key: pytest.approx(play[key]) for key in twist}
     assert set(play) - set(twist) == {"gap_rad"}
+
+
+def test_no_second_shaft_is_simulated_beside_one_that_the_model_has(
+    rules: Acceptance, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The simulator refuses two shafts at once, and with it the whole case."""
+    asked: list[set[str]] = []
+
+    def features(forward: object, units: list[dict[str, object]], probes: int) -> list[np.ndarray]:
+        asked.extend(set(unit) for unit in units)
+        return [np.zeros((1, 0)) for _ in units]
+
+    monkeypatch.setattr(screening, "model_features", features)
+    fitter = SimpleNamespace(library=rules.library, forward=None, effects=lambda z: z)
+
+    found = screening.signatures(fitter, _found(rules.library, "two_mass"))
+
+    assert not any({"two_mass", "backlash"} <= unit for unit in asked)
+    assert {s.name for s in found} == set(rules.library) - {"two_mass", "backlash"}
+    assert {s.name for s in screening.signatures(fitter, _found(rules.library))} == set(rules.library)
 
 
 def test_what_holds_nothing_simpler_is_tried_alone(rules) -> None:

@@ -30,10 +30,11 @@ class Signature:
 
 
 def signatures(fitter: Fitter, model: Model) -> list[Signature]:
-    """Of every effect and start that the model does not have."""
+    """Of every effect and start that the model does not have and that can act beside it: there is one shaft."""
     jobs: list[tuple[str, Array, list[Array]]] = []
+    has_shaft = any(fitter.library[name].is_shaft for name in model.z)
     for name, h in fitter.library.items():
-        if name in model.z:
+        if name in model.z or (has_shaft and h.is_shaft):
             continue
         for start in h.starts:
             z0 = np.array(start, dtype=np.float64)
