@@ -33,7 +33,7 @@ ORDER = (
     ("compare", "memory", "design"),
     ("identify",),
     ("bench", "reproduce", "run", "gap"),
-    ("scope",),
+    ("scope", "blind"),
     ("cli",),
 )
 

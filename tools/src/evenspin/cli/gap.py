@@ -228,7 +228,7 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
 
     made = origin(path)
     output = OutputFolder(out, made, force=force)
-    loaded, said = checked_case(path)
+    loaded, messages = checked_case(path)
     from evenspin.gap.folder import write_result, write_steps  # they take a second to load
     from evenspin.gap.result import investigate
     from evenspin.sim.progress import progress_bar
@@ -239,7 +239,7 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
             bar.say(what)
             bar.update(share)
 
-        result = investigate(loaded, workers, tell, said)
+        result = investigate(loaded, workers, tell, messages)
         tell("drawing", 0.97)
         with output as folder:
             write_result(folder, result, made.command)

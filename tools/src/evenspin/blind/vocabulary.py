@@ -1,4 +1,6 @@
-"""What can be hidden in a blind case: the effects of the measured-log format at three sizes, and effects outside of it.
+"""What can be hidden in a blind case: the effects of the table at three sizes, and effects that it does not have.
+
+How large and at which order an effect is drawn is this module's own on purpose: it checks what the search assumes.
 
 Sizes are relative to the motor. The smallest is outside the tolerance of a unit; whether it can be found at all is
 told by `gap_alone` in the truth file.
@@ -7,10 +9,12 @@ told by `gap_alone` in the truth file.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
+
+from evenspin.native import tables
 
 SIZES = ("small", "medium", "large")
 UNKNOWN = "unknown"
@@ -170,7 +174,12 @@ EFFECTS: dict[str, Draw] = {
     "backlash": _backlash,
     "current_filter": _current_filter,
 }
-EXCLUSIVE = ({"two_mass", "backlash"},)  # one shaft
+
+
+def go_together(names: Collection[str]) -> bool:
+    """There is one shaft."""
+    effects = tables().effects
+    return sum(name in effects and effects[name].acts_on == "shaft" for name in set(names)) < 2
 
 
 def _fixed_frequency(rng: np.random.Generator, meta: Motor, size: int) -> Values:

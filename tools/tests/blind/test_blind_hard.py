@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evenspin.gap.blind.cases import Plan, make_case
-from evenspin.gap.blind.vocabulary import EFFECTS
+from evenspin.blind.cases import Plan, make_case
+from evenspin.blind.vocabulary import EFFECTS
 from evenspin.gap.finding import Finding
 from evenspin.gap.investigate import Investigation
 from evenspin.log.case import read_case

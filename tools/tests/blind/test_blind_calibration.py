@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from evenspin.gap.blind.calibration import calibrate, markdown
-from evenspin.gap.blind.truth import Truth
+from evenspin.blind.calibration import calibrate, markdown
+from evenspin.blind.truth import Truth
 
 COGGING = {"name": "cogging", "parameters": {"amplitude_nm": 0.05, "phase_rad": 6.2, "order": 24.0}}
 FAN = {"name": "fan_load", "parameters": {}}

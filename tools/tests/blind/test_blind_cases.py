@@ -8,14 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evenspin.gap.blind import cases as making
-from evenspin.gap.blind.cases import Plan, draw_unit, gap_between, make_case, plan_cases, run_experiments, why_unfit
-from evenspin.gap.blind.experiments import all_experiments
-from evenspin.gap.blind.motors import draw_motor
-from evenspin.gap.blind.referee import parameter_names, parameters_of, with_effects
-from evenspin.gap.blind.truth import Truth, read_truth, write_truth
-from evenspin.gap.blind.vocabulary import EFFECTS, OUTSIDE
+from evenspin.blind import cases as making
+from evenspin.blind.cases import Plan, draw_unit, gap_between, make_case, plan_cases, run_experiments, why_unfit
+from evenspin.blind.experiments import all_experiments
+from evenspin.blind.motors import draw_motor
+from evenspin.blind.referee import parameter_names, parameters_of, with_effects
+from evenspin.blind.truth import Truth, read_truth, write_truth
+from evenspin.blind.vocabulary import EFFECTS, OUTSIDE, go_together
 from evenspin.log.case import read_case
+from evenspin.native import tables
 
 # Of the format sheet, with the parameters that each name has.
 VOCABULARY = {
@@ -62,6 +63,18 @@ def test_the_vocabulary_is_that_of_the_format() -> None:
     rng, meta = np.random.default_rng(1), draw_motor(np.random.default_rng(1))
 
     assert {name: set(draw(rng, meta, 1)) for name, draw in EFFECTS.items()} == VOCABULARY
+
+
+def test_every_drawn_effect_has_the_reported_parameters_of_the_table() -> None:
+    rng, meta = np.random.default_rng(1), draw_motor(np.random.default_rng(1))
+    reported = {name: {p.name for p in e.params.values() if p.reported} for name, e in tables().effects.items()}
+
+    assert {name: set(draw(rng, meta, 1)) for name, draw in EFFECTS.items()}.items() <= reported.items()
+
+
+def test_effects_of_one_shaft_are_not_hidden_together() -> None:
+    assert not go_together(("two_mass", "backlash"))
+    assert go_together(("two_mass", "cogging")) and go_together(("backlash", "fan_load")) and go_together(())
 
 
 def test_the_load_of_a_shaft_is_a_part_of_the_total_inertia() -> None:
@@ -119,7 +132,7 @@ def test_a_case_is_in_the_format(made: tuple[Path, Truth]) -> None:
 
 
 def test_the_case_itself_does_not_tell_what_is_hidden(made: tuple[Path, Truth]) -> None:
-    example = Path(__file__).parents[4] / "tests" / "data" / "foreign_drive" / "example_clean" / "meta.json"
+    example = Path(__file__).parents[3] / "tests" / "data" / "foreign_drive" / "example_clean" / "meta.json"
     meta = json.loads((made[0] / "meta.json").read_text())
 
     assert set(meta) == set(json.loads(example.read_text()))

@@ -1,4 +1,4 @@
-"""What a set of experiments cannot tell apart: blind_spots.toml."""
+"""What a set of experiments cannot tell apart: ambiguities.toml."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 
 from evenspin.effects.cogging import slot_order
 
-FILE = Path(__file__).with_name("blind_spots.toml")
+FILE = Path(__file__).with_name("ambiguities.toml")
 
 
 @dataclass(frozen=True, slots=True)
-class Blind:
+class Ambiguity:
     """Effects that a missing experiment leaves inseparable."""
 
     experiment: str
@@ -31,13 +31,13 @@ def _content() -> Mapping[str, Any]:
     return tomllib.loads(FILE.read_text(encoding="utf-8"))
 
 
-def blind_spots(experiments: Iterable[str], motor: Mapping[str, Any]) -> list[Blind]:
+def ambiguities(experiments: Iterable[str], motor: Mapping[str, Any]) -> list[Ambiguity]:
     """What these experiments cannot separate in this machine."""
     there = set(experiments)
     p, slots = int(motor["pole_pairs"]), int(motor.get("slots", 0) or 0)
     same_order = slots > 0 and slot_order(p, slots) == 6 * p
     return [
-        Blind(entry["experiment"], tuple(entry["effects"]), entry["says"])
+        Ambiguity(entry["experiment"], tuple(entry["effects"]), entry["says"])
         for entry in _content()["missing"]
         if entry["experiment"] not in there and (same_order or not entry.get("same_order", False))
     ]

@@ -1,4 +1,7 @@
-"""The eight experiments of the measured-log format, one value of every input per control period."""
+"""The eight experiments of the measured-log format, one value of every input per control period.
+
+Written apart from evenspin.log on purpose: each of the two lists checks the other.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.blind.referee import PWM_HZ, Inputs
+from evenspin.blind.referee import PWM_HZ, Inputs
 
 RPM = math.pi / 30.0
 STEPS_OF_RATED = (0.0, 0.15, 0.3, 0.6, 0.9, 0.0, -0.3, -0.6, 0.0)

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from evenspin.blind.truth import Truth, fields_of
+from evenspin.blind.vocabulary import EFFECTS, SIZES, UNKNOWN
 from evenspin.errors import MISSING, InputError
-from evenspin.gap.blind.truth import Truth
-from evenspin.gap.blind.vocabulary import EFFECTS, SIZES, UNKNOWN
 
 NONE = "none"
 MISSED = "(no result)"
@@ -84,9 +84,14 @@ class Score:
         ]
 
 
-def read_verdict(results: Path, case: str) -> Verdict | None:
+def verdict_file(results: Path, case: str) -> Path | None:
     """`results`/CASE/verdict.json or `results`/CASE.json; None when there is neither."""
-    path = next((path for path in (results / case / "verdict.json", results / f"{case}.json") if path.is_file()), None)
+    return next((path for path in (results / case / "verdict.json", results / f"{case}.json") if path.is_file()), None)
+
+
+def read_verdict(results: Path, case: str) -> Verdict | None:
+    """What a solver answered; None when it left no file."""
+    path = verdict_file(results, case)
     if path is None:
         return None
     try:
@@ -146,32 +151,41 @@ def parameter_errors(effect: str, true: Mapping[str, float], found: Mapping[str,
     def told(error: float) -> float:
         return error if math.isfinite(error) else 1.0
 
-    if effect == "current_offset":
-        size = math.hypot(true["offset_a_a"], true["offset_b_a"])
-        off = math.hypot(value("offset_a_a") - true["offset_a_a"], value("offset_b_a") - true["offset_b_a"])
-        yield "offset", told(off / size)
-        return
-    if effect == "current_gain":  # only the mismatch counts
+    fields = fields_of(effect)
+    vector = [key for key, field in fields.items() if field.vector]
+    if vector and fields[vector[0]].role == "factor":  # only the mismatch counts
+        a, b = vector
         with np.errstate(all="ignore"):
-            mismatch = np.float64(value("gain_a")) / np.float64(value("gain_b"))
-        yield "mismatch", told(abs(mismatch / (true["gain_a"] / true["gain_b"]) - 1.0))
+            mismatch = np.float64(value(a)) / np.float64(value(b))
+        yield "mismatch", told(abs(mismatch / (true[a] / true[b]) - 1.0))
         return
-    second = true.get("second_rel", 0.0)
+    if vector:
+        off = math.hypot(*(value(key) - true[key] for key in vector))
+        yield "offset", told(off / math.hypot(*(true[key] for key in vector)))
+        return
+    optional = max((true.get(key, 0.0) for key, f in fields.items() if f.optional and f.role != "phase"), default=0.0)
     for key, right in true.items():
-        given = value(key)
-        if key == "order":
-            yield key, told(float(given != right))
-        elif key == "sign":
-            yield key, told(float(given * right <= 0.0))
-        elif key == "phase2_rad":
-            if second > 0.0:
-                yield key, told(second * abs(math.remainder(given - right, 2.0 * math.pi)))
-        elif key == "phase_rad":
-            yield key, told(abs(math.remainder(given - right, 2.0 * math.pi)))
-        elif key == "second_rel":
-            yield key, told(abs(given - right))
-        else:
-            yield key, told(abs(given - right) / abs(right))
+        given, field = value(key), fields.get(key)
+        match (field.role, field.optional) if field is not None else ("amplitude", False):
+            case ("order", _):
+                yield key, told(float(given != right))
+            case ("sign", _):
+                yield key, told(float(given * right <= 0.0))
+            case ("phase", False):
+                yield key, told(_angle_between(given, right))
+            case ("phase", True):
+                if optional > 0.0:
+                    yield key, told(optional * _angle_between(given, right))
+            case (_, True):
+                yield key, told(abs(given - right))
+            case _:
+                yield key, told(abs(given - right) / abs(right))
+
+
+def _angle_between(one: float, other: float) -> float:
+    """0 to pi; nan where one is no number."""
+    off = one - other
+    return abs(math.remainder(off, math.tau)) if math.isfinite(off) else math.nan
 
 
 def _share(values: list[bool]) -> float:

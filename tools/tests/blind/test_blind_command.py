@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from evenspin.blind import cases as making
+from evenspin.blind.truth import Truth, read_truth
 from evenspin.cli.gap_blind import app
 from evenspin.errors import CheckFailedError, InputError
-from evenspin.gap.blind import cases as making
-from evenspin.gap.blind.truth import Truth, read_truth
 from typer.testing import CliRunner
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from evenspin.blind.score import markdown, parameter_errors, parameter_table, score_set, size_table
+from evenspin.blind.truth import Truth
 from evenspin.errors import InputError
-from evenspin.gap.blind.score import markdown, parameter_errors, parameter_table, score_set, size_table
-from evenspin.gap.blind.truth import Truth
 
 COGGING = {"name": "cogging", "parameters": {"amplitude_nm": 0.05, "phase_rad": 6.2, "order": 24.0}}
 INERTIA = {"name": "inertia", "parameters": {"factor": 1.25}}

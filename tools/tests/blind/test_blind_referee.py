@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evenspin.blind.cases import VALIDATION, gap_between
+from evenspin.blind.referee import PWM_HZ, Inputs, Parameters, parameters_of, simulate, with_effects
 from evenspin.errors import NativeError
-from evenspin.gap.blind.cases import VALIDATION, gap_between
-from evenspin.gap.blind.referee import PWM_HZ, Inputs, Parameters, parameters_of, simulate, with_effects
 from evenspin.log.case import Case, read_case
 
-CASES = Path(__file__).parents[4] / "tests" / "data" / "foreign_drive"
+CASES = Path(__file__).parents[3] / "tests" / "data" / "foreign_drive"
 FLOOR = (0.12, 0.165)
 HIDDEN = {
     case: {effect["name"]: effect["parameters"] for effect in content["effects"]}

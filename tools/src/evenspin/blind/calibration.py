@@ -9,14 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evenspin.gap.blind.score import percent
-from evenspin.gap.blind.truth import Truth
-from evenspin.gap.blind.vocabulary import UNKNOWN
+from evenspin.blind.score import percent, verdict_file
+from evenspin.blind.truth import Truth, fields_of
+from evenspin.blind.vocabulary import UNKNOWN
 
 EDGES = (0.0, 0.5, 0.8, 0.95, 1.0)  # of confidence
 WIDER = (1.0, 2.0)  # multiples of an interval
-PHASES = ("phase_rad", "phase2_rad", "angle_el_rad")
-NO_PHASE_BELOW = 0.1  # second_rel: a smaller second order has no phase to speak of
+NO_PHASE_BELOW = 0.1  # a smaller optional amplitude has no phase to speak of
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +66,7 @@ def markdown(found: Calibration) -> str:
 
 
 def _verdict(results: Path, case: str) -> Mapping[str, Any] | None:
-    path = next((path for path in (results / case / "verdict.json", results / f"{case}.json") if path.is_file()), None)
+    path = verdict_file(results, case)
     content = json.loads(path.read_text(encoding="utf-8")) if path is not None else None
     return content if isinstance(content, dict) else None
 
@@ -83,15 +82,18 @@ def _misses(verdict: Mapping[str, Any], truth: Truth) -> Iterator[float]:
     """How far the truth is from the middle of each interval, in its half widths."""
     intervals = verdict.get("intervals") or {}
     for entry in truth.effects:
+        fields = fields_of(entry["name"])
+        optional = [entry["parameters"].get(p.name, 0.0) for p in fields.values() if p.optional and p.role != "phase"]
         for key, interval in intervals.get(entry["name"], {}).items():
             true = entry["parameters"].get(key)
             half = 0.5 * (interval["high"] - interval["low"])
             if true is None or not half > 0.0:  # an order or a sign is chosen, not measured
                 continue
-            if key == "phase2_rad" and entry["parameters"].get("second_rel", 0.0) < NO_PHASE_BELOW:
+            phase = key in fields and fields[key].role == "phase"
+            if phase and fields[key].optional and max(optional, default=0.0) < NO_PHASE_BELOW:
                 continue
             error = interval["value"] - true
-            yield abs(math.remainder(error, math.tau) if key in PHASES else error) / half
+            yield abs(math.remainder(error, math.tau) if phase else error) / half
 
 
 def _share(values: list[bool]) -> float:

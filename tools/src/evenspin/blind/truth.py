@@ -17,9 +17,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from evenspin.blind.vocabulary import UNKNOWN
 from evenspin.errors import MISSING, InputError, reason
-from evenspin.gap.blind.vocabulary import UNKNOWN
 from evenspin.log.case import write_json
+from evenspin.native import tables
+from evenspin.native.tables import EffectParam
 
 HINT = "`evenspin gap blind make` writes it"
 
@@ -70,3 +72,9 @@ def read_truth(path: Path) -> dict[str, Truth]:
         }
     except (AttributeError, TypeError) as error:
         raise InputError(path, "content", str(error), "{case: {effects: [...]}}", HINT) from None
+
+
+def fields_of(effect: str) -> Mapping[str, EffectParam]:
+    """What the table of effects says about each parameter; nothing where the table does not have the effect."""
+    known = tables().effects
+    return known[effect].params if effect in known else {}

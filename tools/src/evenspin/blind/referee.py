@@ -16,7 +16,7 @@ from evenspin.native.library import REINSTALL, declarations, library_folder
 
 HEADER = "evenspin_referee.h"
 SUPPORTED_ABI = 1
-# Factors on what the motor is; the machine itself has no such parameters.
+# Factors on what the motor is; the machine itself has no such parameters. The referee's own list on purpose.
 FACTORS = {
     "viscous_friction.factor": "motor.viscous_nms",
     "inertia.factor": "motor.inertia_kgm2",
