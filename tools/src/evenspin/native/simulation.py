@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from evenspin.errors import NativeError
 from evenspin.native.library import load
+from evenspin.native.refusal import Refusal, RefusedValueError, read_refusal
 
 Values = Sequence[float] | NDArray[np.floating[Any]]
 
@@ -85,8 +86,6 @@ class Simulation:
         out = np.empty((rows, self._signal_count))
         buffer = self._library.ffi.from_buffer("double[]", out, require_writable=True)
         written = self._library.lib.es_sim_run(self._handle, periods, decimate, buffer, rows)
-        if written < 0:
-            raise NativeError(self.error())
         return out[:written]
 
     def skip(self, periods: int) -> None:
@@ -115,9 +114,10 @@ class Simulation:
         buffer = self._library.ffi.from_buffer("double[]", values)
         self._need(self._library.lib.es_sim_memory_write(self._handle, buffer, len(values)))
 
-    def error(self) -> str:
-        return self._library.text(self._library.lib.es_sim_error(self._handle))
+    def refusal(self) -> Refusal:
+        """Why the last call was refused."""
+        return read_refusal(self._library, self._library.lib.es_sim_error(self._handle))
 
     def _need(self, done: bool) -> None:
         if not done:
-            raise NativeError(self.error())
+            raise RefusedValueError(self.refusal())
