@@ -84,5 +84,7 @@ def _number(field: BlockParam | None, name: str, value: Given) -> float:
 
 
 def block_error(refusal: Refusal) -> BlockError:
+    if refusal.list == "block":
+        return BlockError("block", refusal.name, refusal.reason)
     whole = refusal.code == "NOT_WHOLE" and refusal.given.is_integer()
     return BlockError(refusal.name, int(refusal.given) if whole else refusal.given, refusal.reason)

@@ -54,6 +54,8 @@ class Refusal:
     def __str__(self) -> str:
         if self.code == "TWO_SHAFTS":
             return self.reason
+        if self.code == "UNKNOWN":  # whatever was to be done with it
+            return f"{self.name}: {self.reason}"
         return f"{self.name} = {self.given:g}: {self.reason}" if self.name else self.reason
 
 

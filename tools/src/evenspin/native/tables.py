@@ -232,7 +232,7 @@ def _block_params(library: Library, block: int, count: int) -> Iterator[BlockPar
     for index in range(count):
         if library.lib.es_block_param_info(block, index, raw):
             field = _field(library, raw)
-            own = {"above": bool(raw.above), "below": bool(raw.below), "rule": library.text(raw.rule)}
+            own: dict[str, Any] = {"above": bool(raw.above), "below": bool(raw.below), "rule": library.text(raw.rule)}
             yield BlockParam(**{each.name: getattr(field, each.name) for each in fields(Field)}, **own)
 
 
