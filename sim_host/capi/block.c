@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define LARGEST 1.0e9
+
 struct es_block {
     const capi_block_t *kind;
     double              param[CAPI_PARAMS_MAX];
@@ -27,13 +29,13 @@ angle_t capi_angle_in(double rad)
     return isfinite(rad) ? (angle_t)(int64_t)floor(fmod(rad / (2.0 * CAPI_PI), 1.0) * 4294967296.0) : 0U;
 }
 
-bool capi_all_finite(const double *x, int count)
+bool capi_usable(const double *x, int count)
 {
-    bool finite = true;
+    bool usable = true;
     for (int i = 0; i < count; i++) {
-        finite = finite && isfinite(x[i]);
+        usable = usable && (fabs(x[i]) <= LARGEST); /* false for NaN */
     }
-    return finite;
+    return usable;
 }
 
 int capi_refused(ctl_diag_t diag, const int *param_of_field, size_t fields, int otherwise)

@@ -3,8 +3,8 @@
  * @brief A control block for Python: its parameters, its actions, and how it is started. Each file of blocks/ has one.
  *
  * Parameters are checked against their list first; `start` turns them into those of the block, which has the last word. A
- * step here is the step of the interrupt. Its inputs are checked before, by `capi_all_finite`: what is not finite goes to
- * the checked entry of the block, which counts and replaces it.
+ * step here is the step that the interrupt runs, without checks of its own where that has none. The check stands in front, in
+ * `capi_usable`: an input that is not usable goes to the checked entry of the block, which counts and replaces it.
  */
 #ifndef SIM_HOST_CAPI_BLOCK_H
 #define SIM_HOST_CAPI_BLOCK_H
@@ -17,7 +17,7 @@
 
 #define CAPI_PI 3.14159265358979323846
 #define CAPI_PARAMS_MAX 20
-#define CAPI_ACTIONS_MAX 6
+#define CAPI_ACTIONS_MAX 8
 #define CAPI_PORTS_MAX 8 /* inputs, outputs of an action */
 #define CAPI_STARTED (-1)
 
@@ -63,7 +63,8 @@ static inline double capi_out(num_t x) { return (double)num_to_float(x); }
 num_t capi_signal_in(double x);
 /** Angle in turns modulo one; 0 for what is not finite. */
 angle_t capi_angle_in(double rad);
-bool    capi_all_finite(const double *x, int count);
+/** Finite, and of a size that no product of a block can overflow. */
+bool capi_usable(const double *x, int count);
 /** The parameter that the block means, of a table from the field of its diagnosis. */
 int capi_refused(ctl_diag_t diag, const int *param_of_field, size_t fields, int otherwise);
 

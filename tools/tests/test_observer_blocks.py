@@ -269,7 +269,7 @@ def test_the_measured_torque_is_the_one_that_acted_ten_and_a_half_samples_ago(ki
     observer = blocks.TorqueObserver(kind, J, B)
     measured = np.empty(samples)
     for k in range(samples):
-        observer.step(theta[k], B * 10.0)
+        observer.step(theta[k], B * 10.0, 10.0)
         measured[k] = observer.torque_nm
 
     def misfit(age):

@@ -49,7 +49,11 @@ static void write_sample(void *self, const double *in, double *out)
     } else {
         /* an ordinary step */
     }
-    ctl_angle_memory_write(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
+    if (capi_usable(in, 2) && memory->primed && (fabs(way) < 0.25 * CAPI_PI)) {
+        ctl_angle_memory_write_raw(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
+    } else {
+        ctl_angle_memory_write(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
+    }
     if (isfinite(value)) {
         memory->last_rad = theta_rad;
         memory->last_value = value;

@@ -23,7 +23,9 @@ static int start(void *self, const double *p, num_t *memory, int cells)
 
 static void step(void *self, const double *in, double *out)
 {
-    out[0] = capi_out(ctl_fir_step(&((low_pass_t *)self)->fir, capi_signal_in(in[0])));
+    ctl_fir_t *const fir = &((low_pass_t *)self)->fir;
+    const num_t      x = capi_signal_in(in[0]);
+    out[0] = capi_out(capi_usable(in, 1) ? ctl_fir_step_raw(fir, x) : ctl_fir_step(fir, x));
 }
 
 static void delay(void *self, const double *in, double *out)

@@ -25,11 +25,11 @@ enum {
 
 #define LIMIT_NM 1.0e6
 #define RO_SAMPLES 8192
+#define QUARTER_TURN NUM_C(1.57f)
 
 typedef struct {
     ctl_meter_t    meter;
     ctl_observer_t observer;
-    num_t          speed_slow; /* nobody says at what speed it is meant to turn: that of the last 100 samples */
 } torque_observer_t;
 
 static int cells(const double *p) { return ((int)p[KIND] == (int)CTL_OBSERVER_ARO) ? (int)p[CELLS] : RO_SAMPLES; }
@@ -79,16 +79,39 @@ static int start(void *self, const double *p, num_t *memory, int count)
                         sizeof PARAM_OF / sizeof PARAM_OF[0], KIND);
 }
 
+/* As the current interrupt does it, but with the speed of the first filter, which is what a log has: the drive gives the
+ * observer that of its tracking filter. */
 static void step(void *self, const double *in, double *out)
 {
     torque_observer_t *const o = self;
     const angle_t            theta = capi_angle_in(in[0]);
-    const ctl_meter_out_t    m = ctl_meter_step(&o->meter, theta, capi_signal_in(in[1]));
-    ctl_observer_target(&o->observer, o->speed_slow);
-    o->speed_slow = num_mac(o->speed_slow, NUM_C(0.01f), num_sub(m.speed, o->speed_slow));
-    out[0] = capi_out(ctl_observer_step(&o->observer, theta, m.speed, m.torque));
+    const num_t              ref = capi_signal_in(in[1]);
+    ctl_meter_out_t          m;
+    num_t                    expected;
+    if (!capi_usable(in, 2)) {
+        m = ctl_meter_step(&o->meter, theta, ref);
+        expected = ctl_observer_step(&o->observer, theta, m.speed, m.torque);
+    } else {
+        const num_t way = ctl_meter_way(&o->meter, theta);
+        if ((num_abs(way) < QUARTER_TURN) && ctl_meter_is_usual(&o->meter, way) && ctl_observer_is_usual(&o->observer)) {
+            m.torque = ctl_meter_torque_usual(&o->meter, theta, way, ref);
+            m.speed = ctl_meter_speed_raw(&o->meter);
+            expected = ctl_observer_step_usual(&o->observer, theta, m.speed, m.torque);
+        } else {
+            m.torque = ctl_meter_torque_raw(&o->meter, theta, ref);
+            m.speed = ctl_meter_speed_raw(&o->meter);
+            expected = ctl_observer_step_raw(&o->observer, theta, m.speed, m.torque);
+        }
+    }
+    out[0] = capi_out(expected);
     out[1] = capi_out(m.speed);
     out[2] = capi_out(m.torque);
+}
+
+static void target(void *self, const double *in, double *out)
+{
+    (void)out;
+    ctl_observer_target(&((torque_observer_t *)self)->observer, capi_usable(in, 1) ? capi_signal_in(in[0]) : (num_t)0);
 }
 
 static void age(void *self, const double *in, double *out)
@@ -132,6 +155,8 @@ const capi_block_t block_observer =
             {
                 {"step", "Angle now and torque reference of the last sample; gives the expected disturbance torque.",
                  "theta_m_rad|ref_last_nm", "expected_nm|speed_rad_s|torque_nm", step},
+                {"target", "The speed at which the motor is meant to turn: ro takes its period from it.", "speed_rad_s", NULL,
+                 target},
                 {"age", "Age of the measured torque as it counts it.", NULL, "age_samples", age},
             },
         .size = sizeof(torque_observer_t),

@@ -28,6 +28,30 @@ static void commit(void *self, const double *in, double *out)
     ctl_pi_commit(self, capi_signal_in(in[0]));
 }
 
+/* The current loop: limited as a vector with the other axis, so nothing is noted until it learns. */
+static void propose(void *self, const double *in, double *out)
+{
+    ctl_pi_t *const pi = self;
+    if (!capi_usable(in, 1)) {
+        num_count(&pi->state.rejected);
+    }
+    out[0] = capi_out(ctl_pi_propose_raw(pi, capi_usable(in, 1) ? capi_signal_in(in[0]) : (num_t)0));
+}
+
+static void learn(void *self, const double *in, double *out)
+{
+    (void)out;
+    if (capi_usable(in, 1)) {
+        ctl_pi_learn_from_raw(self, capi_signal_in(in[0]));
+    }
+}
+
+static void rejected(void *self, const double *in, double *out)
+{
+    (void)in;
+    out[0] = (double)((const ctl_pi_t *)self)->state.rejected;
+}
+
 static void reset(void *self, const double *in, double *out)
 {
     (void)out;
@@ -36,7 +60,8 @@ static void reset(void *self, const double *in, double *out)
 
 const capi_block_t block_pi = {
     .name = "pi",
-    .doc = "PI controller with conditional anti-windup.",
+    .doc =
+        "PI controller with conditional anti-windup: output and commit are the speed loop, propose and learn the current loop.",
     .param =
         {
             [KP] = {"kp", "", CAPI_REAL, 1.0, 0.0, INFINITY, "Proportional gain, output unit per error unit."},
@@ -52,6 +77,9 @@ const capi_block_t block_pi = {
         {
             {"output", "Proposal for this sample, within the limits.", "error", "output", output},
             {"commit", "What the actuator did; once per output.", "realised", NULL, commit},
+            {"propose", "Output without the limits, for one that is limited as a vector.", "error", "output", propose},
+            {"learn", "The error of such a proposal, when the vector was not limited.", "error", NULL, learn},
+            {"rejected", "Errors that were not finite.", NULL, "count", rejected},
             {"reset", "Start again with this integrator.", "integrator", NULL, reset},
         },
     .size = sizeof(ctl_pi_t),

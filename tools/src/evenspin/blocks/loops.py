@@ -37,6 +37,19 @@ class Pi:
         self.commit(out)
         return out
 
+    def propose(self, error: float) -> float:
+        """As the current loop does it: without the limits, for an output that is limited as a vector with another axis."""
+        return self._block.do("propose", error)[0]
+
+    def learn(self, error: float) -> None:
+        """The error of such a proposal, when the vector was not limited."""
+        self._block.do("learn", error)
+
+    @property
+    def rejected(self) -> int:
+        """Errors that were not finite, since it was made."""
+        return int(self._block.do("rejected")[0])
+
     def reset(self, integrator: float = 0.0) -> None:
         self._block.do("reset", integrator)
 

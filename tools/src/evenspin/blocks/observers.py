@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from evenspin.blocks.block import Block
+from evenspin.errors import BlockError
 
 LIMIT = 100.0  # inside what the fixed-point numeric holds
 
@@ -136,9 +137,19 @@ class TorqueObserver:
             read=read,
         )
         self._seen = [0.0, 0.0]
+        self._period = kind == "ro"
+        self._target_rad_s = 0.0
 
-    def step(self, theta_m_rad: float, ref_last_nm: float = 0.0) -> float:
-        """Angle now and torque reference of the last sample; returns the expected disturbance torque, N m."""
+    def step(self, theta_m_rad: float, ref_last_nm: float = 0.0, target_speed_rad_s: float | None = None) -> float:
+        """Angle now and torque reference of the last sample; returns the expected disturbance torque, N m.
+
+        "ro" needs the speed at which the motor is meant to turn, because a turn at it is the period of its memory.
+        """
+        if target_speed_rad_s is None and self._period:
+            raise BlockError("target_speed_rad_s", "none", "must be given for ro: a turn at this speed is its period")
+        if target_speed_rad_s is not None and target_speed_rad_s != self._target_rad_s:
+            self._block.do("target", target_speed_rad_s)
+            self._target_rad_s = target_speed_rad_s
         expected_nm, *self._seen = self._block.do("step", theta_m_rad, ref_last_nm)
         return expected_nm
 
