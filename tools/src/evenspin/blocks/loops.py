@@ -38,7 +38,7 @@ class Pi:
         return out
 
     def propose(self, error: float) -> float:
-        """As the current loop does it: without the limits, for an output that is limited as a vector with another axis."""
+        """As the current loop does it: without limits, for an output that is limited as a vector with another axis."""
         return self._block.do("propose", error)[0]
 
     def learn(self, error: float) -> None:
