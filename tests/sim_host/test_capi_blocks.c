@@ -185,6 +185,33 @@ void test_blocks_do_nothing_before_the_start_and_no_action_that_is_none(void)
     es_block_free(rc);
 }
 
+void test_blocks_give_finite_numbers_whatever_goes_in(void)
+{
+    static const double NASTY[] = {0.0, 1.0, -1.0, NAN, INFINITY, -INFINITY, 1e300, -1e300, 1e12, 5e9, -5e9, 1e-300};
+    const int           count = (int)(sizeof NASTY / sizeof NASTY[0]);
+    es_block_info_t     info;
+    es_action_t         a;
+    for (int b = 0; es_block_info(b, &info); b++) {
+        es_block_t *const block = made(info.name);
+        TEST_ASSERT_TRUE_MESSAGE(es_block_start(block, &error), info.name);
+        for (int round = 0; round < 200; round++) {
+            for (int k = 0; k < info.action_count; k++) {
+                double in[PORTS];
+                double out[PORTS] = {0.0};
+                TEST_ASSERT_TRUE(es_block_action_info(b, k, &a));
+                for (int i = 0; i < PORTS; i++) {
+                    in[i] = NASTY[(round * 7 + k * 5 + i * 3 + round / 12 * i) % count];
+                }
+                TEST_ASSERT_TRUE(es_block_do(block, k, in, out));
+                for (int i = 0; i < a.output_count; i++) {
+                    TEST_ASSERT_TRUE_MESSAGE(isfinite(out[i]), a.outputs);
+                }
+            }
+        }
+        es_block_free(block);
+    }
+}
+
 void test_blocks_that_fail_to_start_again_do_not_go_on(void)
 {
     const double      in[] = {1.0};

@@ -24,9 +24,12 @@ static int start(void *self, const double *p, num_t *memory, int cells)
     return capi_refused(ctl_mt_init(self, &params), PARAM_OF, sizeof PARAM_OF / sizeof PARAM_OF[0], COUNTS);
 }
 
+/* Counters of 32 bits wrap. */
+static uint32_t counter(double x) { return (fabs(x) < 9.0e18) ? (uint32_t)(int64_t)x : 0U; }
+
 static void step(void *self, const double *in, double *out)
 {
-    out[0] = capi_out(ctl_mt_step(self, (int32_t)in[0], (uint32_t)in[1], (uint32_t)in[2]));
+    out[0] = capi_out(ctl_mt_step(self, (int32_t)counter(in[0]), counter(in[1]), counter(in[2])));
 }
 
 const capi_block_t block_mt = {
