@@ -4,10 +4,12 @@ import inspect
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from evenspin import blocks
-from evenspin.errors import NativeError
+from evenspin.bench.errors import NoDeviceError, RefusedError
+from evenspin.errors import InputError, NativeError
 from evenspin.model import builtin_scenario
 from evenspin.native import RefusedValueError, load, tables
 from evenspin.native.refusal import CODES, LISTS, Refusal
@@ -102,6 +104,25 @@ def test_an_effect_parameter_is_found_under_its_own_effect(scenario):
         simulate(wrong, ("t_s",))
 
     assert str(loaded.blame(refusal.value)).startswith(f"{scenario}:{line}: effects.cogging.amplitude_nm")
+
+
+@pytest.mark.parametrize("go_on", [lambda s: s.run(10), lambda s: s.skip(10)])
+def test_a_simulation_that_was_not_started_says_so_instead_of_giving_no_rows(go_on):
+    with pytest.raises(NativeError, match="start it first"):
+        go_on(Simulation())
+
+
+@pytest.mark.parametrize(("error", "text", "bare"), [
+    (InputError("bench", "--port", "x", "a device", "try y"), "bench: --port = 'x': must be", "--port = 'x': must be"),
+    (InputError(Path("a.toml"), "k", 1, "0", "try 0", 3), "a.toml:3: k = 1: must be 0", "a.toml:3: k = 1: must be 0"),
+    (RefusedError("the drive refuses that", "set"), "set: the drive refuses that", "the drive refuses that"),
+    (NoDeviceError("none: there", "--port"), "--port: none: there", "none: there"),
+    (RefusedError("start: arm first"), "start: arm first", "start: arm first"),
+    (NativeError("a: b"), "a: b", "a: b"),
+])  # fmt: skip
+def test_a_page_leaves_out_the_command_or_option_in_front_and_nothing_else(error, text, bare):
+    assert str(error).startswith(text)
+    assert error.bare.startswith(bare)
 
 
 # ---- blocks by name --------------------------------------------------------------------------------------------------
