@@ -7,11 +7,11 @@
 
 #include "sim_host/capi/evenspin_capi.h"
 
-/** @p name of @p list, with the value that was given. */
+/** Note that @p given was refused for @p name of @p list. */
 bool capi_refuse(es_error_t *error, es_code_t code, const char *list, const char *name, double given);
-/** The same with a second name. */
+/** Note a refusal that has a second name, @p other. */
 bool capi_refuse_with(es_error_t *error, es_code_t code, const char *list, const char *name, double given, const char *other);
-/** The same with what is allowed; both ends belong to it. */
+/** Note a refusal with what is allowed, from @p min to @p max, both included. */
 bool capi_refuse_range(es_error_t *error, es_code_t code, const char *list, const char *name, double given, double min,
                        double max, const char *unit);
 /** A field of a list: fills @p out, or says false when that is NULL. */

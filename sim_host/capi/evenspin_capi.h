@@ -210,7 +210,7 @@ bool        es_block_action_info(int block, int action, es_action_t *out);
 es_block_t *es_block_new(const char *block, es_error_t *error); /* parameters as by default; NULL: no such block, no memory */
 void        es_block_free(es_block_t *block);
 bool        es_block_set(es_block_t *block, const char *param, double value, es_error_t *error); /* for the next start */
-bool        es_block_start(es_block_t *block, es_error_t *error);                                /* from rest; again: anew */
+bool        es_block_start(es_block_t *block, es_error_t *error); /* from rest, also when it ran before */
 /* Do action number `action` of the list; false before the start and for a number that is none. */
 bool es_block_do(es_block_t *block, int action, const double *in, double *out);
 /* The table of a block: its taps, or what it has learned. Returns the length, writes as many as there is room for. */

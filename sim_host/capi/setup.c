@@ -155,8 +155,8 @@ bool es_sim_set_seed(es_sim_t *sim, uint64_t seed)
 static float board_limit(const es_sim_t *s, double of_model, uint16_t param)
 {
     const float starts = params_get(&s->params, param);
-    const float usual = params_info(param)->def;
-    return (of_model > 0.0) ? (float)of_model : ((starts > usual) ? starts : usual);
+    const float standard = params_info(param)->def;
+    return (of_model > 0.0) ? (float)of_model : ((starts > standard) ? starts : standard);
 }
 
 static void set_board_limits(es_sim_t *s)

@@ -35,21 +35,21 @@ static void write_sample(void *self, const double *in, double *out)
         return;
     }
     /* neither can it say more than half a turn: the unwrapped angle does */
-    const double way = (memory->primed && isfinite(value)) ? theta_rad - memory->last_rad : 0.0;
-    if (fabs(way) > CAPI_PI) {
+    const double travel = (memory->primed && isfinite(value)) ? theta_rad - memory->last_rad : 0.0;
+    if (fabs(travel) > CAPI_PI) {
         num_count(&m->state.rejected);
         ctl_angle_memory_pause(m);
-    } else if ((fabs(way) >= 0.5 * CAPI_PI) && (m->params.write != CTL_WRITE_ONE)) {
+    } else if ((fabs(travel) >= 0.5 * CAPI_PI) && (m->params.write != CTL_WRITE_ONE)) {
         /* the block takes less than a quarter of a turn at once: go along the straight line in three */
         for (int k = 1; k <= 2; k++) {
             const double part = (double)k / 3.0;
-            ctl_angle_memory_write(m, capi_angle_in(memory->last_rad + part * way),
+            ctl_angle_memory_write(m, capi_angle_in(memory->last_rad + part * travel),
                                    capi_signal_in(memory->last_value + part * (value - memory->last_value)), m->params.gain);
         }
     } else {
         /* an ordinary step */
     }
-    if (capi_usable(in, 2) && memory->primed && (fabs(way) < 0.25 * CAPI_PI)) {
+    if (capi_usable(in, 2) && memory->primed && (fabs(travel) < 0.25 * CAPI_PI)) {
         ctl_angle_memory_write_raw(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
     } else {
         ctl_angle_memory_write(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);

@@ -92,9 +92,9 @@ static void step(void *self, const double *in, double *out)
         m = ctl_meter_step(&o->meter, theta, ref);
         expected = ctl_observer_step(&o->observer, theta, m.speed, m.torque);
     } else {
-        const num_t way = ctl_meter_way(&o->meter, theta);
-        if ((num_abs(way) < QUARTER_TURN) && ctl_meter_is_usual(&o->meter, way) && ctl_observer_is_usual(&o->observer)) {
-            m.torque = ctl_meter_torque_usual(&o->meter, theta, way, ref);
+        const num_t travel = ctl_meter_way(&o->meter, theta);
+        if ((num_abs(travel) < QUARTER_TURN) && ctl_meter_is_usual(&o->meter, travel) && ctl_observer_is_usual(&o->observer)) {
+            m.torque = ctl_meter_torque_usual(&o->meter, theta, travel, ref);
             m.speed = ctl_meter_speed_raw(&o->meter);
             expected = ctl_observer_step_usual(&o->observer, theta, m.speed, m.torque);
         } else {

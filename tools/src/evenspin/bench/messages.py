@@ -257,9 +257,9 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
         return RefusedError(f"the drive refuses that while its state is {state}", what)
     name, text = _REFUSALS.get(int(code), (f"code {code}", "this"))
     kind = ReadOnlyError if code == 8 else RefusedError
-    told = kind(f"the drive refuses {text} ({name})", what)
-    told.busy = name == "busy"
-    return told
+    refused = kind(f"the drive refuses {text} ({name})", what)
+    refused.busy = name == "busy"
+    return refused
 
 
 def _about_parameter(code: int, field: Field, low: float, high: float) -> str:
