@@ -81,14 +81,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads any more: nothing to say
         sys.exit(0)
     except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        fail(f"{place}{error.strerror or error}", 2)
+        place = error.filename or "evenspin"
+        fail(f"{place}: {error.strerror or error}", 2)
     except MemoryError:
-        fail("out of memory: shorten duration_s or lower log_rate_hz", 2)
+        fail("evenspin: out of memory: shorten duration_s or lower log_rate_hz", 2)
     except KeyboardInterrupt:
-        fail("interrupted", 130)
+        fail("evenspin: interrupted", 130)
 
 
 def fail(text: str, status: int) -> None:
-    print(f"evenspin: {one_line(text)}" if ": " not in text else one_line(text), file=sys.stderr)
+    print(one_line(text), file=sys.stderr)
     sys.exit(status)
