@@ -10,10 +10,9 @@
  *
  * Torque, speed interrupt, speed and position mode, while the current reference is at its limit (0.9 of iq_limit_a, or of what
  * the d axis leaves of it). Margin: over_speed_rad_s / 256.
- * - After speed_deviation_s the speed has moved against the torque by the margin, or turns against it and has not become slower
- *   while the back-EMF does not show a right zero: speed_deviation. The torque has the wrong sign, or the load is stronger than the
- *   drive, and the drive cannot know which: a load that overhauls it trips as well, unless its speed changes so fast that the next
- *   check sees that the zero is right.
+ * - After speed_deviation_s the speed has moved against the torque by the margin and 1/32 of itself: speed_deviation. The torque has
+ *   the wrong sign, or the load is stronger than the drive, and the drive cannot know which: a load that overhauls it trips as well,
+ *   unless its speed changes so fast that the check of the zero sees that it is right, or so slowly that it stays within this.
  * - For twice that the speed has come no nearer to the reference, by half a margin: speed_deviation. No torque is left (the zero is
  *   off by about a quarter turn), or the load holds the balance, and only the back-EMF can tell: where it stands on the q axis, by
  *   more than 0.3 of the resistive drop and 4 % of the dc link, the load is excused. For the default motor that is from 80 rad/s on;
