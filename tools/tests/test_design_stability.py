@@ -18,7 +18,7 @@ from stability_campaign import SIGNALS, Case, designed, oscillates, random_case
 SPEED = 307.0 * np.pi / 30.0
 IDEAL = {"counts_per_rev": 0.0, "current_range_a": 1000.0, "current_noise_a": 0.0, "current_lsb_a": 0.0}
 WIDE = {"encoder_counts": 2.0**20, "iq_limit_a": 500.0, "over_current_a": 1000.0, "rc_limit_unit": 1e6}
-QUIET = {"offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0, "stall_samples": 0.0}
+QUIET = {"offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0, "stall_s": 0.0}
 
 
 def drive_of(name, **changes):
