@@ -12,6 +12,16 @@
 /* system.c */
 bool port_system_init(void);
 
+/* assertion.c: the first argument that driverlib has refused, in a debug build */
+typedef struct {
+    const char *file;
+    uint32_t    line;
+    uint16_t    count;
+} port_assertion_t;
+extern port_assertion_t port_assertion;
+void                    port_assertion_failed(const char *file, uint32_t line);
+void                    __error__(const char *filename, uint32_t line);
+
 /* pins.c: everything but the six gates; gates last, when the trip is armed */
 void port_pins_init(void);
 void port_pins_connect_gates(void);

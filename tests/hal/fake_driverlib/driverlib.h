@@ -193,6 +193,7 @@ typedef enum { XBAR_TRIP4 = 0 } XBAR_TripNum;
 /* ---- System control ---- */
 
 void     SysCtl_disableWatchdog(void);
+void     SysCtl_deviceCal(void);
 void     SysCtl_enableWatchdog(void);
 void     SysCtl_serviceWatchdog(void);
 void     SysCtl_setWatchdogMode(SysCtl_WDMode mode);
