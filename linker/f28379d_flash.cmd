@@ -2,7 +2,8 @@
  *
  * Who lives where, and why:
  *
- *   M1            stack. The stack pointer has 16 bits, so the stack must lie below 0x10000.
+ *   M0, M1        stack, above what the boot ROM uses. The stack pointer has 16 bits, so the stack must lie below
+ *                 0x10000. tests/target/memory counts how deep it can get.
  *   LS0 .. GS3    code of the interrupts and of all control blocks, 32 k words in one piece, because .TI.ramfunc is copied
  *                 with one memcpy. RAM has no wait states; a branch in flash costs up to 3 cycles and makes timing
  *                 depend on alignment.
@@ -13,7 +14,6 @@
  *                 its size shows in the map file, and neither code nor stack ever waits for it.
  *   GS7           black box: 256 rows of 8 signals before and at the first fault.
  *   GS13 .. GS15  capture: 767 rows of 8 signals, 77 ms at 10 kHz.
- *   M0            free above what the boot ROM uses.
  *
  * CPU2 is left in its boot loop; CPU1 owns all GS blocks from reset on. The CLA is not used; LS belongs to the CPU.
  * Never linked by the authors: no TI linker at hand. The first thing to read is the map file, see docs/bring-up.md. */
@@ -26,8 +26,7 @@ MEMORY
     RESET       : origin = 0x3FFFC0, length = 0x000002
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121   /* boot ROM: stack and data */
-    RAMM0       : origin = 0x000123, length = 0x0002DD
-    RAMM1       : origin = 0x000400, length = 0x0003F8   /* its last 8 words stay free of code (errata) */
+    RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 and M1 in one piece; the last 8 words stay free (errata) */
     RAM_CODE    : origin = 0x008000, length = 0x008000   /* LS0..LS5, D0, D1, GS0..GS3 */
     RAM_DATA    : origin = 0x010000, length = 0x002000   /* GS4, GS5 */
     RAM_TABLES  : origin = 0x012000, length = 0x001000   /* GS6 */
@@ -51,7 +50,7 @@ SECTIONS
     .switch      : LOAD = FLASH_E_N, RUN = RAM_TABLES, ALIGN(8),
                    LOAD_START(SwitchLoadStart), LOAD_SIZE(SwitchLoadSize), RUN_START(SwitchRunStart)
 
-    .stack       : > RAMM1
+    .stack       : > RAM_STACK, RUN_START(StackRunStart), RUN_SIZE(StackRunSize)
     .bss         : > RAM_DATA
     .data        : > RAM_DATA
     .bss:output  : > RAM_DATA

@@ -230,6 +230,7 @@ typedef struct {
     bool              seen_sample;
     uint32_t          rejected;
     timing_t          timing;
+    uint16_t          stack_used_words; /**< Main loop; 0 where nobody counts. */
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];

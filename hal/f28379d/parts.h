@@ -12,6 +12,11 @@
 /* system.c */
 bool port_system_init(void);
 
+/* stack.c */
+void port_stack_start(void);                                            /* fill what is above the caller's frame */
+void port_stack_watch(uint16_t *from, uint16_t count, uint16_t in_use); /* any words, the first of them in use */
+void port_stack_look(void);                                             /* some words a pass */
+
 /* assertion.c: the first argument that driverlib has refused, in a debug build */
 typedef struct {
     const char *file;

@@ -72,6 +72,7 @@ hal_reset_t hal_reset_cause(void)
 
 port_status_t port_init(void)
 {
+    port_stack_start();
     if (!port_system_init()) {
         return PORT_NO_CLOCK;
     }

@@ -4,8 +4,8 @@
 
 What is shown: the preset, the toolchain file, the search for driverlib and the link command fit together; every call of
 the tools, of the assembler and the linker, too, has the options of this chip; the interrupts' code is compiled for RAM;
-nothing is missing at the link, in a debug build either, where driverlib calls back. The folders of compiler, library and
-build have blanks in their names, one is given with backslashes. A library that is too old is refused.
+nothing is missing at the link, in a debug build either, where driverlib calls back. The folders of compiler, library
+and build have blanks in their names, one is given with backslashes. A library that is too old is refused.
 What is not shown: that cl2000 takes it.
 """
 
@@ -22,7 +22,7 @@ from pathlib import Path
 HEADER = "device_support/f2837xd/common/include/driverlib.h"
 MODULE = "driverlib/f2837xd/driverlib/sysctl.h"
 ARCHIVE = "driverlib/f2837xd/driverlib/ccs/Release/driverlib_eabi.lib"
-# cl2000 for this chip, from its guide: EABI, 32-bit float unit, trigonometric unit; that goes for objects of every kind.
+# cl2000 for this chip, from its guide: EABI, 32-bit float unit, trigonometric unit; for every kind of object.
 EVERY_CALL = ["-v28", "-ml", "-mt", "--abi=eabi", "--float_support=fpu32", "--tmu_support=tmu0"]
 EVERY_CALL += ["--cla_support=cla1", "--vcu_support=vcu2"]
 COMPILED = [
@@ -137,8 +137,8 @@ def main(arguments: list[str]) -> int:
     os.chdir(root)  # where the presets are
     found = []
     for memory, kind in (("flash", "RelWithDebInfo"), ("ram", "RelWithDebInfo"), ("flash", "Debug")):
-        run("cmake", "--preset", "c2000", "-B", build, f"-DEVENSPIN_C2000_MEMORY={memory}", f"-DCMAKE_BUILD_TYPE={kind}",
-            environment=environment)  # fmt: skip
+        given = (f"-DEVENSPIN_C2000_MEMORY={memory}", f"-DCMAKE_BUILD_TYPE={kind}")
+        run("cmake", "--preset", "c2000", "-B", build, *given, environment=environment)
         commands = run("ninja", "-C", build, "-t", "commands", environment=environment)
         calls = [shlex.split(line) for line in commands.splitlines()]
         found += [f"{memory}, {kind}: {fault}" for fault in faults(calls, memory)]

@@ -14,7 +14,7 @@ from pathlib import Path
 # Word addresses of CPU1: first word and the word after the last.
 BLOCKS = {
     "boot ROM's RAM": (0x000002, 0x000123),
-    "M0, M1": (0x000123, 0x000800),
+    "M0, M1": (0x000123, 0x000800),  # one piece: M1 begins where M0 ends
     "begin in RAM": (0x000000, 0x000002),
     "LS, D, GS": (0x008000, 0x01C000),
     "flash": (0x080000, 0x0C0000),
@@ -54,12 +54,19 @@ def faults(name: str, text: str, main: str, system: str, build: str) -> list[str
     for section, where in placed.items():
         named = re.findall(r"\b(?:RAM\w*|FLASH\w*)\b", where)
         found.extend(f"{section}: there is no region {region}" for region in named if region not in regions)
-    if regions["RAMM1"][1] > 0x10000:
+    stack = regions["RAM_STACK"]
+    if stack[1] > 0x10000:
         found.append(".stack: above what a stack pointer of 16 bits reaches")
+    if stack[0] % 2:
+        found.append("RAM_STACK: must begin at an even address")
+    asked = int(re.search(r"--stack_size=(0x\w+)", build)[1], 16)
+    if asked > stack[1] - stack[0]:
+        found.append(f"RAM_STACK: smaller than --stack_size={asked:#x} of firmware/CMakeLists.txt")
     words = int(re.search(r"DRIVE_REGION_WORDS (0x\w+)U", main)[1], 16)
     if regions["RAM_DRIVE"][1] - regions["RAM_DRIVE"][0] != words:
         found.append("RAM_DRIVE: not the length that firmware/main_f28379d.c assumes")
-    values = int(re.search(r"MAIN_BLACK_BOX_VALUES (\d+)U", main)[1])
+    given = re.search(r"MAIN_BLACK_BOX_VALUES=(\d+)U", build)[1] if "flash" not in name else None
+    values = int(given or re.search(r"MAIN_BLACK_BOX_VALUES (\d+)U", main)[1])
     if regions["RAM_BOX"][1] - regions["RAM_BOX"][0] < 2 * values:
         found.append("RAM_BOX: too small for the black box of firmware/main_f28379d.c")
     given = re.search(r"MAIN_CAPTURE_VALUES=(\d+)U", build)[1] if "flash" not in name else None

@@ -70,6 +70,34 @@ void test_start_in_ram_loads_the_trims_of_the_converters_when_they_are_clocked(v
     BEFORE(trims, CALLED_AT_ALL("ADC_setMode"));
 }
 
+/* The stack is one of the test's own: 300 words, of which 20 were in use when the pattern was written. */
+void test_start_the_deepest_that_the_stack_has_been_is_found_within_a_few_passes(void)
+{
+    static uint16_t area[301];
+    area[300] = 0x1234U;
+    for (uint16_t i = 0U; i < 20U; i++) {
+        area[i] = 0U;
+    }
+    port_stack_watch(area, 300U, 20U);
+    for (uint16_t pass = 0U; pass < 20U; pass++) {
+        port_stack_look();
+    }
+    TEST_ASSERT_EQUAL_UINT16(20U, port_stack_used());
+    TEST_ASSERT_EQUAL_HEX16(0U, area[19]);
+    TEST_ASSERT_EQUAL_HEX16(0x1234U, area[300]);
+
+    area[150] = 7U; /* what lies below may have been skipped by a frame: the highest counts */
+    for (uint16_t pass = 0U; pass < 20U; pass++) {
+        port_stack_look();
+    }
+    TEST_ASSERT_EQUAL_UINT16(151U, port_stack_used());
+    area[299] = 7U;
+    for (uint16_t pass = 0U; pass < 20U; pass++) {
+        port_stack_look();
+    }
+    TEST_ASSERT_EQUAL_UINT16(300U, port_stack_used());
+}
+
 /* The debug build of driverlib calls __error__ when an argument is wrong. */
 void test_start_an_assertion_of_driverlib_switches_the_bridge_off_and_keeps_its_place(void)
 {
