@@ -22,7 +22,9 @@ MEMORY
 {
     BEGIN       : origin = 0x080000, length = 0x000002   /* the boot ROM jumps here */
     FLASH_A_D   : origin = 0x080002, length = 0x007FFE
-    FLASH_E_N   : origin = 0x088000, length = 0x037FF0   /* the last 16 words of flash stay empty (errata: prefetch) */
+    FLASH_E_J   : origin = 0x088000, length = 0x030000
+    STORAGE     : origin = 0x0B8000, length = 0x006000   /* K, L, M: nothing is linked here, hal/f28379d/storage.c erases them */
+    FLASH_N     : origin = 0x0BE000, length = 0x001FF0   /* free; the last 16 words of flash stay empty (errata: prefetch) */
     RESET       : origin = 0x3FFFC0, length = 0x000002
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121   /* boot ROM: stack and data */
@@ -40,14 +42,18 @@ SECTIONS
     codestart    : > BEGIN
 
     /* ALIGN(8): flash is programmed and checked in units of 128 bits. */
-    .text        : >> FLASH_A_D | FLASH_E_N, ALIGN(8)    /* main loop, start-up, library: not in a hurry */
-    .cinit       : > FLASH_A_D | FLASH_E_N, ALIGN(8)
-    .init_array  : > FLASH_A_D | FLASH_E_N, ALIGN(8)
-    .const       : >> FLASH_A_D | FLASH_E_N, ALIGN(8)    /* parameter and fault tables with their texts: main loop only */
+    .text        : >> FLASH_A_D | FLASH_E_J, ALIGN(8)    /* main loop, start-up, library: not in a hurry */
+    .cinit       : > FLASH_A_D | FLASH_E_J, ALIGN(8)
+    .init_array  : > FLASH_A_D | FLASH_E_J, ALIGN(8)
+    .const       : >> FLASH_A_D | FLASH_E_J, ALIGN(8)    /* parameter and fault tables with their texts: main loop only */
 
-    .TI.ramfunc  : LOAD = FLASH_E_N, RUN = RAM_CODE, ALIGN(8),
+#ifdef EVENSPIN_FLASH_API                                /* the flash API runs from RAM, and nothing of it is called before the copy */
+    .TI.ramfunc  : { *(.TI.ramfunc) -l F021_API_F2837xD_FPU32_EABI.lib } LOAD = FLASH_E_J, RUN = RAM_CODE, ALIGN(8),
+#else
+    .TI.ramfunc  : LOAD = FLASH_E_J, RUN = RAM_CODE, ALIGN(8),
+#endif
                    LOAD_START(RamfuncsLoadStart), LOAD_SIZE(RamfuncsLoadSize), RUN_START(RamfuncsRunStart)
-    .switch      : LOAD = FLASH_E_N, RUN = RAM_TABLES, ALIGN(8),
+    .switch      : LOAD = FLASH_E_J, RUN = RAM_TABLES, ALIGN(8),
                    LOAD_START(SwitchLoadStart), LOAD_SIZE(SwitchLoadSize), RUN_START(SwitchRunStart)
 
     .stack       : > RAM_STACK, RUN_START(StackRunStart), RUN_SIZE(StackRunSize)

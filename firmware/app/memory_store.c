@@ -63,7 +63,7 @@ typedef struct {
     uint16_t high;
 } loading_t;
 
-static void take(void *to, uint16_t i, uint16_t word)
+static void take_cell(void *to, uint16_t i, uint16_t word)
 {
     loading_t *const l = (loading_t *)to;
     if ((i & 1U) == 0U) {
@@ -84,7 +84,7 @@ hal_status_t drive_memory_restore(drive_t *d)
     }
     ctl_grid_t *const  grid = &d->observer.observer.state.memory.state.grid;
     loading_t          loading = {d, &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U], 0U}; /* a table has at most 2048 cells */
-    const hal_status_t s = store_load(&d->storage, STORE_TABLE, 0U, (uint16_t)(2U * cells), take, &loading);
+    const hal_status_t s = store_load(&d->storage, STORE_TABLE, 0U, (uint16_t)(2U * cells), take_cell, &loading);
     for (uint16_t i = 0U; (i < cells) && (s == HAL_OK); i++) {
         grid->cell[i] = loading.aside[i];
     }

@@ -33,7 +33,7 @@ typedef struct {
     bool            fit;
 } loading_t;
 
-static void take(void *to, uint16_t i, uint16_t word)
+static void take_value(void *to, uint16_t i, uint16_t word)
 {
     loading_t *const l = (loading_t *)to;
     l->fit = l->fit || (i == 0U);
@@ -47,6 +47,6 @@ static void take(void *to, uint16_t i, uint16_t word)
 hal_status_t param_store_load(const store_t *s, drive_params_t *params, uint32_t schema)
 {
     loading_t          loading = {params, 0U, true};
-    const hal_status_t status = store_load(s, STORE_PARAMETERS, schema, WORDS, take, &loading);
+    const hal_status_t status = store_load(s, STORE_PARAMETERS, schema, WORDS, take_value, &loading);
     return ((status == HAL_OK) && !loading.fit) ? HAL_SENSOR_FAULT : status;
 }

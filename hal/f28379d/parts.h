@@ -51,6 +51,7 @@ bool port_trip_bridge_is_off(void);
 /* sampling.c, encoder.c */
 void port_sampling_init(void);
 void port_sampling_take(void);
+void port_sampling_resume(void);
 void port_encoder_init(void);
 void port_encoder_latch(void);
 

@@ -41,6 +41,7 @@ extern void __error__(const char *filename, uint32_t line);
 static void __attribute__((used)) driverlib_assertion(void) { __error__(__FILE__, __LINE__); }
 #endif
 """
+FLASH_API = "libraries/flash_api/f2837xd"
 MODULES = {"sysctl.h": "", "spi.h": "SPI_MODE_CONTROLLER", "gpio.h": "GPIO_setControllerCore"}
 
 
@@ -82,6 +83,10 @@ def make_tree(root: Path, work: Path) -> dict[str, str]:
     header = (root / "tests/hal/fake_driverlib/driverlib.h").read_text()
     (sdk / HEADER).write_text(header + ASSERTION)
     make_archive(tools, header, sdk / ARCHIVE)
+    for folder in ("include", "lib"):
+        (sdk / FLASH_API / folder).mkdir(parents=True)
+    shutil.copy(root / "tests/hal/fake_driverlib/F021_F2837xD_C28x.h", sdk / FLASH_API / "include")
+    (sdk / FLASH_API / "lib/F021_API_F2837xD_FPU32_EABI.lib").touch()
     return {**os.environ, "C2000ROOT": str(tools).replace("/TI tools", "\\TI tools"), "C2000WARE_ROOT": str(sdk)}
 
 
@@ -102,12 +107,17 @@ def faults(calls: list[list[str]], memory: str) -> list[str]:
     flash = "-D_FLASH" in compiled.get("system.c", []) or "--define=_FLASH" in compiled.get("system.c", [])
     if flash != (memory == "flash"):
         found.append(f"system.c: _FLASH is {'' if flash else 'not '}defined in a build for {memory}")
+    api = any(word.endswith("EVENSPIN_FLASH_API") for word in compiled.get("storage.c", []))
+    if api != (memory == "flash"):
+        found.append(f"storage.c: the flash API is {'' if api else 'not '}used in a build for {memory}")
     links = [call for call in calls if "--run_linker" in call and any("evenspin" in word for word in call)]
     if len(links) != 1:
         return [*found, f"{len(links)} programs are linked, not one"]
     before = links[0][: links[0].index("--run_linker")]
     found += [f"the link has no {option} before --run_linker" for option in EVERY_CALL if option not in before]
     parts = [f"f28379d_{memory}.cmd", "codestart.asm.obj", "driverlib_eabi.lib", "libc.a"]
+    if memory == "flash":
+        parts += ["--define=EVENSPIN_FLASH_API=1", "flash_api/f2837xd/lib"]
     parts += ["libfirmware_float.a", "libcontrol_float.a", "libport_f28379d.a"]
     for wanted in (*parts, "--entry_point=code_start", "--reread_libs"):
         if not any(word.endswith(wanted) for word in links[0]):
@@ -147,6 +157,10 @@ def main(arguments: list[str]) -> int:
             made = ("**/evenspin_f28379d_float.out", "**/*.map")
             found += [f"the build leaves no {pattern}" for pattern in made if not any(build.glob(pattern))]
     found += old_library_faults(build, environment)
+    shutil.rmtree(Path(environment["C2000WARE_ROOT"]) / FLASH_API)
+    said = run("cmake", "--fresh", "--preset", "c2000", "-B", build, environment=environment)
+    if "store neither parameters nor tables" not in " ".join(said.split()):
+        found.append("a library without the flash API is not said to store nothing")
     print("\n".join(found) or "built for flash, for a debugger and for RAM")
     return 1 if found else 0
 

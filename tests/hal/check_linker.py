@@ -28,11 +28,15 @@ SECTIONS = (
 ).split()
 
 
+# What hal/f28379d/storage.c erases: nothing may be linked there.
+STORAGE = re.compile(r"FIRST_SECTOR UINT32_C\((0x\w+)\).*?SECTORS (\d+)U.*?SECTOR_WORDS (0x\w+)U", re.DOTALL)
+
+
 def without_comments(text: str) -> str:
     return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
 
 
-def faults(name: str, text: str, main: str, system: str, build: str) -> list[str]:
+def faults(name: str, text: str, main: str, system: str, build: str, storage: str) -> list[str]:
     found = []
     text = without_comments(text)
     regions = {
@@ -54,6 +58,14 @@ def faults(name: str, text: str, main: str, system: str, build: str) -> list[str
     for section, where in placed.items():
         named = re.findall(r"\b(?:RAM\w*|FLASH\w*)\b", where)
         found.extend(f"{section}: there is no region {region}" for region in named if region not in regions)
+    first, count, words = (int(number, 0) for number in STORAGE.search(storage).groups())
+    for region, (low, high) in regions.items():
+        if low < first + count * words and first < high and region != "STORAGE":
+            found.append(f"{region}: reaches into the sectors that hal/f28379d/storage.c erases")
+    if "flash" in name and regions.get("STORAGE") != (first, first + count * words):
+        found.append("STORAGE: not the sectors of hal/f28379d/storage.c")
+    if any("STORAGE" in where for where in placed.values()):
+        found.append("STORAGE: something is placed there")
     stack = regions["RAM_STACK"]
     if stack[1] > 0x10000:
         found.append(".stack: above what a stack pointer of 16 bits reaches")
@@ -86,8 +98,10 @@ def main(arguments: list[str]) -> int:
     program = (root / "firmware" / "main_f28379d.c").read_text(encoding="utf-8")
     system = (root / "hal" / "f28379d" / "system.c").read_text(encoding="utf-8")
     build = (root / "firmware" / "CMakeLists.txt").read_text(encoding="utf-8")
+    storage = (root / "hal" / "f28379d" / "storage.c").read_text(encoding="utf-8")
     files = sorted((root / "linker").glob("f28379d_*.cmd"))
-    found = [f for file in files for f in faults(file.name, file.read_text(encoding="utf-8"), program, system, build)]
+    sources = (program, system, build, storage)
+    found = [f for file in files for f in faults(file.name, file.read_text(encoding="utf-8"), *sources)]
     print("\n".join([*found, f"check_linker: {len(files)} files, {len(found)} faults"]))
     return 1 if found or not files else 0
 

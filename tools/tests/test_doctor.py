@@ -139,6 +139,11 @@ def test_the_library_needs_its_header_and_a_release_build(tmp_path: Path, monkey
     (device / "driverlib/ccs/Release").mkdir()
     (device / "driverlib/ccs/Release/driverlib_eabi.lib").touch()
     assert ti.check_library().good
+    assert "store neither parameters nor tables" in ti.check_library().found
+
+    (tmp_path / ti.FLASH_API).parent.mkdir(parents=True)
+    (tmp_path / ti.FLASH_API).touch()
+    assert ti.check_library().found == str(device)
 
 
 @pytest.mark.parametrize("name", ["spi.h", "gpio.h"])

@@ -109,7 +109,11 @@ def main(arguments: list[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         objects = chip_objects.compile_all(root, work, (*INLINING, *WITHOUT))
-        depths = stack.depths([stack.read_graph(work)])
+        try:
+            depths = stack.depths([stack.read_graph(work)])
+        except stack.Unknown as why:
+            print(f"the depth of the stack cannot be told: {why}")
+            return 1
         parts = list(sizes.parts(root, work, objects))
     sections = sizes.by_section(parts)
     blocks = sizes.by_block(parts)
@@ -123,7 +127,9 @@ def main(arguments: list[str]) -> int:
     ]
     found = [f"stack: {worst} words of {given}, {100 * share:.0f} % allowed"] if worst > share * given else []
     for memory in ("flash", "ram"):
-        words = sections | (capture_words(root) if memory == "ram" else {}) | {".stack": given}
+        words = sections | {".stack": given}
+        if memory == "ram":
+            words |= capture_words(root) | {".TI.ramfunc": sections[".TI.ramfunc"] - sizes.FLASH_API_WORDS}
         text = (root / f"linker/f28379d_{memory}.cmd").read_text(encoding="utf-8")
         rows, faults = fit(memory, text, words, budget["limits"][memory])
         say += [f"{memory}: region, words, used", *rows]

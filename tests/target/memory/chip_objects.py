@@ -17,7 +17,7 @@ COMPILER = "arm-none-eabi-gcc"
 FLAGS = (
     "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -O2 -std=gnu99 -ffp-contract=off -fno-short-enums "
     "-D_Bool=short -ffunction-sections -fdata-sections -fcallgraph-info=su -w -I. -Ihal/include "
-    "-Itests/hal/fake_driverlib"
+    "-Itests/hal/fake_driverlib -DEVENSPIN_FLASH_API"
 ).split()
 # The driver library is a set of declarations here; most of its functions are inline on the chip.
 FOLDERS = ("control/*", "firmware/app", "firmware/link", "firmware/services", "firmware/storage", "hal/f28379d")

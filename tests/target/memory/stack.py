@@ -29,6 +29,8 @@ INDIRECT = "__indirect_call"
 # Where a function is called through a pointer, and which they can be.
 POINTERS = {
     "firmware/services/services.c": ("request_",),
+    "firmware/storage/find.c": ("fits_wanted", "take_value", "take_cell"),
+    "firmware/storage/store.c": ("value_word", "table_word"),
 }
 
 NODE = re.compile(r'^node: \{ title: "([^"]+)" label: "([^"]*)"')

@@ -21,6 +21,8 @@ LIBRARY_LEAST = "5.00"
 # Names that the port uses and that came with that version; hal/f28379d/CMakeLists.txt asks for the same.
 MODULES = Path("driverlib/f2837xd/driverlib")
 NEW_NAMES = {"spi.h": "SPI_MODE_CONTROLLER", "gpio.h": "GPIO_setControllerCore"}
+# In the installer of C2000Ware, not in the clone of its core SDK; hal/f28379d/CMakeLists.txt builds without it, too.
+FLASH_API = "libraries/flash_api/f2837xd/lib/F021_API_F2837xD_FPU32_EABI.lib"
 HEADERS = ("device_support/f2837xd/common/include/driverlib.h", "driverlib/f2837xd/driverlib/sysctl.h")
 
 
@@ -71,4 +73,6 @@ def check_library() -> Finding:
     if not any("Release" in path.parts for path in device.glob("**/*driverlib_eabi.lib")):
         step = "build driverlib with its project in ccs/, configuration Release (EABI)"
         return finding(State.BROKEN, f"{device}: no Release/driverlib_eabi.lib", step)
+    if not Path(root, FLASH_API).is_file():
+        return finding(State.OK, f"{device}; no {FLASH_API}: the drive will store neither parameters nor tables")
     return finding(State.OK, str(device))
