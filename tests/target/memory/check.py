@@ -1,10 +1,10 @@
-"""Does the program of the chip fit: its deepest stack, and its image in flash and in RAM? From a build for the Cortex-M4F.
+"""Does the program of the chip fit: its deepest stack, its image in flash and in RAM? From a build for the Cortex-M4F.
 
     check.py <root of the repository> [--record] [--quiet]
 
-Prints the ways to the deepest stack, the sections against the regions of linker/*.cmd, and the words of every file. Limits
-and recorded words are in tests/budget/memory.toml; --record writes the words anew. Exit status 1 when something does not
-fit, 77 when arm-none-eabi-gcc is not installed.
+Prints the ways to the deepest stack, the sections against the regions of linker/*.cmd, and the words of every file.
+Limits and recorded words are in tests/budget/memory.toml; --record writes the words anew. Exit status 1 when something
+does not fit, 77 when arm-none-eabi-gcc is not installed.
 """
 
 from __future__ import annotations

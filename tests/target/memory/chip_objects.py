@@ -1,8 +1,9 @@
 """Compile the program of the chip for the Cortex-M4F, with types as wide as those of the C28x, to count its words.
 
-What is alike on both machines: pointers and long have 32 bits, float and the fixed-width integers too, and 32-bit values
-are aligned to 32 bits. What is widened here: _Bool to 16 bits as on the C28x, enumerations to 32 bits (EABI of the C28x: 16,
-so this counts too much). An int has 32 bits here and 16 there; the firmware keeps its numbers in types of fixed width.
+What is alike on both machines: pointers and long have 32 bits, float and the fixed-width integers too, and 32-bit
+values are aligned to 32 bits. What is widened here: _Bool to 16 bits as on the C28x, enumerations to 32 bits
+(EABI of the C28x: 16, so this counts too much). An int has 32 bits here and 16 there; the firmware keeps its
+numbers in types of fixed width.
 """
 
 from __future__ import annotations

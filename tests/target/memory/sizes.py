@@ -1,9 +1,11 @@
-"""What the program of the chip takes in flash and RAM, in words of 16 bits: an estimate from a build for the Cortex-M4F.
+"""What the program of the chip takes in flash and RAM, in words of 16 bits: an estimate from a build for the
+Cortex-M4F.
 
-Code counts half its octets: measured on TI's own driver library, cl2000 makes 0.86 of the size of Thumb-2, but it was built
-without --opt_for_speed, so 1 is taken. A character of a string is a word, since a char has 16 bits. Other constants and
-data count half their octets. What nobody refers to is left out by the linker, here as there (--gen_func_subsections).
-Run-time library, driver library and flash API are not compiled here: RESERVE_WORDS, of which some must be in RAM.
+Code counts half its octets: measured on TI's own driver library, cl2000 makes 0.86 of the size of Thumb-2, but it
+was built without --opt_for_speed, so 1 is taken. A character of a string is a word, since a char has 16 bits.
+Other constants and data count half their octets. What nobody refers to is left out by the linker, here as there
+(--gen_func_subsections). Run-time library, driver library and flash API are not compiled here: RESERVE_WORDS, of
+which some must be in RAM.
 """
 
 from __future__ import annotations

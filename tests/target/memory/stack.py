@@ -1,10 +1,11 @@
 """The deepest stack of the chip's program, from the call graphs of the compiler.
 
-The stack of the C28x holds words of 16 bits. A frame of the Cortex-M4F counts half its octets; every call adds the two
-words of the return address, which the Cortex-M4F does not push for a function that calls none. Inlining changes frames, so
-both a build that inlines and one that does not are measured, and the deeper counts. What is not compiled here (run-time
-library, driver library) has a fixed share. The main loop, an interrupt of each kind on top of it, and the trap for
-everything unexpected on top of those are the worst that can happen: nesting goes no deeper (hal/f28379d/interrupts.c).
+The stack of the C28x holds words of 16 bits. A frame of the Cortex-M4F counts half its octets; every call adds
+the two words of the return address, which the Cortex-M4F does not push for a function that calls none. Inlining
+changes frames, so both a build that inlines and one that does not are measured, and the deeper counts. What is
+not compiled here (run-time library, driver library) has a fixed share. The main loop, an interrupt of each kind
+on top of it, and the trap for everything unexpected on top of those are the worst that can happen: nesting goes
+no deeper (hal/f28379d/interrupts.c).
 """
 
 from __future__ import annotations
