@@ -29,6 +29,7 @@ SKIPPED = 77
 INLINING = ("-fno-inline-functions", "-fno-inline-small-functions", "-fno-inline-functions-called-once",
             "-fno-ipa-sra", "-fno-ipa-cp")  # fmt: skip
 WITHOUT = ("-DEVENSPIN_NO_TEXTS",)  # as firmware/CMakeLists.txt says for the chip
+PLACED = re.compile(r"^\s*([.\w:]+)\s*: ([^:]*?)(?=^\s*[.\w:]+\s*: |^\})", re.MULTILINE | re.DOTALL)
 FILE_SLACK = 1.2  # a file may grow by a fifth and...
 FILE_MORE = 150  # ...so many words before it is recorded anew; a new file may have as many
 SECTION_SLACK = 1.05
@@ -52,8 +53,7 @@ def regions(command_file: str) -> tuple[dict[str, int], dict[str, list[tuple[str
     text = re.sub(r"/\*.*?\*/", "", command_file, flags=re.DOTALL)
     length = {m[1]: int(m[2], 16) for m in re.finditer(r"(\w+)\s*:\s*origin = \w+, length = (0x\w+)", text)}
     placed = {}
-    for section, where in re.findall(r"^\s*([.\w:]+)\s*: ([^:]*?)(?=^\s*[.\w:]+\s*: |^\})", text[text.index("SECTIONS") :],
-                                     flags=re.MULTILINE | re.DOTALL):  # fmt: skip
+    for section, where in PLACED.findall(text[text.index("SECTIONS") :]):
         groups = re.findall(r"(?:>+|LOAD =|RUN =)\s*((?:\w+)(?:\s*\|\s*\w+)*)", where)
         placed[section] = [tuple(re.findall(r"\w+", group)) for group in groups]
     return length, placed
@@ -74,15 +74,15 @@ def fit(name: str, command_file: str, words: dict[str, int], share: float) -> tu
         full = (*sizes.OWN_SECTION.values(), ".stack")  # as large as they were made: they may fill their region
         limit = 1.0 if any(group in placed[section] for section in full if section in placed) else share
         if inside > limit * room:
-            found.append(f"{name}: {' + '.join(group)}: {inside} of {room} words, {100 * limit:.0f} % allowed; move a section "
-                         "or make the code smaller")  # fmt: skip
+            over = f"{inside} of {room} words, {100 * limit:.0f} % allowed"
+            found.append(f"{name}: {' + '.join(group)}: {over}; move a section or make the code smaller")
     return rows, found
 
 
 def grown(kind: str, now: dict[str, int], before: dict[str, int], slack: float, more: int) -> list[str]:
     return [
-        f"{kind} {name}: {words} words, recorded {before.get(name, 0)}; make it smaller, or write the reason into the commit "
-        "and run check.py --record"
+        f"{kind} {name}: {words} words, recorded {before.get(name, 0)}; make it smaller, or run check.py --record and write "
+        "the reason into the commit"
         for name, words in now.items()
         if words > slack * before.get(name, 0) + more
     ]
