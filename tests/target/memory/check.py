@@ -81,8 +81,8 @@ def fit(name: str, command_file: str, words: dict[str, int], share: float) -> tu
 
 def grown(kind: str, now: dict[str, int], before: dict[str, int], slack: float, more: int) -> list[str]:
     return [
-        f"{kind} {name}: {words} words, recorded {before.get(name, 0)}; make it smaller, or run check.py --record and write "
-        "the reason into the commit"
+        f"{kind} {name}: {words} words, recorded {before.get(name, 0)}; make it smaller, or run check.py --record "
+        "and write the reason into the commit"
         for name, words in now.items()
         if words > slack * before.get(name, 0) + more
     ]
