@@ -44,6 +44,7 @@ LAYERS = (
     Layer("hal/f28379d", ("hal",), FREESTANDING | {"string.h"}, vendor=frozenset({"driverlib.h", "device.h"})),
     Layer("hal", ("hal",), None),
     Layer("firmware/link", ("firmware/link",), FREESTANDING),
+    Layer("firmware/storage", ("firmware/storage", "firmware/link", "hal"), FREESTANDING),
     Layer(
         "firmware/app",
         ("control", "hal", "firmware"),

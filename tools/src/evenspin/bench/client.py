@@ -155,10 +155,16 @@ class Drive:
                 found += got
             entries.append(found)
         parameters, signals, faults, commands = entries
-        faults = [
-            Fault(fault.name, self._text(2, number, 0), self._text(2, number, 1)) for number, fault in enumerate(faults)
-        ]
+        faults = [self._explained_fault(number, fault.name) for number, fault in enumerate(faults)]
         return Schema({f.name: f for f in parameters}, {f.name: f for f in signals}, tuple(faults), tuple(commands))
+
+    def _explained_fault(self, number: int, name: str) -> Fault:
+        """With the drive's own words; a firmware that carries none is explained in those of this package."""
+        try:
+            return Fault(name, self._text(2, number, 0), self._text(2, number, 1))
+        except RefusedError:
+            known = next((fault for fault in own_schema().faults if fault.name == name), None)
+            return known or Fault(name, "", "")
 
     def _text(self, kind: int, index: int, part: int) -> str:
         octets = b""
