@@ -7,8 +7,8 @@ Every violation is printed as `file:line: rule`. Exit status: 0 none, 1 some, 2 
 Layers    A folder includes only what LAYERS allows it to; a header of ours is named from the root.
 Target    In TARGET_FOLDERS nothing stands that the C28x does not have or cannot afford: types of 8 bits, double and
           what silently calculates in double, the heap, and the library's slow functions.
-Ports     Every folder of hal/ but include/ is the port of a board and under both rules from its first file on. It knows the
-          contract, itself and the vendor's headers of VENDOR; only the program of that board, firmware/main_<port>.c, knows it.
+Ports     Every folder of hal/ but include/ is the port of a board, under both rules from its first file on; it knows
+          the contract, itself and the vendor's headers of VENDOR; only its program, firmware/main_<port>.c, knows it.
 """
 
 from __future__ import annotations
