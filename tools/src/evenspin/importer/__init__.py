@@ -1,8 +1,8 @@
 """Logs of any drive and any program, brought into the columns and units of the measured-log format.
 
 From the file up: `read` finds the reader, `delimited` and `binary` give a table of named columns, `names` and `units`
-read its header, `guess` joins that with what the data themselves decide (`motion`, `choose`), `mapping` is the result as
-a file that a person corrects, `convert` applies it, with `frames` for phase quantities.
+read its header, `guess` joins that with what the data decide (`motion`, `choose`), `mapping` is the result as a file
+that a person corrects, `convert` applies it, with `frames` for phase quantities.
 """
 
 from evenspin.importer.convert import Imported, import_table

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import json
+import logging
+import struct
+import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -61,15 +65,19 @@ def read_npy(path: Path) -> RawTable:
 def read_mdf(path: Path) -> RawTable:
     """MDF 3 and 4: the channels of the group with most rows."""
     asammdf = _library("asammdf", path)
+    failed: InputError | None = None
+    groups: list[list[Any]] = []
     try:
         with asammdf.MDF(str(path)) as file:
-            groups = []
             for index in range(len(file.groups)):
                 names = [channel.name for channel in file.groups[index].channels]
                 signals = [file.get(name, group=index) for name in names]
                 groups.append([s for s in signals if np.asarray(s.samples).dtype.kind in "fiu"])
     except Exception as error:
-        raise _unreadable(path, "MDF", error) from None
+        failed = _unreadable(path, "MDF", error)
+    if failed is not None:
+        _forget_silently()
+        raise failed
     groups = [signals for signals in groups if signals]
     if not groups:
         raise InputError(path, "channels", 0, "at least one of numbers", HINT)
@@ -88,11 +96,14 @@ def read_mdf(path: Path) -> RawTable:
 def read_tdms(path: Path) -> RawTable:
     """LabVIEW: the group with most channels; a waveform's increment is the rate."""
     tdms = _library("nptdms", path)
+    logging.disable()  # what it logs is in the error
     try:
         file = tdms.TdmsFile.read(str(path))
         groups = [[(c.name, dict(c.properties), _numbers(c[:])) for c in group.channels()] for group in file.groups()]
     except Exception as error:
         raise _unreadable(path, "TDMS", error) from None
+    finally:
+        logging.disable(logging.NOTSET)
     groups = [[item for item in group if len(item[2])] for group in groups]
     best = max(groups, key=len, default=[])
     if not best:
@@ -129,7 +140,7 @@ def read_mcap(path: Path) -> RawTable:
                     content = json.loads(record.data)  # type: ignore[attr-defined]
                     numbers = dict(_leaves("", content))
                     rows.setdefault(topics[record.channel_id][0], []).append((1e-9 * record.log_time, numbers))  # type: ignore[attr-defined]
-    except (McapError, ValueError, EOFError) as error:
+    except (McapError, ValueError, EOFError, struct.error) as error:
         raise _unreadable(path, "MCAP", error) from None
     if own:
         raise InputError(path, "file", "(a raw recording of evenspin)", "its CSV", "`evenspin bench convert` makes it")
@@ -226,6 +237,16 @@ def _library(name: str, path: Path) -> ModuleType:
         raise InputError(
             path, "file", path.suffix, f"readable: the package {package} is not installed", EXTRA
         ) from None
+
+
+def _forget_silently() -> None:
+    """A reader that failed in its constructor fails again when it is deleted, and Python prints that."""
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda _: None
+    try:
+        gc.collect()
+    finally:
+        sys.unraisablehook = hook
 
 
 def _unreadable(path: Path, kind: str, error: Exception) -> InputError:

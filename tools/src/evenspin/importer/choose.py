@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from evenspin.importer.motion import CLEAR, ratio_of, turn_of, unwrapped, wrap_span
 from evenspin.importer.names import QUANTITIES, quantities_of
+from evenspin.importer.programs import unit_by_program
 from evenspin.importer.table import Array, RawColumn, RawTable
 from evenspin.importer.units import unit_of
 
@@ -29,6 +30,7 @@ def by_name(table: RawTable) -> tuple[dict[str, Choice], list[str]]:
     candidates: dict[str, list[tuple[int, RawColumn]]] = {}
     for column in table.columns:
         for quantity, score in quantities_of(column.name):
+            column = _with_unit(column, table.names)
             unit = unit_of(column.unit)
             if unit is None or unit.dimension in (QUANTITIES[quantity], "share"):
                 candidates.setdefault(quantity, []).append((score, column))
@@ -45,6 +47,11 @@ def by_name(table: RawTable) -> tuple[dict[str, Choice], list[str]]:
         reason = "its name" + (f" and unit {first.unit}" if first.unit else "")
         chosen[quantity] = Choice(first, reason)
     return chosen, questions
+
+
+def _with_unit(column: RawColumn, names: Sequence[str]) -> RawColumn:
+    unit = "" if column.unit else unit_by_program(column.name, names)
+    return replace(column, unit=unit) if unit else column
 
 
 def _is_constant(values: Array) -> bool:

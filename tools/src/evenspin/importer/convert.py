@@ -27,7 +27,7 @@ DQ = ("iq_a", "id_a", "iq_ref_a", "id_ref_a", "vq_v", "vd_v")
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """Columns of the log format, a number per row of the file; `notes`: what was done, and what was taken for granted."""
+    """Columns of the log format, a number per row of the file. `notes`: what was done and what was assumed."""
 
     columns: MappingType[str, Array]
     pole_pairs: int | None
@@ -186,7 +186,7 @@ def _drives(si: dict[str, Array], good: NDArray[np.bool_]) -> Callable[[Array], 
 
 
 def _voltages(si: dict[str, Array], pairs: int | None) -> None:
-    """vd and vq from phase voltages, stationary-frame ones, or duties and dc link, where the electrical angle is known."""
+    """vd and vq from phase voltages, stationary-frame ones, or duties and dc link, with the electrical angle."""
     theta_e = si.get("theta_e_rad")
     if theta_e is None and pairs is not None and "theta_m_rad" in si:
         theta_e = pairs * si["theta_m_rad"]

@@ -21,8 +21,8 @@ MOST_POLE_PAIRS = 30  # of a motor whose pole pairs are taken from a ratio
 CLEAR = 0.98  # correlation of both sides below which angle and speed do not belong together
 # Of encoders that are sold; four counts a line.
 LINES = (
-    50, 60, 90, 100, 120, 125, 128, 180, 200, 250, 300, 360, 400, 500, 600, 720, 900, 1000, 1200, 1250, 1500, 1800, 2000,
-    2500, 3000, 3600, 4000, 4500, 5000, 6000, 7200, 9000, 10000, 18000, 36000,
+    50, 60, 90, 100, 120, 125, 128, 180, 200, 250, 300, 360, 400, 500, 600, 720, 900, 1000, 1200, 1250, 1500, 1800,
+    2000, 2500, 3000, 3600, 4000, 4500, 5000, 6000, 7200, 9000, 10000, 18000, 36000,
 )  # fmt: skip
 RATES_HZ = (20.0, 200_000.0)
 

@@ -51,8 +51,8 @@ class State:
 
     def free(self) -> list[int]:
         """Numbers of the columns that no quantity has."""
-        taken = {id(choice.column) for choice in self.chosen.values()}
-        return [i for i, column in enumerate(self.table.columns) if id(column) not in taken]
+        taken = {choice.column.name for choice in self.chosen.values()}
+        return [i for i, column in enumerate(self.table.columns) if column.name not in taken]
 
     def because(self, quantity: str, reason: str) -> None:
         choice = self.chosen[quantity]
