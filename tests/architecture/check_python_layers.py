@@ -28,7 +28,7 @@ ORDER = (
     ("native", "tableview", "build", "plausible"),
     ("model", "blocks", "effects", "output"),
     ("sim",),
-    ("log", "analysis", "doctor"),
+    ("log", "analysis", "doctor", "importer"),
     ("report", "cycles", "drive"),
     ("compare", "memory", "design"),
     ("identify",),

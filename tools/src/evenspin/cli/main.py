@@ -22,6 +22,7 @@ from evenspin.cli import (
     gap,
     identify,
     lists,
+    log,
     memory,
     pages,
     reproduce,
@@ -53,7 +54,7 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, memory, drive, bench, scope, lists, demo, benchmark, cycles,
+    run, reproduce, design, identify, compare, gap, log, memory, drive, bench, scope, lists, demo, benchmark, cycles,
     doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
