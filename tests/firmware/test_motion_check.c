@@ -435,6 +435,6 @@ void test_motion_check_right_zero_excuses_an_overhauled_drive(void)
 {
     with_checks(0.05, 1U, DRIVE_MODE_SPEED);
     TEST_ASSERT_EQUAL_INT(0, volts_to_fault(0.0, 100.0, -2.0, 10.0, 300)); /* 37.5 rad/s in 19 samples */
-    TEST_ASSERT_TRUE(volts_to_fault(0.0, -400.0, -0.4, 10.0, 300) > 0); /* 20 rad/s in 50 samples, of 2.5 + 12.5 and 37.5 */
+    TEST_ASSERT_TRUE(volts_to_fault(0.0, -400.0, -0.4, 10.0, 300) > 0);    /* 20 rad/s in 50 samples, of 2.5 + 12.5 and 37.5 */
     ASSERT_FAULT(FAULT_speed_deviation, "too slow for a verdict");
 }
