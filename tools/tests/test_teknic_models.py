@@ -1,4 +1,5 @@
-"""The models of the motor that the drive's defaults describe, bare and with a flywheel: their gains do not swing.
+"""The models of the motor that the drive's defaults describe, bare and with a flywheel: their gains do not swing. And the noise of
+the converter that they are measured with.
 
 Expected: a speed loop in order holds 10 rad/s to what friction and one count of the encoder leave. A rotor that swings by itself
 shows many times that, as the bare motor does with the gains of the ten times heavier drive.
@@ -67,3 +68,13 @@ def test_the_two_differ_by_a_flywheel_of_6e_5():
     assert {k for k in bare.plant if bare.plant[k] != heavy.plant[k]} == {"inertia_kgm2"}
     for machine in (bare, heavy):
         assert machine.drive["observer_inertia_kgm2"] == machine.plant["inertia_kgm2"]
+
+
+def test_the_paper_s_drive_on_the_board_differs_by_the_converter_only():
+    paper, board = (load_machine(builtin_models()[name]) for name in ("guo2024", "guo2024-board"))
+
+    assert {k for k in paper.plant if paper.plant[k] != board.plant[k]} == {"current_noise_a", "current_lsb_a"}
+    assert (board.drive, board.effects) == (paper.drive, paper.effects)
+    # 3.0 V over 4096 codes, 7 mohm x 10 V/V; noise of one code
+    assert board.plant["current_lsb_a"] == pytest.approx(3.0 / 4096.0 / 0.07, rel=1e-5)
+    assert board.plant["current_noise_a"] == pytest.approx(board.plant["current_lsb_a"], rel=0.05)
