@@ -43,6 +43,7 @@ string(JOIN " " CMAKE_C_FLAGS_INIT
   "--float_support=fpu32"
   "--tmu_support=tmu0"
   "--fp_mode=relaxed"        # lets / and sqrtf become TMU instructions; in strict mode they are library calls
+  "--rpt_threshold=16"       # a repeated instruction cannot be interrupted: a copied structure would delay the latch of the angle
   "--cla_support=cla1 --vcu_support=vcu2" # what the silicon has
   "--gen_func_subsections=on"
   "--diag_warning=225 --display_error_number --diag_suppress=10063"

@@ -351,6 +351,22 @@ void test_virtual_chip_dead_current_amplifier_is_found_by_the_sum_of_the_current
     TEST_ASSERT_EQUAL(FAULT_current_sum, main_drive()->fault);
 }
 
+/* In the alignment the vector of 4 A passes every phase: each amplifier is compared with the other two before the drive runs. */
+void test_virtual_chip_amplifier_without_any_signal_is_found_in_the_alignment(void)
+{
+    for (int k = 0; k < 3; k++) {
+        world_begin(1.0);
+        amplifier_gain[k] = 0.0;
+        TEST_ASSERT_EQUAL(PORT_OK, main_start());
+        world_run(CALIBRATION);
+        TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state); /* its zero is as good as any */
+        drive_start(main_drive());
+        world_run(40000);
+
+        TEST_ASSERT_EQUAL(FAULT_current_sum, main_drive()->fault);
+    }
+}
+
 /* Gains that are off by 2 %, one against the other two, and zeros as bad as they may be: nothing is wrong. */
 void test_virtual_chip_amplifiers_within_their_tolerance_add_up(void)
 {
