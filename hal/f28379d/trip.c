@@ -207,19 +207,20 @@ BOARD_RAM_CODE static void forget_processor(void)
 
 BOARD_RAM_CODE void port_trip_look(void)
 {
-    const uint16_t flags = port_trip_flags();
-    const uint16_t by_processor = flags & PORT_TRIP_PROCESSOR_FLAGS;
+    uint16_t flags = port_trip_flags();
+    if (((flags & PORT_TRIP_PROCESSOR_FLAGS) != 0U) && !port_trip_armed) { /* switched nothing off */
+        forget_processor();
+        flags &= (uint16_t)~PORT_TRIP_PROCESSOR_FLAGS;
+    }
     if ((flags & EPWM_TZ_OST_FLAG_DCAEVT1) != 0U) {
         port_trip_note(HAL_INVERTER_OVER_CURRENT);
-    } else if ((by_processor != 0U) && !port_trip_armed) {
-        forget_processor();                             /* it switched nothing off */
     } else if ((flags & EPWM_TZ_OST_FLAG_OST6) != 0U) { /* before the guard: a halted processor does not feed it either */
         port_trip_note(HAL_INVERTER_HALTED);
     } else if ((flags & EPWM_TZ_OST_FLAG_OST5) != 0U) {
         port_trip_note(HAL_INVERTER_CLOCK);
     } else if ((flags & EPWM_TZ_OST_FLAG_OST1) != 0U) {
         port_trip_note(HAL_INVERTER_DRIVER_FAULT);
-    } else if (by_processor != 0U) {
+    } else if (flags != 0U) {
         port_trip_note(HAL_INVERTER_LATE);
     } else {
         /* nothing has tripped by itself */

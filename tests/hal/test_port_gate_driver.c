@@ -115,7 +115,7 @@ void test_dead_spi_while_it_runs_is_a_fault(void)
         chip.drv_mute = way == 0;
         chip.drv_stuck = way == 1;
         chip.spi_hangs = way == 2;
-        TEST_ASSERT_TRUE(polls_until_fault(30) <= 11);
+        TEST_ASSERT_TRUE(polls_until_fault(30) <= ((way == 1) ? 1 : 11));  /* ones where the sheet has zeros show in every word */
         TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_LINK, hal_inverter_fault()); /* all ones are not every fault at once */
     }
 }
