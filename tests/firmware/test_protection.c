@@ -521,6 +521,13 @@ void test_protection_long_gap_counts_as_many_samples_as_it_has_periods(void)
     bench.sample.seq += 3U;
     bench_period();
     ASSERT_FAULT(FAULT_lost_sample, "three at once");
+
+    bench_start();
+    bench_into(DRIVE_READY);
+    bench_period();
+    bench.sample.seq += 500U; /* a save */
+    bench_period();
+    ASSERT_NO_FAULT("at rest");
 }
 
 void test_protection_driver_that_pulled_its_line_is_named_once_it_has_been_asked(void)
