@@ -1,8 +1,8 @@
-"""The models of the motor that the drive's defaults describe, bare and with a flywheel: their gains do not swing. And the noise of
-the converter that they are measured with.
+"""The motor that the drive's defaults describe, bare and with a flywheel: the gains of its models do not swing. And the
+noise of the converter that they are measured with.
 
-Expected: a speed loop in order holds 10 rad/s to what friction and one count of the encoder leave. A rotor that swings by itself
-shows many times that, as the bare motor does with the gains of the ten times heavier drive.
+Expected: a speed loop in order holds 10 rad/s to what friction and one count of the encoder leave. A rotor that swings
+by itself shows many times that, as the bare motor does with the gains of the ten times heavier drive.
 """
 
 import numpy as np
