@@ -94,4 +94,5 @@ void port_background(void)
     port_led_show(port_trip_is_given_up() ? (uint16_t)PORT_TRIP_UNARMED
                                           : ((port_trip_latched != HAL_INVERTER_FINE) ? CODE_FAULT : (uint16_t)PORT_OK),
                   port_trip_armed);
+    port_stack_look();
 }

@@ -12,6 +12,21 @@
 /* system.c */
 bool port_system_init(void);
 
+/* stack.c */
+void port_stack_start(void);                                            /* fill what is above the caller's frame */
+void port_stack_watch(uint16_t *from, uint16_t count, uint16_t in_use); /* any words, the first of them in use */
+void port_stack_look(void);                                             /* some words a pass */
+
+/* assertion.c: the first argument that driverlib has refused, in a debug build */
+typedef struct {
+    const char *file;
+    uint32_t    line;
+    uint16_t    count;
+} port_assertion_t;
+extern port_assertion_t port_assertion;
+void                    port_assertion_failed(const char *file, uint32_t line);
+void                    __error__(const char *filename, uint32_t line);
+
 /* pins.c: everything but the six gates; gates last, when the trip is armed */
 void port_pins_init(void);
 void port_pins_connect_gates(void);
@@ -41,6 +56,7 @@ bool port_sampling_zero_is_off(void); /* the zero errors add up to more than thr
 bool port_sampling_sum_is_off(void);  /* what the currents add up to, beyond that */
 void port_sampling_forget_sum(void);
 void port_sampling_take(void);
+void port_sampling_resume(void);
 void port_encoder_init(void);
 void port_encoder_latch(void);
 
@@ -75,6 +91,7 @@ void port_led_show(uint16_t code, bool on); /* main loop, every pass */
 /* watchdog.c: proofs of life */
 void port_watchdog_start(void);
 void port_watchdog_service(void);
+void port_watchdog_serve(void); /* unasked; not within its window after the last time */
 
 /* ---- between the files, read by an interrupt: a call would cost more than what it does -------------------------------- */
 

@@ -64,6 +64,8 @@ const port_driver_status_t *port_driver_status(void);
 const port_health_t        *port_health(void);
 /** Never returns: flashes the red diode @p status times, pauses, and again. Needs no clock but the internal one. */
 void port_stop_with_code(port_status_t status);
+/** Words of the stack that have been in use since the start, at the most; 0 where nobody counts them. */
+uint16_t port_stack_used(void);
 /** Why the last reset happened: bits of the reset cause register, as found by port_init. */
 uint32_t port_reset_cause(void);
 

@@ -81,6 +81,15 @@ bool port_sampling_sum_is_off(void) { return sum_error_a > BOARD_SUM_LIMIT_A; }
 
 void port_sampling_forget_sum(void) { sum_error_a = 0.0f; }
 
+/* The interrupts were kept away on purpose, with the bridge off: what the converter finished meanwhile is no lost sample. */
+BOARD_RAM_CODE void port_sampling_resume(void)
+{
+    ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
+    begun = false; /* the next interrupt is the first again */
+    ADC_clearInterruptOverflowStatus(ADCA_BASE, ADC_INT_NUMBER1);
+    ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
+}
+
 static inline float current_a(uint32_t result)
 {
     return ((float)ADC_readResult(result, ADC_SOC_NUMBER0) * (BOARD_CURRENT_SIGN * BOARD_A_PER_CODE)) -

@@ -23,6 +23,13 @@ void port_watchdog_start(void)
     served_cyc = hal_clock_cyc();
 }
 
+/* Whoever serves it says so: the main loop, right after a long command of the flash, would else serve it inside the window. */
+BOARD_RAM_CODE void port_watchdog_serve(void)
+{
+    served_cyc = hal_clock_cyc();
+    SysCtl_serviceWatchdog();
+}
+
 void port_watchdog_service(void)
 {
     const uint16_t current = port_life.current_runs;
@@ -30,9 +37,8 @@ void port_watchdog_service(void)
     const bool     speed_lives =
         (speed != speed_seen) || (port_life.speed_wishes == speed); /* with speed_inline nobody asks for it */
     if ((current != current_seen) && speed_lives && ((hal_clock_cyc() - served_cyc) >= BOARD_WATCHDOG_SERVE_CYC)) {
-        served_cyc = hal_clock_cyc();
         current_seen = current;
         speed_seen = speed;
-        SysCtl_serviceWatchdog();
+        port_watchdog_serve();
     }
 }

@@ -25,8 +25,6 @@ void fake_nop(void);
 #define DINT fake_dint()
 #define ERTM ((void)0)
 #define NOP fake_nop()
-#define EALLOW ((void)0)
-#define EDIS ((void)0)
 
 uint32_t *fake_register(uint32_t address);
 #define HWREG(address) (*fake_register(address))
@@ -224,6 +222,7 @@ typedef enum { XBAR_TRIP4 = 0, XBAR_TRIP5 = 2 } XBAR_TripNum;
 /* ---- System control ---- */
 
 void     SysCtl_disableWatchdog(void);
+void     SysCtl_deviceCal(void);
 void     SysCtl_enableWatchdog(void);
 void     SysCtl_serviceWatchdog(void);
 void     SysCtl_setWatchdogMode(SysCtl_WDMode mode);
@@ -419,5 +418,17 @@ uint32_t Flash_getErrorCount(uint32_t eccBase);
 /* ---- memories ---- */
 
 uint32_t MemCfg_getCorrErrorCount(void);
+
+#define FLASHPUMPSEMAPHORE_BASE 0x00050024U
+#define EALLOW fake_eallow()
+#define EDIS fake_edis()
+typedef enum { FLASH_CPU1_WRAPPER = 0x2, FLASH_CPU2_WRAPPER = 0x1 } Flash_PumpOwnership;
+
+void fake_eallow(void);
+void fake_edis(void);
+void Flash_claimPumpSemaphore(uint32_t pumpSemBase, Flash_PumpOwnership wrapper);
+void Flash_releasePumpSemaphore(uint32_t pumpSemBase);
+void Flash_disableECC(uint32_t eccBase);
+void Flash_enableECC(uint32_t eccBase);
 
 #endif
