@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,6 +52,7 @@ class Analysis:
     current_later_s: float
     friction: FrictionResult | None
     angle: AngleResult | None
+    thresholds_a: Mapping[int, float]  # of each order that the log resolves: a smaller line is not detected
     inertia: Inertia | None  # None: neither the log nor a model tells it
     windings: tuple[Winding, ...]
     controller: Controller | None
@@ -96,10 +98,11 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
     inertia = _inertia(friction, nominal)
     angle: AngleResult | None = None
     sigma_s = 0.0
+    thresholds_a: dict[int, float] = {}
     done(0.1)
     if not alone:
         setting = Setting(nominal, drive, stretches, inertia, shift_s, friction)
-        sigma_s = best_sigma(views, _sigmas(grid, stretches), setting)
+        sigma_s, thresholds_a = best_sigma(views, _sigmas(grid, stretches), setting)
         angle = weigh_orders(views, sigma_s, setting)
     orders: list[float] = []
     for number in range(ROUNDS):
@@ -139,6 +142,7 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
         later_s,
         friction,
         angle,
+        thresholds_a,
         inertia,
         windings,
         controller,

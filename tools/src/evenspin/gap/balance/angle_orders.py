@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.balance import shaft
+from evenspin.gap.balance.agreement import part_of_line, same_line
 from evenspin.gap.balance.angle_zero import find_zero, with_zero
 from evenspin.gap.balance.controller import vertex
+from evenspin.gap.balance.detection import least_of, thresholds_of
 from evenspin.gap.balance.friction import FrictionResult, again
 from evenspin.gap.balance.grid import SHAFT, Flags, Grid, Smoother
 from evenspin.gap.balance.lines import (
@@ -44,7 +46,6 @@ REST_SHARE = 0.1  # of the median speed: a rotor slower than this on average ove
 REST_S = 0.05
 LAGS_S = np.arange(-1e-3, 2.01e-3, 0.25e-3)  # of the logged current behind the torque balance
 LAG_GAIN = 0.1  # share of the residue that a lag must take away to be believed
-AGREE = 0.5  # the parts of the log may differ by this share of a line
 ALIGNMENT_ROWS = 0.5
 SHOWN = 0.1  # of what the shortest smoothing leaves of a line's power: with less, another part of the log is judged
 CLEARER = 1.2  # by which another smoothing has to be clearer to be taken
@@ -60,7 +61,7 @@ class FoundLine:
     noise_a: float
     agree: float  # difference of the first and the second part of what the log tells of this line, relative
     both: bool  # stands out in each of them, at whatever phase
-    validated: bool
+    validated: bool  # the same in both parts, and in the stretches that fit and those that validate
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,13 +161,20 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
     )
 
 
-def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> float:
-    """The smoothing at which the strongest line stands out most: short for fast lines, long for a noisy angle."""
+def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> tuple[float, dict[int, float]]:
+    """The smoothing at which the strongest line stands out most: short for fast lines, long for a noisy angle.
+
+    And the detection threshold of each order, at the smoothing that shows it best.
+    """
+    thresholds = []
     best, most = min(tried_s, key=lambda sigma_s: abs(sigma_s - SIGMA_S)), 0.0
     shortest = motions(min(tried_s), 0.0)
     turning = _turning(shortest, setting.stretches)
     for sigma_s in tried_s:
         found = weigh_orders(motions, sigma_s, setting)
+        if found is not None:
+            bank = motions.bank(sigma_s, 0.0)
+            thresholds.append(thresholds_of(bank, bank.rows(found.rows), found.spectrum))
         real = [
             each
             for each in (found.lines if found is not None else ())
@@ -176,7 +184,7 @@ def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> fl
         sure = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
         if sure > CLEARER * most:
             best, most = sigma_s, sure
-    return best
+    return best, least_of(thresholds)
 
 
 def _turning(motion: Motion, stretches: Stretches) -> Flags:
@@ -284,14 +292,11 @@ def _line(
     weight = np.cumsum(np.sum(own**2, axis=1))
     early = weight < 0.5 * weight[-1]
     fits = bank.rows(setting.stretches.fits)[rows]
-    parts, sets = (
-        [complex(*np.linalg.lstsq(own[part], alone[part], rcond=None)[0]) for part in (mask, ~mask)]
-        for mask in (early, fits)
-    )
+    parts, sets = ([part_of_line(own, alone, part) for part in (mask, ~mask)] for mask in (early, fits))
     noise_a = float(spectrum.noise_a[np.searchsorted(spectrum.order, k)])
-    agree = abs(parts[0] - parts[1]) / amplitude
-    both = min(map(abs, parts)) > ABOVE_NOISE * noise_a
-    validated = agree < AGREE and abs(sets[0] - sets[1]) < AGREE * amplitude
+    agree = abs(parts[0].phasor - parts[1].phasor) / amplitude
+    both = min(abs(part.phasor) for part in parts) > ABOVE_NOISE * noise_a
+    validated = same_line(amplitude, *parts) and same_line(amplitude, *sets)
     return FoundLine(Line(k, amplitude, float(np.arctan2(c, s))), half, half, noise_a, agree, both, validated)
 
 

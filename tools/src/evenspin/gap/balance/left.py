@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.angle_orders import AngleResult, FoundLine
+from evenspin.gap.balance.detection import LineThreshold, line_threshold
 from evenspin.gap.balance.friction import SMALL
 from evenspin.gap.balance.grid import Flags
 from evenspin.gap.balance.lines import OrderBank
@@ -70,12 +71,23 @@ def judged(analysis: Analysis) -> Judged | None:
     return Judged("friction", friction.motion, friction.validation_rows, friction.before, friction.after)
 
 
+def smallest_named_a(angle: AngleResult) -> float:
+    return float(np.sqrt(2.0)) * SMALL * rms(angle.motion.iq_a[angle.rows])
+
+
+def threshold_of(analysis: Analysis) -> LineThreshold | None:
+    """None where no order is resolved, or where J/Kt is not known and a line has no amplitude in torque."""
+    if analysis.angle is None or not analysis.inertia_known:
+        return None
+    return line_threshold(analysis.thresholds_a, smallest_named_a(analysis.angle))
+
+
 def sure_lines(analysis: Analysis) -> list[FoundLine]:
     """Lines that are large enough and sure enough to be told, whether or not the model has them."""
     angle = analysis.angle
     if angle is None:
         return []
-    least_a = np.sqrt(2.0) * SMALL * rms(angle.motion.iq_a[angle.rows])
+    least_a = smallest_named_a(angle)
     found = [each for each in angle.lines if each.validated]
     first = [each for each in found if each.line.amplitude_a > least_a and sure_line(analysis, each) > SURE]
     return found if first else []

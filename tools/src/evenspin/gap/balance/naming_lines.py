@@ -9,7 +9,7 @@ import numpy as np
 from evenspin.gap.balance.analysis import Analysis
 from evenspin.gap.balance.angle_orders import FoundLine
 from evenspin.gap.balance.friction import SMALL
-from evenspin.gap.balance.left import milli, sure_line, sure_lines
+from evenspin.gap.balance.left import milli, sure_line, sure_lines, threshold_of
 from evenspin.gap.balance.verdict import Numbers, Verdict
 
 MODEL_EDGE = 0.2  # a line of the model that is found again within this is not missing
@@ -109,7 +109,7 @@ def _why_no_line(analysis: Analysis) -> str:
     assert analysis.angle is not None
     found = analysis.angle.lines
     if not found:
-        return "no order of the angle stands out of the noise between the orders"
+        return f"no order of the angle stands out of the noise between the orders{_threshold(analysis)}"
     if not any(each.validated for each in found):
         strongest = found[0]
         return (
@@ -123,6 +123,17 @@ def _why_no_line(analysis: Analysis) -> str:
         f"the strongest line, order {strongest.line.order:g} with {milli(strongest.line.amplitude_a)} +- "
         f"{milli(strongest.half_a)}, is less than {100.0 * SMALL:.0f} % of the current or lost in what else is left "
         f"(confidence {sure_line(analysis, strongest):.2f}): not named"
+    )
+
+
+def _threshold(analysis: Analysis) -> str:
+    """How large a line would have had to be; without J/Kt nobody knows."""
+    at = threshold_of(analysis)
+    if at is None:
+        return ""
+    return (
+        f"; detection threshold {milli(at.smallest_a)} (order {at.smallest_at}) to {milli(at.largest_a)} "
+        f"(order {at.largest_at})"
     )
 
 

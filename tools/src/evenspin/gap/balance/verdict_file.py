@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evenspin.gap.balance.analysis import Analysis
-from evenspin.gap.balance.left import judged, left_of
+from evenspin.gap.balance.left import judged, left_of, threshold_of
 from evenspin.gap.balance.shaft import MACHINE
 from evenspin.gap.balance.verdict import OR, Verdict
 
@@ -53,6 +53,7 @@ def verdict_json(analysis: Analysis, verdict: Verdict) -> dict[str, Any]:
             "current_log_late_s": analysis.current_later_s,
         },
         "orders": _orders(analysis),
+        "line_detection_threshold": _line_threshold(analysis),
         "windings": [
             {"slots": w.slots, "pole_pairs": w.pole_pairs, "covered": w.covered, "meaning": dict(w.meaning)}
             for w in analysis.windings
@@ -148,6 +149,20 @@ def _orders(analysis: Analysis) -> list[dict[str, Any]]:
         }
         for each in analysis.angle.lines
     ]
+
+
+def _line_threshold(analysis: Analysis) -> dict[str, Any] | None:
+    at = threshold_of(analysis)
+    if at is None:
+        return None
+    return {
+        "up_to_order": at.up_to_order,
+        "smallest_a_equiv": at.smallest_a,
+        "smallest_at_order": at.smallest_at,
+        "largest_a_equiv": at.largest_a,
+        "largest_at_order": at.largest_at,
+        "a_equiv_by_order": {str(order): threshold_a for order, threshold_a in analysis.thresholds_a.items()},
+    }
 
 
 def _controller(analysis: Analysis) -> dict[str, Any] | None:
