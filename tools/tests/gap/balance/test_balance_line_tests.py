@@ -88,6 +88,18 @@ def test_a_coarse_encoder_at_a_slow_level_shows_its_cogging(tmp_path: Path) -> N
     assert verdict["parameters"]["cogging"]["amplitude_a_equiv"] == pytest.approx(machine.cogging_a, rel=0.2)
 
 
+def test_cogging_that_rocks_a_light_shaft_is_not_taken_for_a_smaller_inertia(tmp_path: Path) -> None:
+    """The cogging accelerates this shaft, so that the acceleration alone takes up most of it."""
+    machine = drive.drawn(1229)[1]
+    log = drive.write(tmp_path / "log.csv", drive.run(machine))
+
+    verdict = run_balance(log, None, None).verdict
+
+    assert drive.names_wrong(verdict, machine) == []
+    assert verdict["parameters"]["cogging"]["amplitude_a_equiv"] == pytest.approx(machine.cogging_a, rel=0.05)
+    assert verdict["identified"]["inertia.inertia_as2_per_rad"]["value"] == pytest.approx(machine.inertia_as2, rel=0.05)
+
+
 def test_a_line_is_named_beyond_the_detection_threshold_and_not_far_below_it(tmp_path: Path) -> None:
     plain = drive.Machine(duration_s=12.0, period_s=6.0, swing_rad_s=40.0, counts=2**12)
     bare = balance(tmp_path, plain)

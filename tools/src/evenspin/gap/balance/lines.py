@@ -132,7 +132,8 @@ def find_lines(
 ) -> tuple[list[float], OrderSpectrum]:
     """Orders, strongest first, half orders among them; and the spectrum with every line at its joint amplitude."""
     orders = np.arange(1, 2 * highest + 1) / 2.0
-    columns = np.array([column[rows] for k in orders for column in bank(k)]).reshape(len(orders), 2, -1)
+    flat = np.array([column[rows] for k in orders for column in bank(k)])
+    columns = _beside(base, flat, rows).reshape(len(orders), 2, -1)
     gram = np.einsum("kin,kjn->kij", columns, columns) + 1e-12 * np.eye(2)
     whole = orders % 1.0 == 0.0
     chosen: list[float] = []
@@ -166,6 +167,18 @@ def find_lines(
         amplitude[np.searchsorted(orders, k)] = _size(found, k)
     ranked = sorted(chosen, key=lambda k: -_size(found, k))
     return ranked, OrderSpectrum(orders, amplitude, noise)
+
+
+def _beside(base: dict[str, Array], columns: Array, rows: Flags) -> Array:
+    """What the shaft cannot explain of these columns: the amplitude that it leaves is that of the joint fit.
+
+    A shaft that cogs is accelerated by its cogging, so that a wrong inertia alone takes up a part of the line.
+    """
+    if not base:
+        return columns
+    shaft = np.stack([column[rows] for column in base.values()])
+    shaft = shaft / (np.sqrt(np.mean(shaft**2, axis=1, keepdims=True)) + 1e-30)
+    return columns - (columns @ shaft.T) @ np.linalg.pinv(shaft @ shaft.T, rcond=1e-10, hermitian=True) @ shaft
 
 
 def _size(found: Fit, order: float) -> float:
