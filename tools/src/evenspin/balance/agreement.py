@@ -1,0 +1,91 @@
+"""Whether two parts of a log have the same line over the angle, weighed with what each of them knows of it.
+
+A line of the shaft has one amplitude and one phase throughout. Two estimates of it differ by noise as well, and a
+difference that noise explains says nothing against the line; a part whose noise hides the line says nothing for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from evenspin.balance.grid import Flags
+from evenspin.balance.regression import fit
+
+Array = NDArray[np.float64]
+
+DIFFERS = 1e-3  # chance of such a difference between two parts that have the same line, below which they differ
+CONFIRMS = 0.05  # chance of as much in the direction of the other part without a line: above it, nothing is confirmed
+NEGLIGIBLE = 0.5  # of the line: a smaller difference changes its amplitude, and is no other line
+
+
+@dataclass(frozen=True, slots=True)
+class PartOfLine:
+    """The line as one part of the log has it: sine and cosine, A, and their covariance with its degrees of freedom."""
+
+    value: Array
+    covariance: Array
+    freedom: int
+
+    @property
+    def phasor(self) -> complex:
+        return complex(*self.value)
+
+    def variance(self, direction: Array) -> float:
+        """Of the component along a unit vector."""
+        return float(direction @ self.covariance @ direction)
+
+
+def part_of_line(columns: Array, y: Array, rows: Flags) -> PartOfLine:
+    """`columns`: sine and cosine; `y`: the balance with everything but this line taken away."""
+    found = fit(("sin", "cos"), list(columns[rows].T), y[rows])
+    return PartOfLine(found.value, found.covariance, found.blocks - 1)
+
+
+def same_line(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> bool:
+    """Each part confirms the other, and noise explains their difference, or it is small beside the line.
+
+    `amplitude_a`: of the joint estimate, whose significance is tested where lines are found.
+    """
+    if not (_confirms(first, second.value) and _confirms(second, first.value)):
+        return False
+    apart_a = float(np.linalg.norm(first.value - second.value))
+    return apart_a < NEGLIGIBLE * amplitude_a or difference_p(first, second) > DIFFERS
+
+
+def difference_p(first: PartOfLine, second: PartOfLine) -> float:
+    """Chance of a difference this large if both parts have the same line.
+
+    Hotelling's T squared of the difference, with the degrees of freedom that Welch and Satterthwaite give for two parts
+    of unequal noise.
+    """
+    apart, covariance = first.value - second.value, first.covariance + second.covariance
+    if not _is_regular(covariance):
+        return 0.0
+    direction = _unit(apart)
+    variances = [(part.variance(direction), part.freedom) for part in (first, second)]
+    freedom = sum(v for v, _ in variances) ** 2 / sum(v**2 / free for v, free in variances)
+    size = len(apart)
+    t2 = float(apart @ np.linalg.solve(covariance, apart))
+    return float(stats.f.sf(t2 * (freedom - size + 1) / (freedom * size), size, freedom - size + 1))
+
+
+def _confirms(part: PartOfLine, other: Array) -> bool:
+    """Has this part alone something significant in the direction that the other one gives?"""
+    if not _is_regular(part.covariance):
+        return False
+    direction = _unit(other)
+    t = float(direction @ part.value) / float(np.sqrt(part.variance(direction)))
+    return float(stats.t.sf(t, part.freedom)) < CONFIRMS
+
+
+def _unit(vector: Array) -> Array:
+    size = float(np.linalg.norm(vector))
+    return vector / size if size > 0.0 else np.eye(len(vector))[0]
+
+
+def _is_regular(covariance: Array) -> bool:
+    return bool(np.all(np.isfinite(covariance))) and np.linalg.matrix_rank(covariance) == len(covariance)

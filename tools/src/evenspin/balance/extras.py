@@ -1,0 +1,50 @@
+"""Columns of a log beyond those of the balance: a measured load, which is used with a torque constant; voltages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.balance.nominal import Nominal
+from evenspin.balance.table import header_of, rows_of
+from evenspin.log.textfile import read_text
+
+Array = NDArray[np.float64]
+
+LOAD = "load_torque_nm"
+VOLTAGES = ("vd_v", "vq_v", "vdc_v", "va_v", "vb_v", "vc_v", "valpha_v", "vbeta_v")
+
+
+@dataclass(frozen=True, slots=True)
+class Extras:
+    """`load_a`: A of q current that carries the load, at `t_s`; None where there is none, or no torque constant."""
+
+    t_s: Array
+    load_a: Array | None
+    said: tuple[str, ...]
+
+
+def read_extras(path: Path, nominal: Nominal | None) -> Extras:
+    """What else the file has. It has been read before, and is in order."""
+    text = read_text(path)
+    header = header_of(text)
+    said = []
+    unused = [name for name in VOLTAGES if name in header]
+    if unused:
+        said.append(f"{', '.join(unused)}: not used; a torque balance has no voltages")
+    if LOAD not in header:
+        return Extras(np.empty(0), None, tuple(said))
+    if nominal is None:
+        said.append(f"{LOAD}: not used; it takes the torque constant of --model to become a current")
+        return Extras(np.empty(0), None, tuple(said))
+    table = rows_of(path, text, [header.index("t_s"), header.index(LOAD)], [])
+    table = table[np.isfinite(table).all(axis=1)]
+    if len(table) < 2:
+        said.append(f"{LOAD}: not used; it has no values")
+        return Extras(np.empty(0), None, tuple(said))
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    said.append(f"{LOAD}: taken off the current, with {nominal.kt_nm_per_a:.4g} N m/A of the model")
+    return Extras(table[:, 0], table[:, 1] / nominal.kt_nm_per_a, tuple(said))
