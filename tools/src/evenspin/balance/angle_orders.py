@@ -28,11 +28,12 @@ from evenspin.balance.lines import (
     find_lines,
     fit_lines,
     highest_order,
+    line_amplitude,
     names_of,
     shown,
 )
 from evenspin.balance.motion import Motion
-from evenspin.balance.nominal import Line, Nominal
+from evenspin.balance.nominal import Line, Nominal, torque_of
 from evenspin.balance.odd import Odd, without_odd
 from evenspin.balance.regression import Fit, fit, rms
 from evenspin.balance.shaft import Drive
@@ -146,7 +147,7 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
         highest,
         spectrum,
         lines,
-        tuple((k, float(np.hypot(*(found[n] for n in names_of([k]))))) for k in orders if k % 1.0),
+        tuple((k, line_amplitude(found, k)) for k in orders if k % 1.0),
         odd,
         known.value_as2,
         known.half_as2,
@@ -172,12 +173,13 @@ def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> tu
     turning = _turning(shortest, setting.stretches)
     for sigma_s in tried_s:
         found = weigh_orders(motions, sigma_s, setting)
-        if found is not None:
-            bank = motions.bank(sigma_s, 0.0)
-            thresholds.append(thresholds_of(bank, bank.rows(found.rows), found.spectrum))
+        if found is None:
+            continue
+        bank = motions.bank(sigma_s, 0.0)
+        thresholds.append(thresholds_of(bank, bank.rows(found.rows), found.spectrum))
         real = [
             each
-            for each in (found.lines if found is not None else ())
+            for each in found.lines
             if each.validated
             and shown(found.motion, found.rows, each.line.order) > SHOWN * shown(shortest, turning, each.line.order)
         ]
@@ -238,12 +240,13 @@ def _residues(
     """Without and with what was found, over the whole grid; the stretches that fit tell the coefficients."""
     motion, nominal = bank.motion, setting.nominal
     shaft_part = _shaft_part(motion, setting, base)
-    lines = {f"line_{k:g}": bank.whole(k) for k in kept}
+    lines: dict[str, tuple[Array, ...]] = {f"line_{k:g}": bank.whole(k) for k in kept}
     if shaft_part is not None:  # friction is that of the whole log, as it is written
         after = _rest(lines, y - shaft_part, first)[0] if lines else y - shaft_part
         inner = None
     else:
-        after, inner = _rest({name: (column,) for name, column in base.items()} | lines, y, first)
+        shaft_columns: dict[str, tuple[Array, ...]] = {name: (column,) for name, column in base.items()}
+        after, inner = _rest(shaft_columns | lines, y, first)
     if inner is not None and "inertia" in base:  # the same inertia before and after: the one that the lines do not bend
         y = y - inner["inertia"] * base["inertia"]
     if nominal is not None:
@@ -251,9 +254,8 @@ def _residues(
         if nominal.inertia_as2 > 0.0 and setting.inertia is not None:
             before = before + (setting.inertia.value_as2 - nominal.inertia_as2) * motion.accel_rad_s2
         zero_rad = find_zero(motion, nominal.lines, before, first)
-        if zero_rad is not None:
-            turned = with_zero(nominal, zero_rad).lines
-            before = before - motion.smooth(sum(line(motion.theta_rad) for line in turned))
+        if zero_rad is not None and motion.theta_rad is not None:
+            before = before - motion.smooth(torque_of(with_zero(nominal, zero_rad).lines, motion.theta_rad))
         return before, after
     own = [name for name in base if name == "viscous_friction"] or [setting.drive.friction]
     return _rest({name: (base[name],) for name in own}, y, first)[0], after
@@ -318,7 +320,7 @@ def _widened(
         y, base = _balance(motion, replace(setting, inertia=other))
         thin = {name: column[:: bank.stride] for name, column in base.items()}
         found = fit_lines(bank, thin, orders, y[:: bank.stride], rows)
-        off.append({k: float(np.hypot(*(found[name] for name in names_of([k])))) for k in orders})
+        off.append({k: line_amplitude(found, k) for k in orders})
     return tuple(
         replace(
             each,

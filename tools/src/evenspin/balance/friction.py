@@ -15,7 +15,7 @@ from evenspin.balance.angle_zero import find_zero, with_zero
 from evenspin.balance.grid import Flags
 from evenspin.balance.lines import Views
 from evenspin.balance.motion import Motion
-from evenspin.balance.nominal import Nominal
+from evenspin.balance.nominal import Nominal, torque_of
 from evenspin.balance.regression import Fit, rms
 from evenspin.balance.remainder import Remainder, Residue, remainder_of
 from evenspin.balance.shaft import INERTIA, VISCOUS, Drive, fit_terms, known_part
@@ -133,10 +133,9 @@ def _before(motion: Motion, nominal: Nominal | None, bare: Sequence[Term], torqu
     if nominal is None:
         return torque - _explained(bare, fit_terms(bare, torque, first)) if bare else torque
     zero_rad = find_zero(motion, nominal.lines, torque, first)
-    if zero_rad is None:
+    if zero_rad is None or motion.theta_rad is None:
         return torque
-    lines = with_zero(nominal, zero_rad).lines
-    return torque - motion.smooth(sum(line(motion.theta_rad) for line in lines))
+    return torque - motion.smooth(torque_of(with_zero(nominal, zero_rad).lines, motion.theta_rad))
 
 
 def _possible(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from evenspin.balance.motion import Motion
 from evenspin.balance.regression import Fit, fit
 
 Array = NDArray[np.float64]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 TURN = 2.0 * np.pi
 HIGHEST = 100  # order that is looked for
@@ -53,9 +55,9 @@ class OrderBank:
         self.half_turn = np.exp(0.5j * motion.theta_rad)
         self.last = 0, np.ones_like(self.half_turn)
 
-    def rows(self, flags: Flags) -> Flags:
-        """Flags at the rows of the bank."""
-        return flags[:: self.stride]
+    def rows(self, column: NDArray[Scalar]) -> NDArray[Scalar]:
+        """A column, or flags, at the rows of the bank."""
+        return column[:: self.stride]
 
     def __call__(self, order: float) -> tuple[Array, Array]:
         if order not in self.made:
@@ -144,28 +146,28 @@ def find_lines(
         amplitude = np.hypot(phasor[:, 0], phasor[:, 1])
         noise = _noise(orders, amplitude, whole)
         gain = np.sum(phasor * project, axis=1)
-        strongest = max((_size(found, k) for k in chosen), default=0.0)
+        strongest = max((line_amplitude(found, k) for k in chosen), default=0.0)
         stands = (amplitude > ABOVE_NOISE * noise) & (amplitude > np.where(whole, FAINT, STRANGE) * strongest)
         stands &= whole | (amplitude > 2.0 * ABOVE_NOISE * noise)
         stands &= ~np.isin(orders, chosen)
         for k in chosen:  # beside a strong line: its modulation, once or twice per turn
-            stands &= (np.abs(orders - k) > BESIDE) | (amplitude > MODULATION * _size(found, k))
+            stands &= (np.abs(orders - k) > BESIDE) | (amplitude > MODULATION * line_amplitude(found, k))
         if not np.any(stands) or len(chosen) >= MOST_LINES:
             break
         chosen.append(float(orders[np.argmax(np.where(stands, gain, -1.0))]))
         found = fit_lines(bank, base, chosen, y, rows)
     while chosen:  # a line that the later ones made superfluous goes
         noise_at = dict(zip(orders.tolist(), noise.tolist(), strict=True))
-        strongest = max(_size(found, k) for k in chosen)
-        weak = [k for k in chosen if _size(found, k) < max(ABOVE_NOISE * noise_at[k], FAINT * strongest)]
+        strongest = max(line_amplitude(found, k) for k in chosen)
+        weak = [k for k in chosen if line_amplitude(found, k) < max(ABOVE_NOISE * noise_at[k], FAINT * strongest)]
         weak += [k for k in chosen if k not in weak and found.p_value(names_of([k])) > CHANCE]
         if not weak:
             break
-        chosen.remove(min(weak, key=lambda k: _size(found, k)))
+        chosen.remove(min(weak, key=lambda k: line_amplitude(found, k)))
         found = fit_lines(bank, base, chosen, y, rows)
     for k in chosen:
-        amplitude[np.searchsorted(orders, k)] = _size(found, k)
-    ranked = sorted(chosen, key=lambda k: -_size(found, k))
+        amplitude[np.searchsorted(orders, k)] = line_amplitude(found, k)
+    ranked = sorted(chosen, key=lambda k: -line_amplitude(found, k))
     return ranked, OrderSpectrum(orders, amplitude, noise)
 
 
@@ -181,8 +183,9 @@ def _beside(base: dict[str, Array], columns: Array, rows: Flags) -> Array:
     return columns - (columns @ shaft.T) @ np.linalg.pinv(shaft @ shaft.T, rcond=1e-10, hermitian=True) @ shaft
 
 
-def _size(found: Fit, order: float) -> float:
-    return float(np.hypot(*(found[name] for name in names_of([order]))))
+def line_amplitude(found: Fit, order: float) -> float:
+    sine, cosine = names_of([order])
+    return float(np.hypot(found[sine], found[cosine]))
 
 
 def _noise(orders: Array, amplitude: Array, whole: Flags) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +29,14 @@ class Line:
 
     def __call__(self, theta_rad: Array) -> Array:
         return self.amplitude_a * np.sin(self.order * theta_rad + self.phase_rad)
+
+
+def torque_of(lines: Sequence[Line], theta_rad: Array) -> Array:
+    """Of all of them together, A."""
+    total = np.zeros_like(theta_rad)
+    for line in lines:
+        total = total + line(theta_rad)
+    return total
 
 
 @dataclass(frozen=True, slots=True)

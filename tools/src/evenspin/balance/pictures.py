@@ -100,7 +100,7 @@ def _order_spectrum(analysis: Analysis) -> Picture:
 
 def _balance_over_angle(analysis: Analysis) -> Picture:
     angle = analysis.angle
-    assert angle is not None
+    assert angle is not None and angle.motion.theta_rad is not None
     rows = np.flatnonzero(angle.validation_rows)
     rows = rows[:: max(1, len(rows) // DOTS)]
     turn = np.remainder(angle.motion.theta_rad[rows] / (2.0 * np.pi), 1.0)

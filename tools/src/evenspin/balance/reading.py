@@ -76,7 +76,9 @@ def read_log(path: Path) -> Log:
     check_beside(path, dict(zip(names, table.T, strict=True)) | others)
     for name, column in zip(names, table.T, strict=True):
         column[~is_signal(column, name)] = np.nan
-    table = _left_out(path, table, np.isfinite(table).all(axis=1), "with a value that is not a number", repairs)
+    table = _left_out(
+        path, table, np.asarray(np.isfinite(table).all(axis=1)), "with a value that is not a number", repairs
+    )
     t_s = table[:, names.index("t_s")]
     later = t_s > np.concatenate(([-np.inf], np.maximum.accumulate(t_s)[:-1]))
     table = _left_out(path, table, later, "whose time repeats or goes back", repairs)
@@ -91,8 +93,9 @@ def read_log(path: Path) -> Log:
     if theta is not None:
         theta = _unwrapped(theta, np.diff(values["t_s"]), values.get("speed_rad_s"), repairs)
     _say_times(values["t_s"], period_s, repairs)
-    found = [values.get(name) for name in ("speed_rad_s", "speed_ref_rad_s")]
-    return Log(path, values["t_s"], values["iq_a"], theta, *found, period_s, tuple(repairs), _limits(values))
+    speed, reference = values.get("speed_rad_s"), values.get("speed_ref_rad_s")
+    limits = _limits(values)
+    return Log(path, values["t_s"], values["iq_a"], theta, speed, reference, period_s, tuple(repairs), limits)
 
 
 def _columns(path: Path, header: Sequence[str]) -> list[str]:

@@ -53,7 +53,7 @@ class Drive:
 
     def drag(self) -> tuple[str, ...]:
         """Names that this log cannot tell apart."""
-        names = ("coulomb_friction",)
+        names: tuple[str, ...] = ("coulomb_friction",)
         names += ("load_torque",) if self.one_way else ()
         return names + (("viscous_friction",) if self.one_speed else ())
 

@@ -49,11 +49,11 @@ def summary_of(analysis: Analysis, verdict: Verdict) -> list[str]:
                 f"rms{beside}."
             )
     if any("cogging" in name for name in verdict.names) and analysis.inertia_known:
-        told = ", ".join(
+        strongest = ", ".join(
             f"order {each.line.order:g}: {milli(each.line.amplitude_a)}"
             for each in missing_lines(analysis)[:MAIN_LINES]
         )
-        said.append(f"Orders of the angle: {told}.")
+        said.append(f"Orders of the angle: {strongest}.")
     if analysis.controller is not None and len(analysis.controller.parts) == 2:
         plain = [part for part in analysis.controller.parts if part.plain]
         if len(plain) == 1:
@@ -107,9 +107,9 @@ def _where(analysis: Analysis) -> TableView:
             for low, high in zip(edges[:-1], edges[1:], strict=True):
                 inside = found.validation_rows & (sign * speed >= low) & (sign * speed < high)
                 if np.count_nonzero(inside) > 20:
-                    values = rms(found.before[inside]), rms(found.after[inside])
+                    before_a, after_a = rms(found.before[inside]), rms(found.after[inside])
                     place = f"{word}, {low:.0f} to {high:.0f} rad/s"
-                    rows.append((values[0], ("torque balance", place, *(f"{1e3 * v:.1f}" for v in values))))
+                    rows.append((before_a, ("torque balance", place, f"{1e3 * before_a:.1f}", f"{1e3 * after_a:.1f}")))
     if analysis.controller is not None:
         for part in analysis.controller.parts:
             place = f"{part.start_s:.2f} to {part.end_s:.2f} s, " + ("uncompensated" if part.plain else "compensated")

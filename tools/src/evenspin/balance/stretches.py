@@ -64,7 +64,7 @@ def _fits(grid: Grid, slow: Array, used: Flags) -> Flags:
         if len(at) * grid.period_s / count < SHORTEST_S and np.isfinite(least):
             break
         fit = ~thue_morse(count)[np.arange(len(at)) * count // len(at)]
-        shares = [np.bincount(band[part], minlength=BANDS) / max(np.count_nonzero(part), 1) for part in (fit, ~fit)]
+        shares = [np.bincount(band[part], minlength=BANDS) / max(int(np.sum(part)), 1) for part in (fit, ~fit)]
         unlike = float(np.max(np.abs(shares[0] - shares[1]))) + 1e-3 * count / PIECES[0]  # longer ones when alike
         if unlike < least:
             least = unlike
