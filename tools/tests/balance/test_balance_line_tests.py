@@ -10,7 +10,7 @@ import numpy as np
 import numpy_drive as drive
 import pytest
 from evenspin.balance import run_balance
-from evenspin.balance.agreement import DIFFERS, difference_p, part_of_line, same_line
+from evenspin.balance.line_agreement import DIFFERS, difference_p, part_of_line, same_line
 
 ROWS = 2400
 ANGLE = np.linspace(0.0, 120.0 * np.pi, ROWS)  # 60 turns

@@ -10,9 +10,9 @@ import numpy as np
 import numpy_drive as drive
 import pytest
 from evenspin.balance import BalanceResult, run_balance
-from evenspin.balance.grid import grid_of
-from evenspin.balance.reading import read_log
+from evenspin.balance.log_reader import read_log
 from evenspin.balance.stretches import stretches_of, thue_morse
+from evenspin.balance.time_grid import grid_of
 from evenspin.errors import InputError
 from evenspin.model.machine import load_machine
 

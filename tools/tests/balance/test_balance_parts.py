@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from evenspin.balance.angle_zero import at_zero, find_zero
 from evenspin.balance.controller import find_controller
-from evenspin.balance.grid import Smoother, grid_of
+from evenspin.balance.log_reader import read_log
 from evenspin.balance.motion import motion_of, speed_lag
-from evenspin.balance.nominal import Line, read_nominal
-from evenspin.balance.reading import read_log
+from evenspin.balance.nominal_model import Line, read_nominal
 from evenspin.balance.regression import fit, inflation
-from evenspin.balance.ripple import CURRENT_LOOP_S, PWM_HZ, Plant, _prepare
+from evenspin.balance.ripple_simulation import CURRENT_LOOP_S, PWM_HZ, Plant, _prepare
+from evenspin.balance.smoothing import Smoother
+from evenspin.balance.time_grid import grid_of
 from evenspin.balance.windings import suggest
 
 T_S = 1e-3 * np.arange(8000)

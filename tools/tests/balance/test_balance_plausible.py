@@ -10,8 +10,8 @@ from typing import Any
 import balance_recordings as recordings
 import numpy as np
 import pytest
-from evenspin.balance.plausible import check_against
-from evenspin.balance.reading import Log, read_log
+from evenspin.balance.log_reader import Log, read_log
+from evenspin.balance.plausibility import check_against
 from evenspin.errors import EvenspinError
 
 INERTIA_AS2 = 1.9e-4  # of the free run of the real motor, by energy

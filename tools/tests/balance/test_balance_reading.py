@@ -9,7 +9,7 @@ from pathlib import Path
 import balance_recordings as recordings
 import numpy as np
 import pytest
-from evenspin.balance.reading import read_log
+from evenspin.balance.log_reader import read_log
 from evenspin.errors import InputError
 
 ROWS = 2000

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 from evenspin.balance import run_balance
-from evenspin.balance.reading import read_log
+from evenspin.balance.log_reader import read_log
 from evenspin.compare import case_gap
 from evenspin.errors import EvenspinError
 from evenspin.gap.check import checked_case

@@ -7,28 +7,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from evenspin.balance.angle_balance import Inertia, Setting
 from evenspin.balance.angle_orders import (
     ALIGNMENT_ROWS,
     SIGMA_ROWS,
     SIGMA_S,
     AngleResult,
-    Inertia,
-    Setting,
     best_sigma,
     current_lag,
     weigh_orders,
 )
 from evenspin.balance.controller import Controller, find_controller
-from evenspin.balance.extras import Extras
 from evenspin.balance.friction import FrictionResult, weigh_friction
-from evenspin.balance.grid import SHAFT, Grid, grid_of
-from evenspin.balance.lines import HIGHEST, TURN, Views
+from evenspin.balance.line_search import HIGHEST, TURN, Views
+from evenspin.balance.log_reader import Log
 from evenspin.balance.motion import Lag, angle_jitters, motion_of, speed_lag
-from evenspin.balance.nominal import Nominal
-from evenspin.balance.reading import Log
-from evenspin.balance.ripple import Plant, Ripple, compare_ripple
-from evenspin.balance.shaft import INERTIA, VISCOUS, Drive, drive_of
+from evenspin.balance.nominal_model import Nominal
+from evenspin.balance.other_columns import Extras
+from evenspin.balance.ripple_simulation import Plant, Ripple, compare_ripple
+from evenspin.balance.shaft_regression import INERTIA, VISCOUS, Drive, drive_of
 from evenspin.balance.stretches import Stretches, stretches_of
+from evenspin.balance.time_grid import SHAFT, Grid, grid_of
 from evenspin.balance.windings import Winding, suggest
 from evenspin.sim.progress import Bar
 

@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.grid import Flags
 from evenspin.balance.motion import Motion
-from evenspin.balance.nominal import Line, Nominal
+from evenspin.balance.nominal_model import Line, Nominal
 from evenspin.balance.regression import rms
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.grid import Grid
 from evenspin.balance.regression import rms
+from evenspin.balance.time_grid import Grid
 
 Array = NDArray[np.float64]
 

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from evenspin.balance import shaft, terms
+from evenspin.balance import effect_terms, shaft_regression
 from evenspin.balance.angle_zero import find_zero, with_zero
-from evenspin.balance.grid import Flags
-from evenspin.balance.lines import Views
+from evenspin.balance.effect_terms import Term
+from evenspin.balance.line_search import Views
 from evenspin.balance.motion import Motion
-from evenspin.balance.nominal import Nominal, torque_of
+from evenspin.balance.nominal_model import Nominal, torque_of
 from evenspin.balance.regression import Fit, rms
-from evenspin.balance.remainder import Remainder, Residue, remainder_of
-from evenspin.balance.shaft import INERTIA, VISCOUS, Drive, fit_terms, known_part
+from evenspin.balance.residual_tests import Remainder, Residue, remainder_of
+from evenspin.balance.shaft_regression import INERTIA, VISCOUS, Drive, fit_terms, known_part
 from evenspin.balance.stretches import Stretches
-from evenspin.balance.terms import Term
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 
@@ -84,19 +84,19 @@ def weigh_friction(
     `shift_s`: how far apart in time current and motion of one row may be.
     """
     given = with_zero(nominal, None) if nominal is not None else None  # its lines are found again, not subtracted
-    steps = shaft.climb(motions, given, drive, orders, stretches)
+    steps = shaft_regression.climb(motions, given, drive, orders, stretches)
     if not steps:
         return None
-    at, short = shaft.best_steps(steps)
+    at, short = shaft_regression.best_steps(steps)
     motion = motions(steps[short].sigma_s, 0.0)
-    rows = shaft.thinned(shaft.moving_rows(motion, stretches), motion)
+    rows = shaft_regression.thinned(shaft_regression.moving_rows(motion, stretches), motion)
     first, second = rows & stretches.fits, rows & ~stretches.fits
-    lines = [terms.line(motion, order) for order in orders]
+    lines = [effect_terms.line(motion, order) for order in orders]
     y = motion.iq_a - known_part(motion, given)
-    base = [*shaft.base_terms(motion, drive), *lines]
+    base = [*shaft_regression.base_terms(motion, drive), *lines]
     families = _families(motion, drive)
     if drive.one_speed and nominal is None:  # at one speed all of it may be the viscous friction that every shaft has
-        base.append(shaft.dry_terms(motion, drive)[0])
+        base.append(shaft_regression.dry_terms(motion, drive)[0])
         families = families[1:]
     impossible, base = _possible(base, families, nominal, y, rows)
     # A single ramp tells the inertia, and it lies in one stretch: the inertia is that of the whole log throughout.
@@ -159,9 +159,11 @@ def _possible(
 
 def _shaft_part(used: Sequence[Term], lines: Sequence[Term], found: Fit) -> Array:
     """What the shaft explains. Lines are fitted along, and told of with a balance of their own."""
-    skipped = set(shaft.names_of(lines))
-    names = [name for name in shaft.names_of(used) if name not in skipped]
-    columns = dict(zip(shaft.names_of(used), (column for term in used for column in term.columns), strict=True))
+    skipped = set(shaft_regression.names_of(lines))
+    names = [name for name in shaft_regression.names_of(used) if name not in skipped]
+    columns = dict(
+        zip(shaft_regression.names_of(used), (column for term in used for column in term.columns), strict=True)
+    )
     return sum((found[name] * columns[name] for name in names), np.zeros(1))
 
 
@@ -176,45 +178,47 @@ def _final(
 
     def fitted(shift_s: float) -> Fit:
         motion = motions(sigma_s, shift_s)
-        rows = shaft.thinned(shaft.moving_rows(motion, stretches), motion)
-        used = [*same(motion), *(terms.line(motion, order) for order in orders)]
+        rows = shaft_regression.thinned(shaft_regression.moving_rows(motion, stretches), motion)
+        used = [*same(motion), *(effect_terms.line(motion, order) for order in orders)]
         return fit_terms(used, motion.iq_a - known_part(motion, given), rows)
 
-    near = [s for s in shaft.LADDER_S if 0.4 * sigma_s < s < 4.5 * sigma_s]
-    steps = shaft.climb(motions, given, drive, orders, stretches, same, near)
+    near = [s for s in shaft_regression.LADDER_S if 0.4 * sigma_s < s < 4.5 * sigma_s]
+    steps = shaft_regression.climb(motions, given, drive, orders, stretches, same, near)
     at = next(i for i, step in enumerate(steps) if step.sigma_s == sigma_s)
     final, *moved = (fitted(shift) for shift in (0.0, -shift_s, shift_s))
     known = {INERTIA: given.inertia_as2, VISCOUS: given.viscous_as} if given is not None else {}
     motion = motions(sigma_s, 0.0)
-    rows = shaft.moving_rows(motion, stretches)
+    rows = shaft_regression.moving_rows(motion, stretches)
     half = {}
-    for name in shaft.names_of(plain):
-        machine = shaft.MACHINE * abs(final[name] + known.get(name, 0.0))
+    for name in shaft_regression.names_of(plain):
+        machine = shaft_regression.MACHINE * abs(final[name] + known.get(name, 0.0))
         if name == INERTIA:
             machine, sensor = machine * (ONE_SPEED if drive.one_speed else 1.0), 0.0
         else:
             sensor = SENSOR * rms(motion.iq_a[rows]) / (rms(motion.speed_rad_s[rows]) if name == VISCOUS else 1.0)
         shifted = max(abs(other[name] - final[name]) for other in moved)
-        half[name] = math.hypot(shaft.unsure(steps, at, name), shifted, machine, sensor)
+        half[name] = math.hypot(shaft_regression.unsure(steps, at, name), shifted, machine, sensor)
     return final, half
 
 
 def again(term: Term, motion: Motion) -> Term:
     """The same term of another smoothing."""
     if term.effect == "stribeck_friction":
-        return terms.stribeck(motion, dict(term.extra)["speed_rad_s"])
+        return effect_terms.stribeck(motion, dict(term.extra)["speed_rad_s"])
     made = {
-        "inertia": terms.inertia, "viscous_friction": terms.viscous, "coulomb_friction": terms.coulomb,
-        "load_torque": terms.load,
-    }  # fmt: skip
-    return made[term.effect](motion) if term.effect in made else terms.drag(motion, term.effect)
+        "inertia": effect_terms.inertia,
+        "viscous_friction": effect_terms.viscous,
+        "coulomb_friction": effect_terms.coulomb,
+        "load_torque": effect_terms.load,
+    }
+    return made[term.effect](motion) if term.effect in made else effect_terms.drag(motion, term.effect)
 
 
 def _families(motion: Motion, drive: Drive) -> list[list[Term]]:
     """Each effect with its variants, of which the best is taken."""
-    found = [[term] for term in shaft.dry_terms(motion, drive)]
+    found = [[term] for term in shaft_regression.dry_terms(motion, drive)]
     if drive.sweeps:
-        found.append(terms.stribeck_family(motion))
+        found.append(effect_terms.stribeck_family(motion))
     return [family for family in found if family]
 
 
@@ -291,10 +295,10 @@ def _refined(used: list[Term], term: Term, motion: Motion, y: Array, first: Flag
     start = dict(term.extra)["speed_rad_s"]
 
     def residue(log_ratio: float) -> float:
-        return rms(fit_terms([*others, terms.stribeck(motion, start * math.exp(log_ratio))], y, first).residual)
+        return rms(fit_terms([*others, effect_terms.stribeck(motion, start * math.exp(log_ratio))], y, first).residual)
 
     best = minimize_scalar(residue, bounds=(-0.5, 0.5), method="bounded", options={"xatol": 0.01})
-    return terms.stribeck(motion, start * math.exp(float(best.x)))
+    return effect_terms.stribeck(motion, start * math.exp(float(best.x)))
 
 
 def _evidence(base: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial) -> tuple[Evidence, ...]:

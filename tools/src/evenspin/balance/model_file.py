@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.naming_lines import missing_lines
-from evenspin.balance.nominal import LINES
-from evenspin.balance.ripple import INDUCTANCE_H, POLE_PAIRS, PSI_WB, RESISTANCE_OHM
-from evenspin.balance.shaft import INERTIA, VISCOUS
+from evenspin.balance.judge_lines import missing_lines
+from evenspin.balance.nominal_model import LINES
+from evenspin.balance.ripple_simulation import INDUCTANCE_H, POLE_PAIRS, PSI_WB, RESISTANCE_OHM
+from evenspin.balance.shaft_regression import INERTIA, VISCOUS
 from evenspin.balance.verdict import OR, Verdict
 from evenspin.balance.verdict_file import identified
 

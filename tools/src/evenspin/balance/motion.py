@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.grid import SHAFT, Flags, Grid, Smoother
-from evenspin.balance.reading import HINT, Log
+from evenspin.balance.csv_rows import HINT
+from evenspin.balance.log_reader import Log
 from evenspin.balance.regression import Fit, fit, rms
+from evenspin.balance.smoothing import Smoother
+from evenspin.balance.time_grid import SHAFT, Flags, Grid
 from evenspin.errors import InputError
 
 Array = NDArray[np.float64]

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from evenspin.balance.analysis import Analysis, analyse
-from evenspin.balance.extras import read_extras
+from evenspin.balance.judge import judge
+from evenspin.balance.log_reader import read_log
 from evenspin.balance.model_file import model_text
-from evenspin.balance.naming import judge
-from evenspin.balance.nominal import read_nominal
-from evenspin.balance.plausible import check_against
-from evenspin.balance.reading import read_log
-from evenspin.balance.story import page_of, summary_of, tables_of
+from evenspin.balance.nominal_model import read_nominal
+from evenspin.balance.other_columns import read_extras
+from evenspin.balance.plausibility import check_against
+from evenspin.balance.report import page_of, summary_of, tables_of
 from evenspin.balance.verdict import Verdict
 from evenspin.balance.verdict_file import verdict_json
 from evenspin.log.case import write_json

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from evenspin.balance.grid import Flags, Grid
+from evenspin.balance.time_grid import Flags, Grid
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.left import judged, left_of, threshold_of
-from evenspin.balance.shaft import MACHINE
+from evenspin.balance.confidence import threshold_of
+from evenspin.balance.shaft_regression import MACHINE
+from evenspin.balance.unexplained import judged, left_of
 from evenspin.balance.verdict import OR, Verdict
 
 TOLD = 1.0  # half width over value: what is known worse than this is not told by the log

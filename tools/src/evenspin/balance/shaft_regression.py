@@ -14,14 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance import terms
-from evenspin.balance.grid import Flags
-from evenspin.balance.lines import Views
+from evenspin.balance import effect_terms
+from evenspin.balance.effect_terms import Term
+from evenspin.balance.line_search import Views
 from evenspin.balance.motion import Motion
-from evenspin.balance.nominal import Nominal
+from evenspin.balance.nominal_model import Nominal
 from evenspin.balance.regression import Fit, fit, inflation
 from evenspin.balance.stretches import Stretches
-from evenspin.balance.terms import Term
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 
@@ -108,12 +108,16 @@ def fit_terms(used: Sequence[Term], y: Array, rows: Flags) -> Fit:
 
 def dry_terms(motion: Motion, drive: Drive) -> list[Term]:
     """Friction and load as far as the log can tell them apart; the first is the friction."""
-    first = terms.coulomb(motion) if drive.friction == "coulomb_friction" else terms.drag(motion, drive.friction)
-    return [first] if drive.one_way else [first, terms.load(motion)]
+    first = (
+        effect_terms.coulomb(motion)
+        if drive.friction == "coulomb_friction"
+        else effect_terms.drag(motion, drive.friction)
+    )
+    return [first] if drive.one_way else [first, effect_terms.load(motion)]
 
 
 def base_terms(motion: Motion, drive: Drive) -> list[Term]:
-    return [terms.inertia(motion), *([] if drive.one_speed else [terms.viscous(motion)])]
+    return [effect_terms.inertia(motion), *([] if drive.one_speed else [effect_terms.viscous(motion)])]
 
 
 def known_part(motion: Motion, nominal: Nominal | None) -> Array:
@@ -164,7 +168,7 @@ def climb(
         if np.count_nonzero(rows) < LEAST_ROWS:
             continue
         chosen = used(motion) if used else [*base_terms(motion, drive), *dry_terms(motion, drive)]
-        chosen += [terms.line(motion, order) for order in orders]
+        chosen += [effect_terms.line(motion, order) for order in orders]
         y = motion.iq_a - known_part(motion, nominal)
         found = fit_terms(chosen, y, rows)
         moved = np.abs(corrected(chosen, found, motion, y, rows) - found.value)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance import shaft, terms
-from evenspin.balance.grid import Flags
+from evenspin.balance import effect_terms, shaft_regression
+from evenspin.balance.effect_terms import Term
 from evenspin.balance.motion import Motion
-from evenspin.balance.nominal import Nominal
+from evenspin.balance.nominal_model import Nominal
 from evenspin.balance.regression import rms
-from evenspin.balance.shaft import Drive, fit_terms
-from evenspin.balance.terms import Term
+from evenspin.balance.shaft_regression import Drive, fit_terms
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _curved(found_in: Residue, used: list[Term], families: list[list[Term]]) -> 
     motion, y, rows = found_in.motion, found_in.y, found_in.rows
     names = {term.effect for term in used}
     used = [*used, *(family[0] for family in families[:1] if family[0].effect not in names)]
-    term = Term("curvature", ("a_per_rad2_s2",), (terms.curvature(motion),))
+    term = Term("curvature", ("a_per_rad2_s2",), (effect_terms.curvature(motion),))
     found = fit_terms([*used, term], y, rows)
     name = "curvature.a_per_rad2_s2"
     drop = 1.0 - rms(found.residual) / max(rms(fit_terms(used, y, rows).residual), 1e-300)
@@ -103,7 +103,7 @@ def _drift(found_in: Residue, used: list[Term], nominal: Nominal | None) -> tupl
     motion, y, rows = found_in.motion, found_in.y, found_in.rows
     span_s = motion.t_s[rows][-1] - motion.t_s[rows][0]
     ramp = (motion.t_s - np.mean(motion.t_s[rows])) / span_s
-    dry = shaft.dry_terms(motion, found_in.drive)[0]
+    dry = shaft_regression.dry_terms(motion, found_in.drive)[0]
     found = fit_terms(
         [*[t for t in used if t.effect != dry.effect], dry, Term("drift", ("a",), (ramp * dry.columns[0],))], y, rows
     )

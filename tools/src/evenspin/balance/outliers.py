@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.grid import Flags
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""An even grid in time, and one smoothing filter for everything that enters a balance.
+"""One smoothing filter for everything that enters a balance.
 
 Every column of a regression passes the same zero-phase Gaussian, and a derivative is the derivative of that very
 Gaussian. What the filter takes away is then missing on both sides of the equation, and amplitudes stay right.
@@ -15,12 +15,8 @@ from numpy.polynomial.hermite_e import hermeval
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve, upfirdn
 
-from evenspin.balance.reading import Log
-
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
-SHAFT = "shaft_iq_a"  # the current without what a measured load takes
 WIDTH_SIGMAS = 5.5  # where the fourth derivative has died out as well
 
 
@@ -66,39 +62,3 @@ class Smoother:
             g -= bell * (np.sum(g) / np.sum(bell))
         # np.convolve turns the kernel round, which is the sign (-1)^order of the derivative of a Gaussian
         return g * math.factorial(order) / np.sum(g * (-k) ** order) if order else g / g.sum()
-
-
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """The log on an even grid. `good`: no gap in time nearby."""
-
-    t_s: Array
-    period_s: float
-    columns: dict[str, Array]
-    gaps_s: Array
-
-    def column(self, name: str, later_s: float = 0.0) -> Array:
-        """A column, read `later_s` later: what is known to lag by that is put right."""
-        value = self.columns[name]
-        return value if later_s == 0.0 else np.interp(self.t_s + later_s, self.t_s, value)
-
-    def good(self, reach_s: float) -> Flags:
-        """Rows with no gap and no end of the record within this reach."""
-        good = (self.t_s > self.t_s[0] + reach_s) & (self.t_s < self.t_s[-1] - reach_s)
-        for start_s, end_s in self.gaps_s:
-            good &= (self.t_s < start_s - reach_s) | (self.t_s > end_s + reach_s)
-        return good
-
-
-def grid_of(log: Log) -> Grid:
-    count = int(np.floor((log.t_s[-1] - log.t_s[0]) / log.period_s + 1e-6)) + 1
-    t_s = log.t_s[0] + log.period_s * np.arange(count)
-    given: dict[str, Array | None] = {
-        "iq_a": log.iq_a,
-        "theta_m_rad": log.theta_m_rad,
-        "speed_rad_s": log.speed_rad_s,
-        "speed_ref_rad_s": log.speed_ref_rad_s,
-    }
-    columns = {name: np.interp(t_s, log.t_s, value) for name, value in given.items() if value is not None}
-    columns[SHAFT] = columns["iq_a"]
-    return Grid(t_s, log.period_s, columns, log.gaps_s)

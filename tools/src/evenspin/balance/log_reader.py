@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.plausible import check_beside, check_living, check_units
-from evenspin.balance.table import HINT, header_of, rows_of
+from evenspin.balance.csv_rows import HINT, header_of, rows_of
+from evenspin.balance.plausibility import check_beside, check_living, check_units
 from evenspin.errors import InputError
 from evenspin.log.textfile import read_text
 from evenspin.plausible.finding import is_signal

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.angle_orders import FoundLine
+from evenspin.balance.confidence import sure_line, sure_lines, threshold_of
+from evenspin.balance.formatting import milli
 from evenspin.balance.friction import SMALL
-from evenspin.balance.left import milli, sure_line, sure_lines, threshold_of
+from evenspin.balance.line_estimate import FoundLine
 from evenspin.balance.verdict import Numbers, Verdict
 
 MODEL_EDGE = 0.2  # a line of the model that is found again within this is not missing

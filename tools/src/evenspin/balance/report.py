@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.left import left_of, milli
-from evenspin.balance.naming_lines import missing_lines
+from evenspin.balance.formatting import milli
+from evenspin.balance.judge_lines import missing_lines
 from evenspin.balance.pictures import pictures
 from evenspin.balance.regression import rms
+from evenspin.balance.unexplained import left_of
 from evenspin.balance.verdict import Verdict
 from evenspin.balance.verdict_file import gap_of, identified, is_clear
 from evenspin.report.page import Page

@@ -14,9 +14,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.grid import Flags
 from evenspin.balance.motion import Motion
 from evenspin.balance.regression import Fit, fit
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 Scalar = TypeVar("Scalar", bound=np.generic)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.nominal import Nominal
-from evenspin.balance.table import header_of, rows_of
+from evenspin.balance.csv_rows import header_of, rows_of
+from evenspin.balance.nominal_model import Nominal
 from evenspin.log.textfile import read_text
 
 Array = NDArray[np.float64]

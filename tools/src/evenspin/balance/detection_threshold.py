@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.balance.grid import Flags
-from evenspin.balance.lines import ABOVE_NOISE, NEARBY, OrderBank, OrderSpectrum
+from evenspin.balance.line_search import ABOVE_NOISE, NEARBY, OrderBank, OrderSpectrum
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 

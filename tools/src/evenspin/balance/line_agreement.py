@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from evenspin.balance.grid import Flags
 from evenspin.balance.regression import fit
+from evenspin.balance.time_grid import Flags
 
 Array = NDArray[np.float64]
 

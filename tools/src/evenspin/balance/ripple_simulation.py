@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.balance.controller import Controller, Part
-from evenspin.balance.grid import Grid
-from evenspin.balance.nominal import LINES, Line
+from evenspin.balance.nominal_model import LINES, Line
+from evenspin.balance.time_grid import Grid
 from evenspin.native.simulation import Simulation
 from evenspin.sim.progress import Bar
 
