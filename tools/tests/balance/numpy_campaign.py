@@ -29,18 +29,20 @@ def judged(seed: int) -> tuple[int, str, drive.Machine, dict[str, Any]]:
 
 
 def main(first: int, count: int) -> None:
-    right = held = told = 0
+    right = held = given = 0
     with ProcessPoolExecutor(2) as pool:
         for seed, profile, machine, verdict in pool.map(judged, range(first, first + count)):
             wrong = drive.names_wrong(verdict, machine)
             rows = drive.intervals(verdict, machine)
             missed = [row for row in rows if abs(row[2] - row[1]) > row[3]]
-            right, held, told = right + (not wrong), held + len(rows) - len(missed), told + len(rows)
+            right, held, given = right + (not wrong), held + len(rows) - len(missed), given + len(rows)
             what = f"cogging {1e3 * machine.cogging_a:.0f} mA at {machine.order}, {machine.counts} counts"
             print(f"{seed:4d} {profile:9s} {what}: {', '.join(verdict['verdict'])}", *wrong, sep="; ", flush=True)
             for name, truth, value, half in missed:
                 print(f"          {name}: {value:.4g} +- {half:.2g}, truth {truth:.4g}", flush=True)
-    print(f"names right in {right} of {count}; {held} of {told} intervals hold the truth ({100.0 * held / told:.1f} %)")
+    print(
+        f"names right in {right} of {count}; {held} of {given} intervals hold the truth ({100.0 * held / given:.1f} %)"
+    )
 
 
 if __name__ == "__main__":

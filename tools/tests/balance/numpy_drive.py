@@ -167,12 +167,12 @@ def names_wrong(verdict: dict[str, Any], machine: Machine) -> list[str]:
 
 
 def intervals(verdict: dict[str, Any], machine: Machine) -> list[tuple[str, float, float, float]]:
-    """(what, truth, value, half width) of everything that is told with an interval."""
-    told = verdict["identified"]
+    """(what, truth, value, half width) of everything that is given with an interval."""
+    identified = verdict["identified"]
     found = [
-        (name, float(getattr(machine, field_)), told[name]["value"], told[name]["half"])
+        (name, float(getattr(machine, field_)), identified[name]["value"], identified[name]["half"])
         for name, field_ in TRUTH.items()
-        if name in told
+        if name in identified
     ]
     for line in verdict["orders"]:
         if line["in_both_halves"] and line["amplitude_a_equiv"] is not None:

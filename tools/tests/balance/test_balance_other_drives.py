@@ -81,7 +81,7 @@ def test_a_drag_that_falls_with_the_speed_is_no_negative_friction(tmp_path: Path
     assert load_machine(folder / "model.toml").plant["viscous_nms"] == 0.0
 
 
-def test_a_speed_in_revolutions_per_minute_is_told_where_the_model_knows_the_inertia(tmp_path: Path) -> None:
+def test_a_speed_in_revolutions_per_minute_is_reported_where_the_model_knows_the_inertia(tmp_path: Path) -> None:
     columns = drive.run(SWEEP)
     del columns["theta_m_rad"]
     columns["speed_rad_s"] = columns["speed_rad_s"] * 60.0 / (2.0 * np.pi)
@@ -91,7 +91,7 @@ def test_a_speed_in_revolutions_per_minute_is_told_where_the_model_knows_the_ine
         run_balance(drive.write(tmp_path / "log.csv", columns), model, None)
 
 
-def test_the_model_that_is_written_gives_the_gap_that_was_told(tmp_path: Path) -> None:
+def test_the_model_that_is_written_gives_the_gap_that_was_reported(tmp_path: Path) -> None:
     machine = replace(SWEEP, cogging_a=0.12)
     log = drive.write(tmp_path / "log.csv", drive.run(machine))
     given = drive.model_file(tmp_path / "given.toml", machine)
@@ -143,7 +143,7 @@ def test_what_no_effect_explains_is_no_all_clear(tmp_path: Path) -> None:
     assert not any("nothing that stands out" in text for text in result.summary)
 
 
-def test_a_long_rest_is_left_out_and_told(tmp_path: Path) -> None:
+def test_a_long_rest_is_left_out_and_reported(tmp_path: Path) -> None:
     machine = drive.Machine(
         knots=((0.0, 0.0), (4.0, 0.0), (8.0, 20.0), (12.0, -20.0), (16.0, 20.0)), duration_s=16.0, cogging_a=0.03
     )

@@ -158,7 +158,7 @@ def test_without_a_model_the_log_tells_its_own_inertia(free_run: Real, tmp_path:
 
 
 def test_the_angle_alone_gives_the_same_cogging(speed_test: Real, tmp_path: Path) -> None:
-    """Another way to speed and acceleration, through no filter of the drive."""
+    """Another path to speed and acceleration, through no filter of the drive."""
     columns = recordings.read(recordings.REAL / "speed_test.csv.gz")
     del columns["speed_rad_s"]
 
@@ -169,7 +169,7 @@ def test_the_angle_alone_gives_the_same_cogging(speed_test: Real, tmp_path: Path
     assert alone["parameters"]["cogging"]["amplitude_a_equiv"] == pytest.approx(expected["amplitude_a_equiv"], rel=0.05)
 
 
-def test_an_angle_that_loses_its_zero_is_told(tmp_path: Path) -> None:
+def test_an_angle_that_loses_its_zero_is_reported(tmp_path: Path) -> None:
     """The first half with an angle that is off by 0.03 rad, a third of a period of order 72."""
     columns = recordings.read(recordings.REAL / "speed_test.csv.gz")
     columns["theta_m_rad"][: len(columns["t_s"]) // 2] += 0.03
@@ -196,7 +196,7 @@ def test_the_model_with_the_orders_explains_the_log_that_gave_them(speed_test: R
     assert verdict["gap_before"] < 0.3 * speed_test[0].verdict["gap_before"]  # six orders of nine are in the model
 
 
-def test_the_start_against_a_stop_is_told_and_not_fitted(speed_test: Real) -> None:
+def test_the_start_against_a_stop_is_reported_and_not_fitted(speed_test: Real) -> None:
     assert any("to 0.30 s" in text for text in speed_test[0].verdict["unexplained"])
 
 
@@ -210,11 +210,11 @@ def test_orders_suggest_slots_and_pole_pairs_with_alternatives(speed_test: Real)
 def test_friction_of_one_log_predicts_the_drag_of_another_within_what_both_intervals_say(
     free_run: Real, speed_test: Real, rolling: Real
 ) -> None:
-    """6 and 51 rad/s in one direction, foretold from swings of 157 rad/s. The intervals have to hold between logs."""
-    told = free_run[0].verdict["identified"]
-    foretold = told["coulomb_friction.torque_a_equiv"]["half"]
+    """6 and 51 rad/s in one direction, predicted from swings of 157 rad/s. The intervals have to hold between logs."""
+    identified = free_run[0].verdict["identified"]
+    predicted = identified["coulomb_friction.torque_a_equiv"]["half"]
     for (result, _), speed_rad_s in ((speed_test, 6.28), (rolling, 50.7)):
-        half = foretold + speed_rad_s * told["viscous_friction.viscous_as_per_rad"]["half"]
+        half = predicted + speed_rad_s * identified["viscous_friction.viscous_as_per_rad"]["half"]
         beyond = result.verdict["identified"]["drag_beyond_model.torque_a_equiv"]
         assert abs(beyond["value"]) < half + beyond["half"] < 0.01
 

@@ -154,7 +154,7 @@ def test_friction_off_the_model_is_named_when_it_is_far_off(tmp_path: Path, torq
 
 
 def test_a_speed_estimate_of_second_order_does_not_bend_the_friction(tmp_path: Path) -> None:
-    """The tracking filter smears a reversal; undone, nothing is left that would look like curvature."""
+    """The tracking filter smears a reversal; undone, nothing is left that would seem to be curvature."""
     verdict = verdict_of(tmp_path, recordings.sweep({"coulomb_friction": {"torque_nm": 0.08}}))
 
     assert verdict["unexplained"] == []
@@ -174,7 +174,7 @@ def test_coulomb_friction_is_found_from_angle_or_speed_alone(tmp_path: Path, mis
     assert verdict["parameters"]["coulomb_friction"]["torque_a_equiv"] == pytest.approx(0.05, rel=0.1)
 
 
-def test_a_friction_that_drifts_is_told(tmp_path: Path) -> None:
+def test_a_friction_that_drifts_is_reported(tmp_path: Path) -> None:
     columns = recordings.sweep(COULOMB)
     columns["iq_a"] += 0.04 * columns["t_s"] / columns["t_s"][-1] * np.sign(columns["speed_rad_s"])
 

@@ -2,7 +2,7 @@
 
     iq = (J/Kt) dw/dt + (B/Kt) w + what is missing            [A]
 
-Torque is told in the amperes that make it, so that no torque constant is needed.
+Torque is given in the amperes of q current that make it, so that no torque constant is needed.
 """
 
 from evenspin.balance.run import BalanceResult, run_balance

@@ -1,4 +1,4 @@
-"""From a log to everything that a torque balance can tell of it, step by step."""
+"""From a log to everything that a torque balance can identify in it, step by step."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from evenspin.balance.angle_orders import (
     AngleResult,
     best_sigma,
     current_lag,
-    weigh_orders,
+    find_angle_orders,
 )
 from evenspin.balance.controller import Controller, find_controller
-from evenspin.balance.friction import FrictionResult, weigh_friction
+from evenspin.balance.friction import FrictionResult, select_friction
 from evenspin.balance.line_search import HIGHEST, TURN, Views
 from evenspin.balance.log_reader import Log
 from evenspin.balance.motion import Lag, angle_jitters, motion_of, speed_lag
 from evenspin.balance.nominal_model import Nominal
-from evenspin.balance.other_columns import Extras
+from evenspin.balance.other_columns import OtherColumns
 from evenspin.balance.ripple_simulation import Plant, Ripple, compare_ripple
 from evenspin.balance.shaft_regression import INERTIA, VISCOUS, Drive, drive_of
 from evenspin.balance.stretches import Stretches, stretches_of
@@ -32,9 +32,9 @@ from evenspin.balance.windings import Winding, suggest
 from evenspin.sim.progress import Bar
 
 FIRST_SIGMA_S = 10e-3
-SURE = 0.3  # of J/Kt: an inertia known worse is no inertia
-SHEET = 0.032  # of the model's inertia over its flux: what units differ by
-ASSUMED_LAG_S = 2e-3  # of a speed estimate whose lag the log does not tell; 0 to twice this is allowed for
+KNOWN = 0.3  # half width over J/Kt, above which an inertia counts as unknown
+MODEL_TOLERANCE = 0.032  # of the model's inertia over its flux: the spread of healthy units
+ASSUMED_LAG_S = 2e-3  # of a speed estimate whose lag the log does not show; intervals include 0 to twice this
 ROUNDS = 3
 WIDER_S = (1.25e-3, 2.5e-3, 5e-3, 10e-3)  # of the smoothing for lines
 
@@ -47,12 +47,12 @@ class Analysis:
     stretches: Stretches
     drive: Drive
     lag: Lag
-    lag_guessed: bool  # the motion is that of the logged speed, and how late that is the log does not tell
+    lag_assumed: bool  # the motion is that of the logged speed, whose delay the log does not show
     current_later_s: float
     friction: FrictionResult | None
     angle: AngleResult | None
     thresholds_a: Mapping[int, float]  # of each order that the log resolves: a smaller line is not detected
-    inertia: Inertia | None  # None: neither the log nor a model tells it
+    inertia: Inertia | None  # None: neither the log nor a model gives it
     windings: tuple[Winding, ...]
     controller: Controller | None
     ripple: Ripple | None
@@ -64,36 +64,38 @@ class Analysis:
     @property
     def judges(self) -> bool:
         """Some effect could have been named. At one speed, without angle and model, none could."""
-        told = self.friction is not None and (self.nominal is not None or not self.drive.one_speed)
-        return self.angle is not None or told
+        friction = self.friction is not None and (self.nominal is not None or not self.drive.one_speed)
+        return self.angle is not None or friction
 
     @property
     def inertia_known(self) -> bool:
         return self.inertia is not None
 
 
-def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: Extras | None = None) -> Analysis:
+def analyse(
+    log: Log, nominal: Nominal | None, bar: Bar | None = None, other_columns: OtherColumns | None = None
+) -> Analysis:
     def done(share: float) -> None:
         if bar is not None:
             bar.update(share)
 
     grid = grid_of(log)
-    if extras is not None and extras.load_a is not None:
-        load_a = np.interp(grid.t_s, extras.t_s, extras.load_a)
+    if other_columns is not None and other_columns.load_a is not None:
+        load_a = np.interp(grid.t_s, other_columns.t_s, other_columns.load_a)
         grid.columns[SHAFT] = grid.column("iq_a") - load_a
     lag = speed_lag(log, grid)
     alone = "theta_m_rad" not in grid.columns
     by_speed = angle_jitters(grid)
-    guess = by_speed and not lag.known
-    used = replace(lag, delay_s=ASSUMED_LAG_S) if guess else lag
-    shift_s = ASSUMED_LAG_S if guess else ALIGNMENT_ROWS * grid.period_s
+    assumed = by_speed and not lag.known
+    used = replace(lag, delay_s=ASSUMED_LAG_S) if assumed else lag
+    shift_s = ASSUMED_LAG_S if assumed else ALIGNMENT_ROWS * grid.period_s
     views = Views(lambda sigma_s, later_s: motion_of(grid, sigma_s, used, later_s, by_speed=by_speed))
     done(0.05)
     stretches = stretches_of(grid)
     drive = drive_of(views(FIRST_SIGMA_S, 0.0), stretches)
     # The inertia first, since a drive that hardly answers its cogging shows it in the acceleration alone; then the
     # lines, with which the inertia is found again.
-    friction = weigh_friction(views, nominal, drive, [], stretches, shift_s)
+    friction = select_friction(views, nominal, drive, [], stretches, shift_s)
     inertia = _inertia(friction, nominal)
     angle: AngleResult | None = None
     sigma_s = 0.0
@@ -102,7 +104,7 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
     if not alone:
         setting = Setting(nominal, drive, stretches, inertia, shift_s, friction)
         sigma_s, thresholds_a = best_sigma(views, _sigmas(grid, stretches), setting)
-        angle = weigh_orders(views, sigma_s, setting)
+        angle = find_angle_orders(views, sigma_s, setting)
     orders: list[float] = []
     for number in range(ROUNDS):
         done(0.25 + 0.1 * number)
@@ -110,15 +112,15 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
         if set(found) == set(orders):
             break
         orders = found
-        friction = weigh_friction(views, nominal, drive, orders, stretches, shift_s)
+        friction = select_friction(views, nominal, drive, orders, stretches, shift_s)
         inertia = _inertia(friction, nominal)
-        angle = weigh_orders(views, sigma_s, Setting(nominal, drive, stretches, inertia, shift_s, friction))
+        angle = find_angle_orders(views, sigma_s, Setting(nominal, drive, stretches, inertia, shift_s, friction))
     later_s = 0.0
     setting = Setting(nominal, drive, stretches, inertia, shift_s, friction)
     if angle is not None:
         later_s = current_lag(grid, angle, setting)
         if later_s != 0.0:
-            angle = weigh_orders(views, sigma_s, setting, later_s)
+            angle = find_angle_orders(views, sigma_s, setting, later_s)
     done(0.55)
     controller = find_controller(grid)
     windings: tuple[Winding, ...] = ()
@@ -137,7 +139,7 @@ def analyse(log: Log, nominal: Nominal | None, bar: Bar | None = None, extras: E
         stretches,
         drive,
         used,
-        guess,
+        assumed,
         later_s,
         friction,
         angle,
@@ -153,42 +155,42 @@ def _orders(angle: AngleResult | None) -> list[float]:
     """Lines that the shaft is fitted with."""
     if angle is None:
         return []
-    return [each.line.order for each in angle.lines] + [order for order, _ in angle.strange]
+    return [each.line.order for each in angle.lines] + [order for order, _ in angle.fractional]
 
 
-def _of_sheet(nominal: Nominal | None) -> Inertia | None:
+def _inertia_of_model(nominal: Nominal | None) -> Inertia | None:
     if nominal is None or not nominal.inertia_as2 > 0.0:
         return None
-    return Inertia(nominal.inertia_as2, SHEET * nominal.inertia_as2)
+    return Inertia(nominal.inertia_as2, MODEL_TOLERANCE * nominal.inertia_as2)
 
 
 def _inertia(friction: FrictionResult | None, nominal: Nominal | None) -> Inertia | None:
-    """That of the model, unless the log says otherwise; without one, that of the log where it tells it."""
-    sheet = _of_sheet(nominal)
+    """That of the model, unless the log contradicts it; without a model, that of the log where it is identifiable."""
+    of_model = _inertia_of_model(nominal)
     if friction is None:
-        return sheet
-    if sheet is not None and friction.drive.one_speed:  # nothing but ripple accelerates the shaft
-        return sheet
-    value = friction.final[INERTIA] + (sheet.value_as2 if sheet is not None else 0.0)
+        return of_model
+    if of_model is not None and friction.drive.one_speed:  # nothing but ripple accelerates the shaft
+        return of_model
+    value = friction.final[INERTIA] + (of_model.value_as2 if of_model is not None else 0.0)
     found = Inertia(value, friction.half[INERTIA])
-    if not found.half_as2 < SURE * value:
-        return sheet
-    if sheet is None or abs(value - sheet.value_as2) > found.half_as2 + sheet.half_as2:
+    if not found.half_as2 < KNOWN * value:
+        return of_model
+    if of_model is None or abs(value - of_model.value_as2) > found.half_as2 + of_model.half_as2:
         return found
-    return sheet
+    return of_model
 
 
 def _sigmas(grid: Grid, stretches: Stretches) -> list[float]:
-    """Widths of smoothing for lines; the first is short enough for the highest order at the usual speed."""
-    usual = float(np.median(np.abs(stretches.slow_rad_s[~stretches.idle])))
-    highest_hz = 1.6 * HIGHEST * usual / TURN
+    """Widths of smoothing for lines; the first is short enough for the highest order at the median speed."""
+    median = float(np.median(np.abs(stretches.slow_rad_s[~stretches.idle])))
+    highest_hz = 1.6 * HIGHEST * median / TURN
     least_s = SIGMA_ROWS * grid.period_s
     short_s = float(np.clip(np.sqrt(7.0) / (TURN * max(highest_hz, 1e-6)), least_s, max(SIGMA_S, least_s)))
     return [short_s, *(each for each in WIDER_S if each > 1.2 * short_s)]
 
 
 def plant_of(angle: AngleResult, friction: FrictionResult | None, nominal: Nominal | None) -> Plant:
-    """What the simulation is made of: the model with what this log says beyond it."""
+    """What the simulation is made of: the model with what this log shows beyond it."""
     lines = tuple(each.line for each in angle.lines if each.validated)
     viscous, coulomb, load = (0.0, 0.0, 0.0)
     if nominal is not None:

@@ -57,7 +57,7 @@ def shaft_balance(motion: Motion, setting: Setting) -> tuple[Array, dict[str, Ar
 def residues_of(
     bank: OrderBank, base: dict[str, Array], kept: Sequence[float], y: Array, first: Flags, setting: Setting
 ) -> tuple[Array, Array]:
-    """Without and with what was found, over the whole grid; the stretches that fit tell the coefficients."""
+    """Without and with what was found, over the whole grid; the coefficients come from the fitting stretches."""
     motion, nominal = bank.motion, setting.nominal
     shaft_part = _shaft_part(motion, setting, base)
     lines: dict[str, tuple[Array, ...]] = {f"line_{k:g}": bank.whole(k) for k in kept}

@@ -28,7 +28,7 @@ from evenspin.balance.line_search import (
     shown,
 )
 from evenspin.balance.motion import Motion
-from evenspin.balance.outliers import Odd, without_odd
+from evenspin.balance.outliers import Outlier, without_outliers
 from evenspin.balance.regression import rms
 from evenspin.balance.smoothing import Smoother
 from evenspin.balance.stretches import Stretches
@@ -49,7 +49,7 @@ CLEARER = 1.2  # by which another smoothing has to be clearer to be taken
 
 @dataclass(frozen=True, slots=True)
 class AngleResult:
-    """`inertia_known`: the log or the model tells J/Kt. Without it amplitudes are not torque."""
+    """`inertia_known`: the log or the model gives J/Kt. Without it amplitudes are not torque."""
 
     motion: Motion
     rows: Flags
@@ -58,8 +58,8 @@ class AngleResult:
     highest: int
     spectrum: OrderSpectrum
     lines: tuple[FoundLine, ...]
-    strange: tuple[tuple[float, float], ...]  # (order, A) of lines between the whole orders
-    odd_s: tuple[Odd, ...]
+    fractional: tuple[tuple[float, float], ...]  # (order, A) of lines between the whole orders
+    outliers: tuple[Outlier, ...]
     inertia_as2: float
     inertia_half_as2: float
     inertia_known: bool
@@ -72,7 +72,7 @@ class AngleResult:
     current_share: float  # of the strongest line, per A of q current: flux harmonics would give about 1 / A of torque
 
 
-def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: float = 0.0) -> AngleResult | None:
+def find_angle_orders(motions: Views, sigma_s: float, setting: Setting, later_s: float = 0.0) -> AngleResult | None:
     """None: too little angle."""
     motion = motions(sigma_s, later_s)
     turning = _turning(motion, setting.stretches)
@@ -87,8 +87,10 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
     found = fit_lines(bank, thin_base, orders, thin_y, rows)
     columns = [*thin_base.values(), *(column for k in orders for column in bank(k))]
     left = thin_y - np.column_stack(columns) @ found.value
-    kept_rows, odd = without_odd(bank.rows(motion.t_s), left, rows, bank.rows(motion.good), rms(motion.iq_a[turning]))
-    if odd:
+    kept_rows, outlier = without_outliers(
+        bank.rows(motion.t_s), left, rows, bank.rows(motion.good), rms(motion.iq_a[turning])
+    )
+    if outlier:
         rows = kept_rows
         orders, spectrum = find_lines(bank, thin_base, thin_y, rows, highest)
         found = fit_lines(bank, thin_base, orders, thin_y, rows)
@@ -112,7 +114,7 @@ def weigh_orders(motions: Views, sigma_s: float, setting: Setting, later_s: floa
         spectrum,
         lines,
         tuple((k, line_amplitude(found, k)) for k in orders if k % 1.0),
-        odd,
+        outlier,
         known.value_as2,
         known.half_as2,
         setting.inertia is not None,
@@ -136,7 +138,7 @@ def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> tu
     shortest = motions(min(tried_s), 0.0)
     turning = _turning(shortest, setting.stretches)
     for sigma_s in tried_s:
-        found = weigh_orders(motions, sigma_s, setting)
+        found = find_angle_orders(motions, sigma_s, setting)
         if found is None:
             continue
         bank = motions.bank(sigma_s, 0.0)
@@ -147,9 +149,9 @@ def best_sigma(motions: Views, tried_s: Sequence[float], setting: Setting) -> tu
             if each.validated
             and shown(found.motion, found.rows, each.line.order) > SHOWN * shown(shortest, turning, each.line.order)
         ]
-        sure = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
-        if sure > CLEARER * most:
-            best, most = sigma_s, sure
+        distinct = max((each.line.amplitude_a / each.scatter_a for each in real), default=0.0)
+        if distinct > CLEARER * most:
+            best, most = sigma_s, distinct
     return best, least_of(thresholds)
 
 

@@ -29,7 +29,7 @@ def at_zero(lines: tuple[Line, ...], zero_rad: float) -> tuple[Line, ...]:
 
 
 def find_zero(motion: Motion, lines: tuple[Line, ...], rest: Array, rows: Flags) -> float | None:
-    """Angle to add, rad; None: the lines are not seen in this log. `rest`: the balance without the lines, A."""
+    """Angle to add, rad; None: this log does not show the lines. `rest`: the balance without the lines, A."""
     if not lines or motion.theta_rad is None:
         return None
     order = np.array([line.order for line in lines])

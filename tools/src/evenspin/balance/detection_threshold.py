@@ -1,6 +1,6 @@
 """How large a line over the angle has to be for a log to show it: the detection threshold of each order.
 
-Noise between the orders decides, and how well the log resolves the order: what is seen in a few turns only leaks into
+Noise between the orders decides, and how well the log resolves the order: what shows in a few turns only leaks into
 the half orders beside it, where it is taken for noise. An order that hides itself has no threshold.
 """
 

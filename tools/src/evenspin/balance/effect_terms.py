@@ -1,7 +1,7 @@
 """The candidates: effects of the simulator's table as columns of the torque balance.
 
-A balance sees torque on the shaft and nothing else, so only these effects can be told; each is here by the name that
-the table has, with the columns that it adds and what its coefficients must be like to be that effect.
+A balance sees torque on the shaft and nothing else, so only these effects can be identified. Each has the name of the
+table, with the columns that it adds and what its coefficients must be like to be that effect.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from evenspin.balance.motion import Motion
 Array = NDArray[np.float64]
 
 STRIBECK_SHARES = (0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22, 0.33)  # of the highest speed: candidates for w_s
-STEPS_BELOW_STRIBECK = 4.0  # speed changes per row by less than w_s over this, or low speed is never seen
+STEPS_BELOW_STRIBECK = 4.0  # speed changes per row by less than w_s over this, or no row has low speed
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ def coulomb(motion: Motion) -> Term:
 
 
 def drag(motion: Motion, effect: str) -> Term:
-    """Friction or load of one direction, or of one speed: the log cannot tell which."""
+    """Friction or load of one direction, or of one speed: the log does not separate them."""
     return Term(effect, ("torque_a_equiv",), (motion.smooth(np.sign(motion.raw_speed_rad_s)),))
 
 
@@ -68,7 +68,7 @@ def stribeck_family(motion: Motion) -> list[Term]:
 
 
 def line(motion: Motion, order: float) -> Term:
-    """What repeats with the angle; it is weighed elsewhere, and is here so that it bends nothing else."""
+    """What repeats with the angle; `angle_orders` judges it; here it keeps the other coefficients unbiased."""
     assert motion.theta_rad is not None
     columns = tuple(motion.smooth(f(order * motion.theta_rad)) for f in (np.sin, np.cos))
     return Term(f"line_{order:g}", ("sin_a", "cos_a"), columns)

@@ -1,4 +1,4 @@
-"""Which friction, which load: terms of the balance are weighed on stretches that fit and on others that validate."""
+"""Friction and load: stepwise selection of terms on the fitting stretches, checked on the validation stretches."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ SMALL = 0.02  # of the current, rms: less is not worth a name either
 SHARE = 0.05  # of the residue on the stretches that fit: less is not worth a name
 VALID_SHARE = 0.03  # of the residue on the stretches that validate
 SENSOR = 0.005  # of the current, rms: what a sensor is off by that is no constant factor
-ONE_SPEED = 3.0  # times as unsure is an inertia that only the ripple of one speed tells
+ONE_SPEED = 3.0  # times as wide is the interval of an inertia that only the ripple at one speed shows
 RISE = "stribeck_friction"
 
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What speaks for and against one effect. Drops are shares of the residue that the effect takes away."""
+    """The evidence for and against one effect. Drops are shares of the residue that the effect takes away."""
 
     effect: str
     named: bool
@@ -44,12 +44,12 @@ class Evidence:
     p_value: float
     fit_drop: float
     validation_drop: float
-    said: str
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What terms are weighed on."""
+    """The data that terms are selected on."""
 
     y: Array
     first: Flags  # rows that fit
@@ -64,7 +64,7 @@ class FrictionResult:
     fit_rows: Flags
     validation_rows: Flags
     final: Fit
-    half: dict[str, float]  # of the 95 % intervals, with what scatter alone does not tell
+    half: dict[str, float]  # of the 95 % intervals, with what scatter alone does not cover
     terms: tuple[Term, ...]
     evidence: tuple[Evidence, ...]
     impossible: tuple[str, ...]  # effects that would have to be negative
@@ -76,7 +76,7 @@ class FrictionResult:
     lines_seen: bool  # of the model, at some zero of the angle
 
 
-def weigh_friction(
+def select_friction(
     motions: Views, nominal: Nominal | None, drive: Drive, orders: Sequence[float], stretches: Stretches, shift_s: float
 ) -> FrictionResult | None:
     """None: too few rows at which the rotor turns. `orders`: lines over the angle, which are fitted along.
@@ -84,7 +84,7 @@ def weigh_friction(
     `shift_s`: how far apart in time current and motion of one row may be.
     """
     given = with_zero(nominal, None) if nominal is not None else None  # its lines are found again, not subtracted
-    steps = shaft_regression.climb(motions, given, drive, orders, stretches)
+    steps = shaft_regression.fit_ladder(motions, given, drive, orders, stretches)
     if not steps:
         return None
     at, short = shaft_regression.best_steps(steps)
@@ -99,7 +99,7 @@ def weigh_friction(
         base.append(shaft_regression.dry_terms(motion, drive)[0])
         families = families[1:]
     impossible, base = _possible(base, families, nominal, y, rows)
-    # A single ramp tells the inertia, and it lies in one stretch: the inertia is that of the whole log throughout.
+    # A single ramp identifies the inertia, and it lies in one stretch: the inertia is that of the whole log throughout.
     torque = y - steps[at].value[INERTIA] * motion.accel_rad_s2
     trial = Trial(torque, first, second, rms(motion.iq_a[rows]))
     shaft_only = [term for term in base if term.effect != "inertia"]
@@ -141,7 +141,7 @@ def _before(motion: Motion, nominal: Nominal | None, bare: Sequence[Term], torqu
 def _possible(
     base: list[Term], families: list[list[Term]], nominal: Nominal | None, y: Array, rows: Flags
 ) -> tuple[tuple[str, ...], list[Term]]:
-    """What would have to be negative is told, and viscous friction is then taken to be what it was."""
+    """Effects whose value would be negative, and the base without a viscous friction that is negative."""
     full = [*base, *(family[0] for family in families if family[0].effect != "stribeck_friction")]
     found = fit_terms(full, y, rows)
     known = {INERTIA: nominal.inertia_as2, VISCOUS: nominal.viscous_as} if nominal is not None else {}
@@ -158,7 +158,7 @@ def _possible(
 
 
 def _shaft_part(used: Sequence[Term], lines: Sequence[Term], found: Fit) -> Array:
-    """What the shaft explains. Lines are fitted along, and told of with a balance of their own."""
+    """What the shaft explains. Lines are fitted along, and reported with a balance of their own."""
     skipped = set(shaft_regression.names_of(lines))
     names = [name for name in shaft_regression.names_of(used) if name not in skipped]
     columns = dict(
@@ -183,7 +183,7 @@ def _final(
         return fit_terms(used, motion.iq_a - known_part(motion, given), rows)
 
     near = [s for s in shaft_regression.LADDER_S if 0.4 * sigma_s < s < 4.5 * sigma_s]
-    steps = shaft_regression.climb(motions, given, drive, orders, stretches, same, near)
+    steps = shaft_regression.fit_ladder(motions, given, drive, orders, stretches, same, near)
     at = next(i for i, step in enumerate(steps) if step.sigma_s == sigma_s)
     final, *moved = (fitted(shift) for shift in (0.0, -shift_s, shift_s))
     known = {INERTIA: given.inertia_as2, VISCOUS: given.viscous_as} if given is not None else {}
@@ -197,7 +197,7 @@ def _final(
         else:
             sensor = SENSOR * rms(motion.iq_a[rows]) / (rms(motion.speed_rad_s[rows]) if name == VISCOUS else 1.0)
         shifted = max(abs(other[name] - final[name]) for other in moved)
-        half[name] = math.hypot(shaft_regression.unsure(steps, at, name), shifted, machine, sensor)
+        half[name] = math.hypot(shaft_regression.half_width(steps, at, name), shifted, machine, sensor)
     return final, half
 
 
@@ -233,8 +233,8 @@ def _residues(used: Sequence[Term], trial: Trial) -> tuple[Fit, float, float]:
     return found, rms(after[trial.first]), rms(after[trial.second])
 
 
-def _weigh(used: list[Term], term: Term, trial: Trial) -> Evidence:
-    """What this term does beside the others."""
+def _evidence_of(used: list[Term], term: Term, trial: Trial) -> Evidence:
+    """What this term explains beside the others."""
     others = [other for other in used if other.effect != term.effect]
     _, fit_without, valid_without = _residues(others, trial)
     found, fit_with, valid_with = _residues([*others, term], trial)
@@ -244,33 +244,33 @@ def _weigh(used: list[Term], term: Term, trial: Trial) -> Evidence:
     fit_drop, valid_drop = 1.0 - fit_with / fit_without, 1.0 - valid_with / valid_without
     wrong = term.must(values)
     if wrong is not None:
-        said = wrong
+        reason = wrong
     elif p > CHANCE:
-        said = f"not significant (p = {p:.2g})"
+        reason = f"not significant (p = {p:.2g})"
     elif fit_drop < SHARE:
-        said = f"takes only {100.0 * fit_drop:.1f} % off the residue that is fitted"
+        reason = f"takes only {100.0 * fit_drop:.1f} % off the residue that is fitted"
     elif valid_drop < VALID_SHARE:
-        said = f"changes the residue of the validation stretches by {-100.0 * valid_drop:+.1f} % only"
+        reason = f"changes the residue of the validation stretches by {-100.0 * valid_drop:+.1f} % only"
     else:
-        said = f"takes {100.0 * valid_drop:.0f} % off the residue of the validation stretches"
+        reason = f"takes {100.0 * valid_drop:.0f} % off the residue of the validation stretches"
     named = wrong is None and p <= CHANCE and fit_drop >= SHARE and valid_drop >= VALID_SHARE
     part = 1.0 if term.effect == RISE else rms(term.columns[0][trial.first | trial.second])
     small = abs(values[0]) * part < SMALL * trial.current_a
     numbers = dict(zip(term.keys, values, strict=True)) | dict(term.extra)
-    return Evidence(term.effect, named, small, numbers, p, fit_drop, valid_drop, said)
+    return Evidence(term.effect, named, small, numbers, p, fit_drop, valid_drop, reason)
 
 
 def _strongest(used: list[Term], family: list[Term], trial: Trial) -> tuple[Term, Evidence]:
     """Of the variants, the one that fits best; one that may be named goes before one that may not."""
-    weighed = [(term, _weigh(used, term, trial)) for term in family]
-    return max(weighed, key=lambda pair: (pair[1].fit_drop, pair[1].named))
+    candidates = [(term, _evidence_of(used, term, trial)) for term in family]
+    return max(candidates, key=lambda pair: (pair[1].fit_drop, pair[1].named))
 
 
 def _best(used: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial) -> Term | None:
     taken = {term.effect for term in chosen}
     open_to = [f for f in families if f[0].effect not in taken and (f[0].effect != RISE or _has_dry(used))]
-    weighed = [_strongest(used, f, trial) for f in open_to]
-    good = [(evidence.fit_drop, term) for term, evidence in weighed if evidence.named]
+    candidates = [_strongest(used, f, trial) for f in open_to]
+    good = [(evidence.fit_drop, term) for term, evidence in candidates if evidence.named]
     return max(good, key=lambda pair: pair[0])[1] if good else None
 
 
@@ -282,7 +282,7 @@ def _has_dry(used: Sequence[Term]) -> bool:
 def _drop_superfluous(base: list[Term], chosen: list[Term], trial: Trial) -> list[Term]:
     """An effect that the later ones made superfluous goes."""
     for term in list(chosen):
-        if not _weigh(base + chosen, term, trial).named:
+        if not _evidence_of(base + chosen, term, trial).named:
             chosen = [other for other in chosen if other is not term]
     return chosen
 
@@ -304,7 +304,7 @@ def _refined(used: list[Term], term: Term, motion: Motion, y: Array, first: Flag
 def _evidence(base: list[Term], families: list[list[Term]], chosen: list[Term], trial: Trial) -> tuple[Evidence, ...]:
     """For every effect: what it adds to, or takes from, the model that was found."""
     taken = {term.effect: term for term in chosen}
-    weighed = [
+    candidates = [
         _strongest(base + chosen, [taken[f[0].effect]] if f[0].effect in taken else f, trial)[1] for f in families
     ]
-    return tuple(sorted(weighed, key=lambda e: (not e.named, -e.fit_drop)))
+    return tuple(sorted(candidates, key=lambda e: (not e.named, -e.fit_drop)))

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.formatting import milli
+from evenspin.balance.formatting import amperes
 from evenspin.balance.friction import CHANCE
 from evenspin.balance.judge_factors import has_wrong_unit, name_factors
 from evenspin.balance.judge_friction import (
     DRIFT_EDGE,
-    TOLD_SHARE,
+    PREDICTABLE_SHARE,
     describe_residual,
     name_friction,
     stands_out_at_low_speed,
 )
 from evenspin.balance.judge_lines import moved_lines, name_lines
-from evenspin.balance.unexplained import left_of
+from evenspin.balance.unexplained import unexplained_of
 from evenspin.balance.verdict import Verdict
 
 REVERSED = "iq_a has the wrong sign: J/Kt is negative with it; negate the column (or the angle and the speed)"
@@ -45,7 +45,7 @@ def judge(analysis: Analysis) -> Verdict:
 
 
 def _impossible(analysis: Analysis, verdict: Verdict) -> bool:
-    """A sign that is wrong makes every name wrong: it is told, and nothing is named."""
+    """A wrong sign makes every name wrong: it is reported, and nothing is named."""
     found = analysis.friction
     if found is None or "inertia" not in found.impossible:
         return False
@@ -57,16 +57,16 @@ def _impossible(analysis: Analysis, verdict: Verdict) -> bool:
 
 def _left(analysis: Analysis, verdict: Verdict) -> None:
     """No all-clear over something that stands out: its size, where it is, and what was turned down."""
-    left = left_of(analysis)
+    left = unexplained_of(analysis)
     if left is None or not left.significant:
         return
-    size = f"{milli(left.rms_a)} rms are left where noise alone would leave {milli(left.noise_a)}"
+    size = f"{amperes(left.rms_a)} rms are left where noise alone would leave {amperes(left.noise_a)}"
     verdict.unexplained.insert(0, f"{size}, {'; '.join(left.where)}")
 
 
 def _significant(analysis: Analysis, verdict: Verdict) -> bool:
     """Is what is left more than noise, with nothing named?"""
-    left = left_of(analysis)
+    left = unexplained_of(analysis)
     if left is not None and left.significant and verdict.unexplained:
         return True
     if analysis.friction is not None:
@@ -74,20 +74,20 @@ def _significant(analysis: Analysis, verdict: Verdict) -> bool:
         if stands_out_at_low_speed(rest):
             return True
         drifts = rest.drift_p < CHANCE and abs(rest.drift_share) > DRIFT_EDGE
-        if rest.told_rms_a > TOLD_SHARE * rest.rms_a or drifts:
+        if rest.predictable_rms_a > PREDICTABLE_SHARE * rest.rms_a or drifts:
             return True
-    return analysis.angle is not None and bool(analysis.angle.strange or moved_lines(analysis))
+    return analysis.angle is not None and bool(analysis.angle.fractional or moved_lines(analysis))
 
 
 def _limits(analysis: Analysis, verdict: Verdict) -> None:
-    """What the log does not tell, and what was put right in time."""
+    """What the log does not show, and what was left out."""
     if analysis.stretches.idle_s:
         total = sum(end - start for start, end in analysis.stretches.idle_s)
         verdict.warnings.append(f"the rotor rests for {total:.1f} s together: those stretches are left out")
     if analysis.log.speed_rad_s is not None and analysis.log.theta_m_rad is None:
         verdict.warnings.append(
-            "how late the speed estimate is cannot be told without theta_m_rad: viscous friction and inertia take up "
-            "a part"
+            "the delay of the speed estimate is not identifiable without theta_m_rad: viscous friction and inertia "
+            "take up a part"
         )
     if analysis.controller is None:
         if analysis.log.speed_ref_rad_s is not None and analysis.log.speed_rad_s is None:

@@ -6,14 +6,14 @@ import numpy as np
 
 from evenspin.balance.analysis import Analysis
 from evenspin.balance.friction import VALID_SHARE
-from evenspin.balance.judge_friction import sureness
+from evenspin.balance.judge_friction import confidence_factor
 from evenspin.balance.shaft_regression import INERTIA, VISCOUS
 from evenspin.balance.verdict import Verdict, out_of_range
 
 # A healthy unit differs from its data sheet by as much (docs/log-format.md): 2.5 times inertia 1.2 % with flux 0.4 %,
 # and viscous friction 4 %.
 INERTIA_EDGE, VISCOUS_EDGE = 0.032, 0.10
-SURE_SHARE = 0.3  # half width over value of a factor, above which nothing is named
+KNOWN_SHARE = 0.3  # half width over value of a factor, above which nothing is named
 UNITS_OFF = {
     2.0 * np.pi / 60.0: "the speed is in r/min, not in rad/s",
     np.pi / 180.0: "the motion is in degrees, not in rad",
@@ -24,7 +24,7 @@ UNIT_BAND = 0.1  # of the logarithm of such a ratio
 
 
 def name_factors(analysis: Analysis, verdict: Verdict) -> None:
-    """Inertia and viscous friction off what the model says."""
+    """Inertia and viscous friction that differ from the model."""
     found, nominal = analysis.friction, analysis.nominal
     assert found is not None and nominal is not None
     checks = (
@@ -36,37 +36,42 @@ def name_factors(analysis: Analysis, verdict: Verdict) -> None:
         if known <= 0.0:
             continue
         if key not in found.final.names:
-            verdict.against.append((effect, "this log does not tell it: the model's is kept"))
+            verdict.against.append((effect, "not identifiable in this log: the value of the model is kept"))
             continue
         off, half = found.final[key] / known, found.half[key] / known
         takes_a = abs(found.final[key]) * float(np.std(column[effect][found.validation_rows]))
         wrong = out_of_range(effect, {"factor": 1.0 + off}) or (_unit(1.0 + off) if effect == "inertia" else None)
         if effect == "inertia" and analysis.drive.one_speed:
-            why = "at one speed nothing but ripple accelerates the shaft: the model's is kept"
+            why = "at one speed nothing but ripple accelerates the shaft: the value of the model is kept"
             verdict.against.append((effect, why))
             continue
-        told = half < SURE_SHARE * abs(1.0 + off)
-        if abs(off) > edge + half and told and takes_a > VALID_SHARE * found.before_rms_a and wrong is None:
+        known = half < KNOWN_SHARE * abs(1.0 + off)
+        if abs(off) > edge + half and known and takes_a > VALID_SHARE * found.before_rms_a and wrong is None:
             chance = found.final.p_value([key])
             verdict.name(
-                effect, {"factor": 1.0 + off}, (1.0 - chance) * sureness(analysis, takes_a, half / abs(off)), takes_a
+                effect,
+                {"factor": 1.0 + off},
+                (1.0 - chance) * confidence_factor(analysis, takes_a, half / abs(off)),
+                takes_a,
             )
         elif wrong is not None:
             verdict.against.append((effect, wrong))
             verdict.unexplained.append(wrong)
-        elif abs(off) > edge + half and told:
+        elif abs(off) > edge + half and known:
             verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: too small to show here"))
         elif abs(off) > edge:
-            verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: not told well enough"))
+            verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: the interval is too wide"))
         else:
-            verdict.against.append((effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: within what units differ by"))
+            verdict.against.append(
+                (effect, f"{1.0 + off:.3f} +- {half:.3f} of the model: within the spread of healthy units")
+            )
     if "inertia" in verdict.names:
         verdict.apart("inertia or torque_constant")
         verdict.alternatives.append(
             (
                 "torque_constant",
                 0.5,
-                "a balance in ampere equivalents sees J/Kt only: J larger or Kt smaller look the same",
+                "a balance in ampere equivalents sees J/Kt only: a larger J and a smaller Kt have the same effect",
             )
         )
 

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.confidence import sure_line, sure_lines, threshold_of
-from evenspin.balance.formatting import milli
+from evenspin.balance.confidence import confident_lines, line_confidence, threshold_of
+from evenspin.balance.formatting import amperes
 from evenspin.balance.friction import SMALL
 from evenspin.balance.line_estimate import FoundLine
 from evenspin.balance.verdict import Numbers, Verdict
 
 MODEL_EDGE = 0.2  # a line of the model that is found again within this is not missing
-MUCH = 0.3  # of the residue, rms, in one line
-FEW_ODD = 3  # stretches that are told one by one
+LARGE_SHARE = 0.3  # of the residue, rms, in one line
+FEW_OUTLIERS = 3  # stretches that are reported one by one
 LOWEST_COGGING = 3  # lower mechanical orders are misalignment
 MISALIGNED = 0.3  # of the strongest line
 
@@ -24,7 +24,7 @@ def missing_lines(analysis: Analysis) -> list[FoundLine]:
     """Lines that both parts of the log have, and the model has not."""
     if analysis.angle is None:
         return []
-    real = sure_lines(analysis)
+    real = confident_lines(analysis)
     if analysis.nominal is None:
         return real
     known = {line.order: line.amplitude_a for line in analysis.nominal.lines}
@@ -41,16 +41,16 @@ def missing_lines(analysis: Analysis) -> list[FoundLine]:
 def name_lines(analysis: Analysis, verdict: Verdict) -> None:
     angle = analysis.angle
     assert angle is not None
-    for order, amplitude in angle.strange:
+    for order, amplitude in angle.fractional:
         verdict.unexplained.append(
-            f"a line at order {order:g}, {milli(amplitude)}: not a whole order, so not tied to this shaft"
+            f"a line at order {order:g}, {amperes(amplitude)}: not a whole order, so not tied to this shaft"
         )
     _odd(analysis, verdict)
     _moved(analysis, verdict)
     if moved_lines(analysis):
         verdict.against.append(("cogging", "the angle cannot be trusted: its strongest line moves"))
         return
-    if angle.strange and analysis.log.speed_rad_s is None:
+    if angle.fractional and analysis.log.speed_rad_s is None:
         why = "lines at fractions of a turn, and no speed beside the angle: is it electrical, or not in rad?"
         verdict.against.append(("cogging", why))
         verdict.unexplained.append(why)
@@ -63,20 +63,22 @@ def name_lines(analysis: Analysis, verdict: Verdict) -> None:
     high = [each for each in lines if each.line.order >= LOWEST_COGGING]
     if high:
         main = high[0]
-        verdict.name(_effect(analysis, main), _parameters(analysis, main), sure_line(analysis, main), _takes(high))
+        verdict.name(
+            _effect(analysis, main), _parameters(analysis, main), line_confidence(analysis, main), _takes(high)
+        )
         _alternatives(analysis, main, high, verdict)
     first = next((each for each in low if each.line.order == 1.0), None)
     if first is not None and first.line.amplitude_a > MISALIGNED * lines[0].line.amplitude_a:
-        verdict.name("misalignment", _misalignment(low, analysis), sure_line(analysis, first), _takes(low))
+        verdict.name("misalignment", _misalignment(low, analysis), line_confidence(analysis, first), _takes(low))
         if analysis.drive.one_speed:
             verdict.apart("misalignment or encoder_eccentricity")
             verdict.alternatives.append(
-                ("encoder_eccentricity", 0.3, "the same order at one speed; a second speed tells them apart")
+                ("encoder_eccentricity", 0.3, "the same order at one speed; a second speed separates them")
             )
         return
     for each in low:
         verdict.unexplained.append(
-            f"a line at order {each.line.order:g}, {milli(each.line.amplitude_a)}, that no effect of the table makes "
+            f"a line at order {each.line.order:g}, {amperes(each.line.amplitude_a)}, that no effect of the table makes "
             "alone"
         )
 
@@ -92,17 +94,18 @@ def _effect(analysis: Analysis, main: FoundLine) -> str:
 
 
 def _odd(analysis: Analysis, verdict: Verdict) -> None:
-    odd = analysis.angle.odd_s if analysis.angle is not None else ()
-    if len(odd) > FEW_ODD:
+    outliers = analysis.angle.outliers if analysis.angle is not None else ()
+    if len(outliers) > FEW_OUTLIERS:
         verdict.unexplained.append(
-            f"{len(odd)} stretches between {odd[0].start_s:.2f} and {odd[-1].end_s:.2f} s follow no line and are left "
-            "out of the fit (an angle that jumps, say once per turn at its index, looks like that)"
+            f"{len(outliers)} stretches between {outliers[0].start_s:.2f} and {outliers[-1].end_s:.2f} s follow no "
+            "line and are left out of the fit (possible cause: an angle that jumps, for example once per turn at its "
+            "index)"
         )
         return
-    for each in odd:
+    for each in outliers:
         verdict.unexplained.append(
-            f"from {each.start_s:.2f} to {each.end_s:.2f} s the balance is off by {milli(each.off_a)} rms, far beyond "
-            "the rest: left out of the fit (a start against a stop or an alignment looks like that)"
+            f"from {each.start_s:.2f} to {each.end_s:.2f} s the balance is off by {amperes(each.off_a)} rms, far "
+            "beyond the rest: left out of the fit (possible cause: a start against a stop, or an alignment)"
         )
 
 
@@ -115,25 +118,25 @@ def _why_no_line(analysis: Analysis) -> str:
         strongest = found[0]
         return (
             f"no line is the same in all parts of the log: order {strongest.line.order:g} is the strongest, "
-            f"{milli(strongest.line.amplitude_a)}, and differs by {100.0 * strongest.agree:.0f} %"
+            f"{amperes(strongest.line.amplitude_a)}, and differs by {100.0 * strongest.agree:.0f} %"
         )
-    if sure_lines(analysis):
+    if confident_lines(analysis):
         return "the lines are those of the model"
     strongest = next(each for each in found if each.validated)
     return (
-        f"the strongest line, order {strongest.line.order:g} with {milli(strongest.line.amplitude_a)} +- "
-        f"{milli(strongest.half_a)}, is less than {100.0 * SMALL:.0f} % of the current or lost in what else is left "
-        f"(confidence {sure_line(analysis, strongest):.2f}): not named"
+        f"the strongest line, order {strongest.line.order:g} with {amperes(strongest.line.amplitude_a)} +- "
+        f"{amperes(strongest.half_a)}, is less than {100.0 * SMALL:.0f} % of the current or lost in what else is left "
+        f"(confidence {line_confidence(analysis, strongest):.2f}): not named"
     )
 
 
 def _threshold(analysis: Analysis) -> str:
-    """How large a line would have had to be; without J/Kt nobody knows."""
+    """How large a line would have had to be; unknown without J/Kt."""
     at = threshold_of(analysis)
     if at is None:
         return ""
     return (
-        f"; detection threshold {milli(at.smallest_a)} (order {at.smallest_at}) to {milli(at.largest_a)} "
+        f"; detection threshold {amperes(at.smallest_a)} (order {at.smallest_at}) to {amperes(at.largest_a)} "
         f"(order {at.largest_at})"
     )
 
@@ -143,7 +146,7 @@ def moved_lines(analysis: Analysis) -> list[FoundLine]:
     angle = analysis.angle
     if angle is None:
         return []
-    least_a = np.sqrt(2.0) * MUCH * angle.before_rms_a
+    least_a = np.sqrt(2.0) * LARGE_SHARE * angle.before_rms_a
     return [each for each in angle.lines if each.both and not each.validated and each.line.amplitude_a > least_a]
 
 
@@ -152,7 +155,7 @@ def _moved(analysis: Analysis, verdict: Verdict) -> None:
     orders = ", ".join(f"{each.line.order:g}" for each in moved)
     if orders:
         verdict.unexplained.append(
-            f"order {orders} stands out in both halves of the log ({milli(moved[0].line.amplitude_a)}), at another "
+            f"order {orders} stands out in both halves of the log ({amperes(moved[0].line.amplitude_a)}), at another "
             "phase: the angle has lost counts or its zero has moved, or this is not torque of the shaft; cut the log "
             "where that happens"
         )
@@ -184,31 +187,34 @@ def _alternatives(analysis: Analysis, main: FoundLine, lines: Sequence[FoundLine
     assert angle is not None
     if not analysis.inertia_known:
         verdict.warnings.append(
-            "at one speed the acceleration is made of the same orders as the torque, so J/Kt cannot be told and the "
-            "orders have no amplitude in torque: give --model with inertia_kgm2 (a log that sweeps the speed yields "
-            "one)"
+            "at one speed the acceleration is made of the same orders as the torque, so J/Kt is not identifiable and "
+            "the orders have no amplitude in torque: give --model with inertia_kgm2 (a log that sweeps the speed "
+            "yields one)"
         )
-    elif analysis.lag_guessed:
+    elif analysis.lag_assumed:
         verdict.warnings.append(
-            "how late the speed estimate is cannot be told from this log: the amplitudes allow for 0 to 4 ms"
+            "the delay of the speed estimate is not identifiable in this log: the intervals of the amplitudes include "
+            "0 to 4 ms"
         )
     p = analysis.nominal.pole_pairs if analysis.nominal is not None else None
     if p is None:
         verdict.alternatives.append(
-            ("current_offset", 0.2, "if the strongest order is that of the pole pairs, which nobody has told")
+            ("current_offset", 0.2, "if the strongest order is that of the pole pairs, which no model gives")
         )
         return
     if main.line.order % (6 * p) == 0:
         weak = angle.current_share < 1.0
-        said = f"order {main.line.order:g} is also the 6th electrical order of {p} pole pairs"
-        said += f"; against it: the line changes by {100.0 * angle.current_share:.0f} % per ampere only" if weak else ""
-        verdict.alternatives.append(("flux_harmonics", 0.1 if weak else 0.4, said))
+        reason = f"order {main.line.order:g} is also the 6th electrical order of {p} pole pairs"
+        reason += (
+            f"; against it: the line changes by {100.0 * angle.current_share:.0f} % per ampere only" if weak else ""
+        )
+        verdict.alternatives.append(("flux_harmonics", 0.1 if weak else 0.4, reason))
     for each in lines:
         if each.line.order == p:
             verdict.apart("cogging or current_offset")
             verdict.warnings.append(
                 f"order {p} is the first electrical order: torque of the shaft and an offset of a current sensor "
-                "cannot be told apart; turning the shaft by hand or by another motor with the current at zero would "
+                "cannot be separated; turning the shaft by hand or by another motor with the current at zero would "
                 "separate them"
             )
         if each.line.order == 2 * p:

@@ -1,4 +1,4 @@
-"""Whether two parts of a log have the same line over the angle, weighed with what each of them knows of it.
+"""Whether two parts of a log have the same line over the angle, judged with the uncertainty of each.
 
 A line of the shaft has one amplitude and one phase throughout. Two estimates of it differ by noise as well, and a
 difference that noise explains says nothing against the line; a part whose noise hides the line says nothing for it.

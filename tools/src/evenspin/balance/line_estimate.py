@@ -34,9 +34,9 @@ class FoundLine:
 
     line: Line
     half_a: float
-    scatter_a: float  # the part of it that the fit alone tells
+    scatter_a: float  # the part of it that the fit alone gives
     noise_a: float
-    agree: float  # difference of the first and the second part of what the log tells of this line, relative
+    agree: float  # difference of the line between the first and the second part of the log, relative
     both: bool  # stands out in each of them, at whatever phase
     validated: bool  # the same in both parts, and in the stretches that fit and those that validate
 

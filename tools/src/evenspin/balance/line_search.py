@@ -22,16 +22,16 @@ Array = NDArray[np.float64]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 TURN = 2.0 * np.pi
-HIGHEST = 100  # order that is looked for
+HIGHEST = 100  # order that is searched for
 BAND = 0.4  # of the sampling rate: a line above it would fold
-ATTENUATION = 0.03  # the smoothing may leave no less of a line that is looked for
+ATTENUATION = 0.03  # the smoothing may leave no less of a line that is searched for
 LEAST_TURNS = 4.0
 ABOVE_NOISE = 5.0  # times the median of the half orders nearby: chance gives one such line in a few thousand logs
 FAINT = 0.02  # of the strongest line: below it is modulation, not an effect
 NEARBY = 8  # orders to each side, for the noise
 MOST_LINES = 12
 BESIDE, MODULATION = 2.0, 0.1  # orders to each side of a line, and share of it
-STRANGE = 0.1  # of the strongest line: a half order below it may be its modulation
+FRACTIONAL = 0.1  # of the strongest line: a half order below it may be its modulation
 CHANCE = 1e-4
 
 
@@ -135,7 +135,7 @@ def find_lines(
     """Orders, strongest first, half orders among them; and the spectrum with every line at its joint amplitude."""
     orders = np.arange(1, 2 * highest + 1) / 2.0
     flat = np.array([column[rows] for k in orders for column in bank(k)])
-    columns = _beside(base, flat, rows).reshape(len(orders), 2, -1)
+    columns = _without_shaft(base, flat, rows).reshape(len(orders), 2, -1)
     gram = np.einsum("kin,kjn->kij", columns, columns) + 1e-12 * np.eye(2)
     whole = orders % 1.0 == 0.0
     chosen: list[float] = []
@@ -147,7 +147,7 @@ def find_lines(
         noise = _noise(orders, amplitude, whole)
         gain = np.sum(phasor * project, axis=1)
         strongest = max((line_amplitude(found, k) for k in chosen), default=0.0)
-        stands = (amplitude > ABOVE_NOISE * noise) & (amplitude > np.where(whole, FAINT, STRANGE) * strongest)
+        stands = (amplitude > ABOVE_NOISE * noise) & (amplitude > np.where(whole, FAINT, FRACTIONAL) * strongest)
         stands &= whole | (amplitude > 2.0 * ABOVE_NOISE * noise)
         stands &= ~np.isin(orders, chosen)
         for k in chosen:  # beside a strong line: its modulation, once or twice per turn
@@ -171,7 +171,7 @@ def find_lines(
     return ranked, OrderSpectrum(orders, amplitude, noise)
 
 
-def _beside(base: dict[str, Array], columns: Array, rows: Flags) -> Array:
+def _without_shaft(base: dict[str, Array], columns: Array, rows: Flags) -> Array:
     """What the shaft cannot explain of these columns: the amplitude that it leaves is that of the joint fit.
 
     A shaft that cogs is accelerated by its cogging, so that a wrong inertia alone takes up a part of the line.

@@ -1,4 +1,4 @@
-"""A log with some of the columns. What can be mended is mended and said; what cannot is one line."""
+"""Reads a log with some of the columns: repairs what it can and reports it; anything else is an error of one line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from evenspin.plausible.finding import is_signal
 Array = NDArray[np.float64]
 
 KNOWN = {"t_s": "s", "iq_a": "A", "theta_m_rad": "rad", "speed_rad_s": "rad/s", "speed_ref_rad_s": "rad/s"}
-BESIDE = ("id_a", "ia_a", "ib_a", "id_ref_a", "iq_ref_a")  # only looked at: do they belong to iq_a and the angle?
+BESIDE = ("id_a", "ia_a", "ib_a", "id_ref_a", "iq_ref_a")  # only for a check: do they belong to iq_a and the angle?
 MANY_A = 1000.0  # a drive with such a current is rare, a log in mA is not
 STEMS = {  # how such a column may be called when its name or its unit is another one
     "t_s": ("time", "t", "timestamp"),
@@ -30,7 +30,7 @@ STEMS = {  # how such a column may be called when its name or its unit is anothe
 
 LEAST_ROWS = 500  # half to fit, half to validate, and a few blocks in each for the intervals
 LEAST_RATE_HZ = 50.0
-MOST_BAD = 0.2  # share of rows that may be left out; a log with more is not mended
+MOST_BAD = 0.2  # share of rows that may be left out; a log with more is refused
 GAP_PERIODS = 3.0  # a longer step in time is a gap: nothing is judged across it
 MOST_TURN = 0.5  # of a turn between two rows: an angle that jumps by more is wrapped
 TURN = 2.0 * np.pi
@@ -62,7 +62,7 @@ def gaps_of(t_s: Array, period_s: float) -> Array:
 
 
 def read_log(path: Path) -> Log:
-    """Read, mend and check; whatever the file is, the answer is a Log or an InputError."""
+    """Read, repair and check; whatever the file is, the result is a Log or an InputError."""
     text = read_text(path, HINT)
     header = header_of(text)
     names = _columns(path, header)
@@ -99,7 +99,7 @@ def read_log(path: Path) -> Log:
 
 
 def _columns(path: Path, header: Sequence[str]) -> list[str]:
-    """The known columns of the file; a needed one that only has another unit is told."""
+    """The known columns of the file; a needed one that only has another unit is reported."""
     twice = next((name for name in KNOWN if header.count(name) > 1), None)
     if twice is not None:
         raise InputError(path, "column", twice, "in the header once", "remove the other", 1)
@@ -176,7 +176,7 @@ def _left_out(path: Path, table: Array, good: NDArray[np.bool_], what: str, repa
 
 
 def _unwrapped(theta: Array, step_s: Array, speed: Array | None, repairs: list[str]) -> Array:
-    """A wrapped angle never leaves a turn, and jumps by one. The speed, where known, tells whole turns in gaps."""
+    """A wrapped angle never leaves a turn, and jumps by one. The speed, where known, counts whole turns in gaps."""
     step = np.diff(theta)
     if np.ptp(theta) > TURN * (1.0 + 1e-6) or np.max(np.abs(step)) <= TURN * MOST_TURN:
         return theta
@@ -201,21 +201,21 @@ def _say_times(t_s: Array, period_s: float, repairs: list[str]) -> None:
 
 
 def _limits(values: Mapping[str, Array]) -> tuple[str, ...]:
-    """What cannot be told because a column is missing."""
-    said = []
+    """What is not identifiable because a column is missing."""
+    limits = []
     if "theta_m_rad" not in values:
-        said.append("no theta_m_rad: nothing can be told about what repeats with the angle")
-        said.append("speed_rad_s is taken to be in rad/s, and t_s in s: without theta_m_rad the log cannot tell")
+        limits.append("no theta_m_rad: what repeats with the angle is not identifiable")
+        limits.append("speed_rad_s is taken to be in rad/s, and t_s in s: without theta_m_rad this is not checked")
     if "speed_rad_s" not in values:
-        said.append("no speed_rad_s: speed and acceleration come from the angle alone")
-        said.append("theta_m_rad is taken to be mechanical and in rad: without speed_rad_s the log cannot tell")
+        limits.append("no speed_rad_s: speed and acceleration come from the angle alone")
+        limits.append("theta_m_rad is taken to be mechanical and in rad: without speed_rad_s this is not checked")
     if "speed_ref_rad_s" not in values:
-        said.append("no speed_ref_rad_s: the speed controller cannot be found, so no closed loop is simulated")
+        limits.append("no speed_ref_rad_s: the speed controller cannot be found, so no closed loop is simulated")
     top_a = float(np.max(np.abs(values["iq_a"])))
     if top_a > MANY_A:
-        said.append(f"iq_a reaches {top_a:.4g} A: if that is in mA, every current of this answer is too")
-    said.append(
+        limits.append(f"iq_a reaches {top_a:.4g} A: if that is in mA, every current of this verdict is too")
+    limits.append(
         "no torque constant, voltage or load sensor is used: torque is in ampere equivalents, and a torque_constant, "
-        "winding_resistance, dead_time or inductance error cannot be seen"
+        "winding_resistance, dead_time or inductance error does not show"
     )
-    return tuple(said)
+    return tuple(limits)

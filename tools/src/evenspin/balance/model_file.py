@@ -17,7 +17,7 @@ STEMS = {"coulomb_friction": "torque_nm", "load_torque": "torque_nm", "stribeck_
 
 
 def model_text(analysis: Analysis, verdict: Verdict) -> str | None:
-    """None when the log tells too little for a machine."""
+    """None when the log identifies too little for a machine."""
     import tomlkit
 
     nominal = analysis.nominal
@@ -28,7 +28,7 @@ def model_text(analysis: Analysis, verdict: Verdict) -> str | None:
         document = tomlkit.document()
         document.add(tomlkit.comment("Ampere equivalents: 1.5 p psi = 1 N m/A, so that N m are amperes of q current."))
         document.add(
-            tomlkit.comment("Pole pairs, resistance and inductances are stand-ins: the log does not tell them.")
+            tomlkit.comment("Pole pairs, resistance and inductances are stand-ins: the log does not show them.")
         )
         document["name"] = f"{analysis.log.path.name.split('.')[0]}-ampere-equivalents"
         plant: Any = tomlkit.table()
@@ -84,7 +84,7 @@ def _final(analysis: Analysis, name: str) -> float:
 
 
 def _shaft_torques(analysis: Analysis) -> dict[str, float]:
-    """Friction and load beyond the model, A; what cannot be told apart is written as the first that it may be."""
+    """Friction and load beyond the model, A; what is not separable is written as the first of its names."""
     friction = analysis.friction
     if friction is None:
         return {}

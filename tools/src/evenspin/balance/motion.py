@@ -1,4 +1,4 @@
-"""Angle, speed, acceleration and current of one instant: a drive's speed estimate lags, and by how much nobody says."""
+"""Angle, speed, acceleration and current of one instant, with the delay of the drive's speed estimate undone."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ MOST_DELAY_S = 0.05
 ORDERS = 3  # derivatives of the logged speed that may be needed to undo its filter
 CHANCE = 1e-4
 JITTER_SIGMA_S = 10e-3
-LOUDER = 5.0  # noise of the angle's second derivative over that of the speed's first
+NOISIER = 5.0  # noise of the angle's second derivative over that of the speed's first
 COUNTS = 3.0  # noise of the angle over that of counting
 LEAST_COUNT = 3e-5  # rad: less is the rounding of a CSV
 SIGN_SIGMA_S = 2.5e-3  # smoothing of the speed whose sign dry friction has
-SIGN_SIGMAS = 3.0  # of its noise, below which a sign is a guess
-UNSURE = 0.05  # of the smoothing with such a sign, at most
+SIGN_SIGMAS = 3.0  # of its noise, below which a sign is uncertain
+UNCERTAIN_SHARE = 0.05  # of the smoothing with such a sign, at most
 WORTH = 0.01  # share of the difference between angle and speed that a further derivative must take away
 
 
@@ -91,7 +91,7 @@ def speed_lag(log: Log, grid: Grid) -> Lag:
 
 
 def _check_motion(log: Log) -> None:
-    """A rotor at rest tells nothing about torque."""
+    """A rotor at rest shows nothing of the torque."""
     if log.theta_m_rad is not None:
         turned_rad = float(np.ptp(log.theta_m_rad))
     else:
@@ -99,7 +99,7 @@ def _check_motion(log: Log) -> None:
         turned_rad = float(np.sum(np.abs(log.speed_rad_s[1:]) * np.diff(log.t_s)))
     if turned_rad < LEAST_RAD:
         must = f"at least {LEAST_RAD:.2f} rad, one turn"
-        raise InputError(log.path, "way of the rotor", f"{turned_rad:.3g} rad", must, "record a motor that turns")
+        raise InputError(log.path, "travel of the rotor", f"{turned_rad:.3g} rad", must, "record a motor that turns")
 
 
 def _check_units(log: Log, gain: float, half: float) -> None:
@@ -129,7 +129,7 @@ def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0
         return found + sum((c * smoother.rate(source, order + j) for j, c in enumerate(undo, 1)), np.zeros_like(found))
 
     raw = derivative(fine, first)
-    unsure = (np.abs(raw) < SIGN_SIGMAS * noise * fine.gain(first)).astype(float)
+    half_width = (np.abs(raw) < SIGN_SIGMAS * noise * fine.gain(first)).astype(float)
     reach_s = smooth.half * grid.period_s + abs(lag.delay_s) + abs(current_later_s)
     return Motion(
         smooth,
@@ -140,7 +140,7 @@ def motion_of(grid: Grid, sigma_s: float, lag: Lag, current_later_s: float = 0.0
         raw,
         grid.columns.get("theta_m_rad"),
         grid.good(reach_s),
-        smooth(unsure) < UNSURE,
+        smooth(half_width) < UNCERTAIN_SHARE,
         noise * smooth.gain(first),
         noise * smooth.gain(first + 1),
     )
@@ -156,9 +156,9 @@ def angle_jitters(grid: Grid) -> bool:
         return "theta_m_rad" not in grid.columns
     theta = grid.column("theta_m_rad")
     smooth = Smoother(JITTER_SIGMA_S, grid.period_s)
-    of_angle, of_speed = white_noise(theta), white_noise(grid.column("speed_rad_s"))
-    louder = of_angle * smooth.gain(2) > LOUDER * of_speed * smooth.gain(1)
-    return louder and of_angle > COUNTS * count_of(theta) / np.sqrt(12.0)
+    angle_balance_of, of_speed = white_noise(theta), white_noise(grid.column("speed_rad_s"))
+    noisier = angle_balance_of * smooth.gain(2) > NOISIER * of_speed * smooth.gain(1)
+    return noisier and angle_balance_of > COUNTS * count_of(theta) / np.sqrt(12.0)
 
 
 def count_of(theta: Array) -> float:

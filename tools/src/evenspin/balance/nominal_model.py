@@ -1,4 +1,4 @@
-"""What a model file says about the torque balance, in ampere equivalents."""
+"""What a model file gives for the torque balance, in ampere equivalents."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Nominal:
 
     machine: Machine
     kt_nm_per_a: float
-    inertia_as2: float  # J/Kt, A s^2/rad; 0: the model file does not say
+    inertia_as2: float  # J/Kt, A s^2/rad; 0: the model file does not give it
     viscous_as: float  # B/Kt, A s/rad
     coulomb_a: float
     load_a: float

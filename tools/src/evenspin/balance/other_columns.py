@@ -19,32 +19,32 @@ VOLTAGES = ("vd_v", "vq_v", "vdc_v", "va_v", "vb_v", "vc_v", "valpha_v", "vbeta_
 
 
 @dataclass(frozen=True, slots=True)
-class Extras:
+class OtherColumns:
     """`load_a`: A of q current that carries the load, at `t_s`; None where there is none, or no torque constant."""
 
     t_s: Array
     load_a: Array | None
-    said: tuple[str, ...]
+    remarks: tuple[str, ...]
 
 
-def read_extras(path: Path, nominal: Nominal | None) -> Extras:
+def read_other_columns(path: Path, nominal: Nominal | None) -> OtherColumns:
     """What else the file has. It has been read before, and is in order."""
     text = read_text(path)
     header = header_of(text)
-    said = []
+    remarks = []
     unused = [name for name in VOLTAGES if name in header]
     if unused:
-        said.append(f"{', '.join(unused)}: not used; a torque balance has no voltages")
+        remarks.append(f"{', '.join(unused)}: not used; a torque balance has no voltages")
     if LOAD not in header:
-        return Extras(np.empty(0), None, tuple(said))
+        return OtherColumns(np.empty(0), None, tuple(remarks))
     if nominal is None:
-        said.append(f"{LOAD}: not used; it takes the torque constant of --model to become a current")
-        return Extras(np.empty(0), None, tuple(said))
+        remarks.append(f"{LOAD}: not used; it takes the torque constant of --model to become a current")
+        return OtherColumns(np.empty(0), None, tuple(remarks))
     table = rows_of(path, text, [header.index("t_s"), header.index(LOAD)], [])
     table = table[np.isfinite(table).all(axis=1)]
     if len(table) < 2:
-        said.append(f"{LOAD}: not used; it has no values")
-        return Extras(np.empty(0), None, tuple(said))
+        remarks.append(f"{LOAD}: not used; it has no values")
+        return OtherColumns(np.empty(0), None, tuple(remarks))
     table = table[np.argsort(table[:, 0], kind="stable")]
-    said.append(f"{LOAD}: taken off the current, with {nominal.kt_nm_per_a:.4g} N m/A of the model")
-    return Extras(table[:, 0], table[:, 1] / nominal.kt_nm_per_a, tuple(said))
+    remarks.append(f"{LOAD}: taken off the current, with {nominal.kt_nm_per_a:.4g} N m/A of the model")
+    return OtherColumns(table[:, 0], table[:, 1] / nominal.kt_nm_per_a, tuple(remarks))

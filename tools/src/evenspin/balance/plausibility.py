@@ -18,7 +18,7 @@ from evenspin.plausible.torque import ANGLE_SMOOTH_S, SMOOTH_S, acceleration_fac
 Array = NDArray[np.float64]
 
 REPAIR = "repair it and record again"
-SIGN = -0.7  # correlation of current and acceleration that is beyond doubt
+SIGN = -0.7  # correlation of current and acceleration that leaves no other explanation
 FACTOR = 20.0  # that no inertia is off by
 MATCH = 0.1  # of a factor to that of a unit
 RPM = 60.0 / (2.0 * np.pi)
@@ -79,14 +79,14 @@ def check_units(path: Path, columns: Mapping[str, Array]) -> None:
         factor, like = acceleration_factor(t_s, shaft, iq, SMOOTH_S if speed is not None else ANGLE_SMOOTH_S)
         if factor < 0.0 and like < SIGN:
             data = f"falls where the shaft speeds up (correlation {like:.2f} with the acceleration)"
-            hint = "it looks like the opposite sign of iq_a, or of angle and speed: turn it"
+            hint = "probably the opposite sign of iq_a, or of angle and speed: negate it"
             found = Finding("iq_a", data, "positive where it accelerates in positive direction", hint)
     if found is not None:
         raise found.error(path)
 
 
 def check_against(path: Path, columns: Mapping[str, Array | None], model: Model) -> None:
-    """The inertia of a model tells the unit of what no other column tells: a current, a speed or an angle alone."""
+    """The inertia of a model shows the unit of what no other column shows: a current, a speed or an angle alone."""
     t_s, iq, theta, speed = (columns[name] for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s"))
     shaft = speed if speed is not None else _rate(t_s, theta)
     if t_s is None or iq is None or shaft is None or model.inertia_as2 <= 0.0:
@@ -105,7 +105,11 @@ def check_against(path: Path, columns: Mapping[str, Array | None], model: Model)
     if not seen and 1.0 / FACTOR < ratio < FACTOR:
         return
     data = f"accelerates the shaft with {ratio:.3g} times the inertia of the model"
-    hint = f"it looks like {' or '.join(seen)}: convert it" if seen else "are current, speed and model in SI units?"
+    hint = (
+        f"the factor is that of {' or '.join(seen)}: convert it"
+        if seen
+        else "are current, speed and model in SI units?"
+    )
     raise Finding("iq_a", data, "what the model's inertia asks for", hint).error(path)
 
 

@@ -1,4 +1,4 @@
-"""Least squares with honest intervals: what a balance leaves is coloured, and neighbouring rows say the same twice.
+"""Least squares with intervals for coloured residuals: neighbouring rows carry the same information twice.
 
 The covariance is made of blocks of rows (cluster-robust): each block counts once, however many rows it has, so that
 correlation within a block does no harm. Quantiles are Student's with blocks - 1 degrees of freedom. What changes slowly
@@ -87,7 +87,7 @@ def _quantile(blocks: int) -> float:
 
 
 def inflation(column: Array, others: Sequence[Array]) -> float:
-    """Variance inflation: how much of this column the others already say (1: nothing; large: not to be told apart)."""
+    """Variance inflation: how much of this column the others already contain (1: nothing; large: not separable)."""
     if not others:
         return 1.0
     x = np.column_stack(others)

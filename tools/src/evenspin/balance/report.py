@@ -1,4 +1,4 @@
-"""report.html: where the gap is, what explains it, how much, and what is left."""
+"""report.html: where the gap is, what explains it, how much, and what stays unexplained."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import math
 import numpy as np
 
 from evenspin.balance.analysis import Analysis
-from evenspin.balance.formatting import milli
+from evenspin.balance.formatting import amperes
 from evenspin.balance.judge_lines import missing_lines
 from evenspin.balance.pictures import pictures
 from evenspin.balance.regression import rms
-from evenspin.balance.unexplained import left_of
+from evenspin.balance.unexplained import unexplained_of
 from evenspin.balance.verdict import Verdict
 from evenspin.balance.verdict_file import gap_of, identified, is_clear
 from evenspin.report.page import Page
 from evenspin.tableview import TableView, number
 
-MAIN_LINES = 3  # that are told in words
-FALLS = 0.99  # of the gap: a name that takes less is not told with a gap that falls
+MAIN_LINES = 3  # that are described in words
+FALLS = 0.99  # of the gap: a name that takes less is reported without a falling gap
 SPEED_BANDS = 5  # per direction
 LABELS = {
     "inertia.inertia_as2_per_rad": ("J/Kt", "A s^2/rad"),
@@ -36,22 +36,22 @@ def summary_of(analysis: Analysis, verdict: Verdict) -> list[str]:
     before, after = gap_of(analysis)
     said = [f"Verdict: {', '.join(verdict.names) or _nothing(analysis, verdict)}."]
     if math.isfinite(before):
-        told = [name for name in verdict.names if name != "unknown"]
-        if told and after < FALLS * before:
+        named = [name for name in verdict.names if name != "unknown"]
+        if named and after < FALLS * before:
             said.append(
-                f"On stretches that were not fitted the torque balance is off by {milli(before)} rms before and "
-                f"{milli(after)} after ({after / before:.2f} of it)."
+                f"On stretches that were not fitted the torque balance is off by {amperes(before)} rms before and "
+                f"{amperes(after)} after ({after / before:.2f} of it)."
             )
         else:
-            left = left_of(analysis)
-            beside = f" (noise alone: {milli(left.noise_a)})" if left is not None else ""
+            left = unexplained_of(analysis)
+            beside = f" (noise alone: {amperes(left.noise_a)})" if left is not None else ""
             said.append(
-                f"On stretches that were not fitted the torque balance is off by {milli(min(before, after))} "
+                f"On stretches that were not fitted the torque balance is off by {amperes(min(before, after))} "
                 f"rms{beside}."
             )
     if any("cogging" in name for name in verdict.names) and analysis.inertia_known:
         strongest = ", ".join(
-            f"order {each.line.order:g}: {milli(each.line.amplitude_a)}"
+            f"order {each.line.order:g}: {amperes(each.line.amplitude_a)}"
             for each in missing_lines(analysis)[:MAIN_LINES]
         )
         said.append(f"Orders of the angle: {strongest}.")
@@ -132,9 +132,9 @@ def _found(verdict: Verdict) -> TableView:
         rows.append((name, why, "-"))
         marks.append("")
     for name, _, why in verdict.alternatives:
-        rows.append((name, f"cannot be ruled out: {why}", "-"))
+        rows.append((name, f"not excluded: {why}", "-"))
         marks.append("")
-    text = "Every effect of the table that a torque balance can see, with what speaks for or against it."
+    text = "Every effect of the table that a torque balance can see, with the evidence for or against it."
     return TableView("What explains it", text, ("effect", "evidence", "takes mA rms"), rows, marks)
 
 
@@ -144,8 +144,8 @@ def _shaft(analysis: Analysis) -> TableView:
         name, unit = LABELS.get(key, (key, "A"))
         rows.append((name, unit, f"{each['value']:.4g}", f"{each['half']:.2g}"))
     text = (
-        "+-: half of the 95 % interval. It counts stretches of the log, not rows, because what is left is coloured; it "
-        "allows for noise of the angle, for half a row between the samples of current and angle, and for what one "
+        "+-: half of the 95 % interval. It counts stretches of the log, not rows, because the residual is coloured; it "
+        "includes noise of the angle, for half a row between the samples of current and angle, and for what one "
         "machine differs by from log to log."
     )
     return TableView("The shaft, in ampere equivalents", text, ("", "unit", "value", "+-"), rows)
@@ -194,8 +194,8 @@ def page_of(analysis: Analysis, verdict: Verdict, command: str) -> Page:
         ),
     ]
     if analysis.lag.known:
-        facts.append(("speed estimate", f"{1e3 * analysis.lag.delay_s:.2f} ms later than the angle; put right"))
+        facts.append(("speed estimate", f"{1e3 * analysis.lag.delay_s:.2f} ms later than the angle; corrected"))
     if analysis.current_later_s:
-        facts.append(("current", f"logged {1e3 * analysis.current_later_s:.2f} ms later than the angle; put right"))
+        facts.append(("current", f"logged {1e3 * analysis.current_later_s:.2f} ms later than the angle; corrected"))
     summary = " ".join(summary_of(analysis, verdict))
     return Page("Gap: torque balance", summary, facts, tables_of(analysis, verdict), pictures(analysis), command)

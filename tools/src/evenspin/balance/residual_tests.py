@@ -26,7 +26,7 @@ class Remainder:
     """What is left in the validation stretches."""
 
     rms_a: float
-    told_rms_a: float  # the part of it that speed and direction of acceleration tell, made of the other stretches
+    predictable_rms_a: float  # the part that speed and direction of acceleration predict, from the other stretches
     curvature_p: float
     curvature: float  # A per (rad/s)^2: below 0 friction grows less than linearly
     curvature_drop: float  # of the residue
@@ -56,24 +56,24 @@ class Residue:
 def remainder_of(left: Residue, used: list[Term], families: list[list[Term]], nominal: Nominal | None) -> Remainder:
     return Remainder(
         rms(left.rest[left.second]),
-        _told(left.motion, left.rest, left.first, left.second),
+        _predictable_rms(left.motion, left.rest, left.first, left.second),
         *_curved(left, used, families),
         *_drift(left, used, nominal),
         *_slow_and_fast(left.motion, left.rest, left.second),
     )
 
 
-def _told(motion: Motion, after: Array, first: Flags, second: Flags) -> float:
-    """How much of what is left a table over speed and sign of acceleration, made of the stretches that fit, tells."""
+def _predictable_rms(motion: Motion, after: Array, first: Flags, second: Flags) -> float:
+    """Part of the residual that a table over speed and sign of acceleration predicts; the fitting stretches make it."""
     w = motion.speed_rad_s
     edges = np.quantile(w[first | second], np.linspace(0.0, 1.0, BINS + 1)[1:-1])
     cell = 2 * np.searchsorted(edges, w) + (motion.accel_rad_s2 > 0.0)
-    told = np.zeros_like(after)
+    predicted = np.zeros_like(after)
     for number in range(2 * BINS):
         inside = first & (cell == number)
         if np.any(inside):
-            told[cell == number] = np.mean(after[inside])
-    gain = rms(after[second]) ** 2 - rms((after - told)[second]) ** 2
+            predicted[cell == number] = np.mean(after[inside])
+    gain = rms(after[second]) ** 2 - rms((after - predicted)[second]) ** 2
     return float(np.sqrt(max(gain, 0.0)))
 
 
@@ -85,7 +85,7 @@ def _slow_and_fast(motion: Motion, after: Array, second: Flags) -> tuple[float, 
 
 
 def _curved(found_in: Residue, used: list[Term], families: list[list[Term]]) -> tuple[float, float, float]:
-    """Does friction bend with speed? Beside dry friction always, which alone would look like bending."""
+    """Does friction bend with speed? Beside dry friction always, which alone would seem to bend."""
     if not any(term.effect == "viscous_friction" for term in used):
         return 1.0, 0.0, 0.0
     motion, y, rows = found_in.motion, found_in.y, found_in.rows

@@ -20,8 +20,8 @@ RATIO = 2.0  # of what is left to noise: a right model leaves up to this, since 
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
-    """The balance that the gap is told of: that with the lines where the log has any, which needs short smoothing."""
+class JudgedBalance:
+    """The balance that the gap is reported for: that with the lines where the log has any (short smoothing)."""
 
     kind: str
     motion: Motion
@@ -38,13 +38,13 @@ class Judged:
         return rms(self.after[self.validation_rows])
 
 
-def of_angle(angle: AngleResult) -> Judged:
-    return Judged("angle", angle.motion, angle.validation_rows, angle.before, angle.after)
+def angle_balance_of(angle: AngleResult) -> JudgedBalance:
+    return JudgedBalance("angle", angle.motion, angle.validation_rows, angle.before, angle.after)
 
 
 def beyond_noise(size_a: float, noise_a: float) -> float:
-    """What cannot be noise, A rms. At short smoothing the noise of an angle is many times a line that is beyond doubt,
-    and a few per cent of it must not speak against that line."""
+    """What cannot be noise, A rms. At short smoothing the noise of an angle is many times a line that is certain,
+    and a few per cent of it must not count against that line."""
     return math.sqrt(max(size_a**2 - (RATIO * noise_a) ** 2, 0.0))
 
 

@@ -14,7 +14,7 @@ from evenspin.balance.judge import judge
 from evenspin.balance.log_reader import read_log
 from evenspin.balance.model_file import model_text
 from evenspin.balance.nominal_model import read_nominal
-from evenspin.balance.other_columns import read_extras
+from evenspin.balance.other_columns import read_other_columns
 from evenspin.balance.plausibility import check_against
 from evenspin.balance.report import page_of, summary_of, tables_of
 from evenspin.balance.verdict import Verdict
@@ -49,7 +49,7 @@ def run_balance(
         log_path: CSV or CSV.GZ with t_s, iq_a, and theta_m_rad or speed_rad_s.
         model: a model file or the name of a built-in one; None: everything in ampere equivalents.
         out_dir: None: nothing is written.
-        progress: is told the share that is done, 0 to 1.
+        progress: gets the share that is done, 0 to 1.
         command: noted in the report.
     """
     nominal = read_nominal(model) if model is not None else None
@@ -57,10 +57,10 @@ def run_balance(
     if nominal is not None:
         names = ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")
         check_against(log_path, {name: getattr(log, name) for name in names}, nominal)
-    extras = read_extras(log_path, nominal)
-    analysis = analyse(log, nominal, progress, extras)
+    other_columns = read_other_columns(log_path, nominal)
+    analysis = analyse(log, nominal, progress, other_columns)
     verdict = judge(analysis)
-    verdict.warnings += extras.said
+    verdict.warnings += other_columns.remarks
     content = verdict_json(analysis, verdict)
     if out_dir is not None:
         _write(out_dir, analysis, verdict, content, command or f"evenspin gap {log_path}")

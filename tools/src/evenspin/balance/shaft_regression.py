@@ -26,9 +26,9 @@ from evenspin.balance.time_grid import Flags
 Array = NDArray[np.float64]
 
 LADDER_S = (2.5e-3, 5e-3, 10e-3, 20e-3, 40e-3, 80e-3)
-ROWS_PER_SIGMA = 2  # smoothed rows say the same twice: this many of each width are used
+ROWS_PER_SIGMA = 2  # neighbouring smoothed rows repeat each other: this many of each width are used
 STILL_SHARE = 0.01  # of the highest speed: a rotor slower than this for long may stick, and friction is then anything
-ONE_WAY = 0.03  # share of the rows that turn the other way, below which a log has one direction
+ONE_WAY = 0.03  # share of the rows in the other direction, below which a log has one direction
 ONE_SPEED = 100.0  # inflation of the speed by its sign: the range of the speeds is a third of the highest, or less
 MACHINE = 0.03  # of a value: what one machine differs by from one log to the next
 TRIM = 0.05  # of the rows, at either end of the speeds
@@ -42,7 +42,7 @@ INERTIA, VISCOUS = "inertia.inertia_as2_per_rad", "viscous_friction.viscous_as_p
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What the log drives: which parts of the friction it can tell apart."""
+    """What the log drives: which parts of the friction are separable."""
 
     one_way: bool
     one_speed: bool
@@ -52,7 +52,7 @@ class Drive:
         return not self.one_speed
 
     def drag(self) -> tuple[str, ...]:
-        """Names that this log cannot tell apart."""
+        """Names that this log does not separate."""
         names: tuple[str, ...] = ("coulomb_friction",)
         names += ("load_torque",) if self.one_way else ()
         return names + (("viscous_friction",) if self.one_speed else ())
@@ -83,7 +83,7 @@ def drive_of(motion: Motion, stretches: Stretches) -> Drive:
 
 
 def moving_rows(motion: Motion, stretches: Stretches) -> Flags:
-    """Rows at which friction is defined: the rotor turns, and which way is beyond doubt."""
+    """Rows at which friction is defined: the rotor turns, in a direction that is certain."""
     w = motion.raw_speed_rad_s
     used = motion.good & ~stretches.idle
     if not np.any(used):
@@ -107,7 +107,7 @@ def fit_terms(used: Sequence[Term], y: Array, rows: Flags) -> Fit:
 
 
 def dry_terms(motion: Motion, drive: Drive) -> list[Term]:
-    """Friction and load as far as the log can tell them apart; the first is the friction."""
+    """Friction and load as far as the log separates them; the first is the friction."""
     first = (
         effect_terms.coulomb(motion)
         if drive.friction == "coulomb_friction"
@@ -121,7 +121,7 @@ def base_terms(motion: Motion, drive: Drive) -> list[Term]:
 
 
 def known_part(motion: Motion, nominal: Nominal | None) -> Array:
-    """What the model says that the current has to do, A."""
+    """The current that the model accounts for, A."""
     if nominal is None:
         return np.zeros_like(motion.iq_a)
     known = nominal.inertia_as2 * motion.accel_rad_s2 + nominal.viscous_as * motion.speed_rad_s
@@ -156,7 +156,7 @@ class Step:
     moved: dict[str, float]  # by the correction for noise of the angle
 
 
-def climb(
+def fit_ladder(
     motions: Views, nominal: Nominal | None, drive: Drive, orders: Sequence[float], stretches: Stretches,
     used: Callable[[Motion], list[Term]] | None = None, ladder_s: Sequence[float] = LADDER_S,
 ) -> list[Step]:  # fmt: skip
@@ -183,13 +183,13 @@ def climb(
     return steps
 
 
-def unsure(steps: Sequence[Step], at: int, name: str) -> float:
-    """Half width at this step: its scatter, the noise of the angle, and what wider smoothing says otherwise."""
+def half_width(steps: Sequence[Step], at: int, name: str) -> float:
+    """Half width at this step: its scatter, the noise of the angle, and the difference to wider smoothing."""
     step = steps[at]
     own = math.hypot(step.half[name], step.moved[name])
     others = steps[at + 1 : at + 1 + WIDER] or steps[max(at - 1, 0) : at]
     against = 0.0
-    for other in others:  # the vaguer it is, the less it says
+    for other in others:  # the wider its interval, the less it counts
         its = math.hypot(other.half[name], other.moved[name])
         against = max(against, abs(other.value[name] - step.value[name]) * own / max(math.hypot(own, its), 1e-300))
     return math.hypot(own, against) if math.isfinite(own) else own
@@ -202,10 +202,10 @@ def best_steps(steps: Sequence[Step]) -> tuple[int, int]:
     """
     names = [name for name in steps[0].value if not name.startswith("line")]
 
-    def vague(at: int) -> float:
-        return float(np.sum([np.log(max(unsure(steps, at, name), 1e-300)) for name in names]))
+    def spread(at: int) -> float:
+        return float(np.sum([np.log(max(half_width(steps, at, name), 1e-300)) for name in names]))
 
-    sums = np.array([vague(i) for i in range(len(steps))])
+    sums = np.array([spread(i) for i in range(len(steps))])
     best = int(np.argmin(sums))
     close = sums <= sums[best] + CLOSE * len(names)
     return best, next((i for i in range(len(steps)) if steps[i].sigma_s >= SHORT_S and close[i]), best)

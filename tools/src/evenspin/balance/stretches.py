@@ -74,13 +74,13 @@ def _fits(grid: Grid, slow: Array, used: Flags) -> Flags:
 
 
 def _idle(grid: Grid, slow: Array) -> tuple[Flags, tuple[tuple[float, float], ...]]:
-    """Long rests: a rotor that stands says nothing about torque, since dry friction holds anything."""
+    """Long rests: at rest dry friction balances any torque up to its limit, so that the rows carry no information."""
     top = float(np.quantile(np.abs(slow), 0.99))
     still = np.abs(slow) < IDLE_SHARE * top
     edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False])).astype(int)))
-    idle, told = np.zeros_like(still), []
+    idle, spans = np.zeros_like(still), []
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         if (end - start) * grid.period_s >= LEAST_IDLE_S:
             idle[start:end] = True
-            told.append((float(grid.t_s[start]), float(grid.t_s[end - 1])))
-    return idle, tuple(told)
+            spans.append((float(grid.t_s[start]), float(grid.t_s[end - 1])))
+    return idle, tuple(spans)

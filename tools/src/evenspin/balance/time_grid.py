@@ -25,7 +25,7 @@ class Grid:
     gaps_s: Array
 
     def column(self, name: str, later_s: float = 0.0) -> Array:
-        """A column, read `later_s` later: what is known to lag by that is put right."""
+        """A column, read `later_s` later: which corrects a known lag."""
         value = self.columns[name]
         return value if later_s == 0.0 else np.interp(self.t_s + later_s, self.t_s, value)
 

@@ -1,4 +1,4 @@
-"""The verdict as it is put together: names with parameters, what they may be instead, what speaks against others."""
+"""The verdict as it is put together: names with parameters, what they may be instead, what excludes others."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from evenspin.native import tables
 
 Numbers = dict[str, float]
 
-OR = " or "  # between the names of effects that the log cannot tell apart
+OR = " or "  # between the names of effects that the log does not separate
 MOST = 0.97  # confidence: a torque balance does not see every effect of the table
 FACTOR = "factor"
 
 
 @dataclass(slots=True)
 class Verdict:
-    """Names, strongest first. A name is an effect of the table, or several that this log cannot tell apart."""
+    """Names, strongest first. A name is an effect of the table, or several that this log does not separate."""
 
     names: list[str] = field(default_factory=list)
     parameters: dict[str, Numbers] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Verdict:
         self.apart(effect)
 
     def apart(self, group: str) -> None:
-        """Each name of a group cannot be told from the others."""
+        """No name of a group is separable from the others."""
         names = group.split(OR)
         for each in names:
             others = [other for other in names if other != each]

@@ -10,10 +10,10 @@ import numpy as np
 from evenspin.balance.analysis import Analysis
 from evenspin.balance.confidence import threshold_of
 from evenspin.balance.shaft_regression import MACHINE
-from evenspin.balance.unexplained import judged, left_of
+from evenspin.balance.unexplained import judged_balance, unexplained_of
 from evenspin.balance.verdict import OR, Verdict
 
-TOLD = 1.0  # half width over value: what is known worse than this is not told by the log
+IDENTIFIED = 1.0  # half width over value: a wider interval counts as not identifiable
 
 UNITS = {
     "torque_a_equiv": "A of q current that makes this torque; beyond the model, where there is one",
@@ -70,12 +70,12 @@ def verdict_json(analysis: Analysis, verdict: Verdict) -> dict[str, Any]:
 
 def gap_of(analysis: Analysis) -> tuple[float, float]:
     """Residue before and after, A rms, on the validation stretches, of the balance that this log is good for."""
-    found = judged(analysis)
+    found = judged_balance(analysis)
     return (found.before_a, found.after_a) if found is not None else (math.nan, math.nan)
 
 
 def identified(analysis: Analysis) -> dict[str, dict[str, float]]:
-    """Parameters of the shaft with 95 % intervals, absolute, whatever the model said; only what the log tells."""
+    """Parameters of the shaft with 95 % intervals, absolute, whatever the model gives; only what the log identifies."""
     friction, nominal = analysis.friction, analysis.nominal
     if friction is None or "inertia" in friction.impossible:
         return {}
@@ -93,14 +93,14 @@ def identified(analysis: Analysis) -> dict[str, dict[str, float]]:
         value = friction.final[name] + known.get(effect, 0.0)
         if OR in effect:  # beyond the model, whichever of them it is
             name = ("drag" if nominal is None else "drag_beyond_model") + ".torque_a_equiv"
-        elif half > TOLD * abs(value):
+        elif half > IDENTIFIED * abs(value):
             continue
         found[name] = {"value": value, "half": half, "low": value - half, "high": value + half}
     drag = ("drag" if nominal is None else "drag_beyond_model") + ".torque_a_equiv"
     angle = analysis.angle
     if OR in friction.drive.friction and drag not in found and angle is not None:
-        usual = float(np.median(np.abs(angle.motion.speed_rad_s[angle.rows])))
-        whole = angle.drag_a + (nominal.coulomb_a + nominal.viscous_as * usual if nominal is not None else 0.0)
+        speed_rad_s = float(np.median(np.abs(angle.motion.speed_rad_s[angle.rows])))
+        whole = angle.drag_a + (nominal.coulomb_a + nominal.viscous_as * speed_rad_s if nominal is not None else 0.0)
         value, half = angle.drag_a, math.hypot(angle.drag_half_a, MACHINE * whole)
         found[drag] = {"value": value, "half": half, "low": value - half, "high": value + half}
     return found
@@ -118,13 +118,13 @@ def _evidence(analysis: Analysis, verdict: Verdict) -> list[dict[str, Any]]:
 
 def is_clear(analysis: Analysis, verdict: Verdict) -> bool:
     """Everything has a name or is explained down to noise."""
-    left = left_of(analysis)
+    left = unexplained_of(analysis)
     at_noise = left is not None and not left.significant
     return analysis.judges and at_noise and not verdict.unexplained and "unknown" not in verdict.names
 
 
 def _left(analysis: Analysis) -> dict[str, Any] | None:
-    left = left_of(analysis)
+    left = unexplained_of(analysis)
     if left is None:
         return None
     return {
@@ -212,7 +212,7 @@ def _remainder(analysis: Analysis) -> dict[str, Any] | None:
         "below_rad_s": left.slow_below_rad_s,
         "below_rms_a": left.slow_rms_a,
         "above_rms_a": left.fast_rms_a,
-        "follows_speed_and_acceleration_a": left.told_rms_a,
+        "follows_speed_and_acceleration_a": left.predictable_rms_a,
         "curvature_a_per_rad2_s2": left.curvature,
         "curvature_p": left.curvature_p,
         "dry_friction_drift_share": left.drift_share,

@@ -15,7 +15,7 @@ MOST_SLOTS, MOST_PAIRS = 60, 30
 MULTIPLES = 4
 PENALTY = 0.25  # of the strongest line, for an ideal-cogging order that should be there and is not
 FEW = 3  # lines; with fewer, the strongest is taken to be the cogging of the ideal machine
-GUESS = 0.004  # of the sum, per order that a guess predicts: a guess that predicts everything says nothing
+PREDICTION_COST = 0.004  # of the sum, per predicted order: slots and poles that predict everything explain nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,10 @@ def suggest(
         return []
     pairs = range(1, MOST_PAIRS + 1) if pole_pairs is None else (pole_pairs,)
     found = [
-        _weigh(slots, p, lines, highest) for slots in range(3, MOST_SLOTS + 1, 3) for p in pairs if _balanced(slots, p)
+        _evidence_of(slots, p, lines, highest)
+        for slots in range(3, MOST_SLOTS + 1, 3)
+        for p in pairs
+        if _balanced(slots, p)
     ]
     found = [winding for winding in found if winding.covered > 0.5]
     return sorted(found, key=lambda w: (-round(w.score, 6), w.slots + 2 * w.pole_pairs))[:count]
@@ -59,9 +62,9 @@ def meaning_of(order: int, slots: int, p: int) -> str | None:
     return None
 
 
-def _weigh(slots: int, p: int, lines: Sequence[tuple[int, float]], highest: int) -> Winding:
+def _evidence_of(slots: int, p: int, lines: Sequence[tuple[int, float]], highest: int) -> Winding:
     total = sum(amplitude for _, amplitude in lines)
-    meaning = {order: told for order, _ in lines if (told := meaning_of(order, slots, p)) is not None}
+    meaning = {order: text for order, _ in lines if (text := meaning_of(order, slots, p)) is not None}
     covered = sum(amplitude for order, amplitude in lines if order in meaning) / total
     ideal = math.lcm(slots, 2 * p)
     strongest = max(amplitude for _, amplitude in lines)
@@ -69,4 +72,4 @@ def _weigh(slots: int, p: int, lines: Sequence[tuple[int, float]], highest: int)
     if len(lines) < FEW and strongest > max((a for order, a in lines if order == ideal), default=0.0):
         missing += PENALTY
     predicted = sum(1 for order in range(1, highest + 1) if meaning_of(order, slots, p) is not None)
-    return Winding(slots, p, covered, covered - missing - GUESS * predicted, meaning)
+    return Winding(slots, p, covered, covered - missing - PREDICTION_COST * predicted, meaning)

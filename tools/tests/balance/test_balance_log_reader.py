@@ -16,7 +16,7 @@ ROWS = 2000
 
 
 def log(**changes: np.ndarray | None) -> dict[str, np.ndarray]:
-    """Two seconds of a sound log, with these columns changed or left out."""
+    """Two seconds of a complete log, with these columns changed or left out."""
     t_s = 1e-3 * np.arange(ROWS)
     columns = {
         "t_s": t_s,
@@ -68,7 +68,7 @@ def test_compressed_and_plain_logs_read_alike(tmp_path: Path) -> None:
         ("iq_a", "iq_ma"),
     ],
 )
-def test_a_column_of_another_unit_is_told_the_expected_name(tmp_path: Path, old: str, new: str) -> None:
+def test_a_column_of_another_unit_is_refused_with_the_expected_name(tmp_path: Path, old: str, new: str) -> None:
     text = refusal(tmp_path / "log.csv", renamed(old, new))
 
     assert f"'{new}'" in text
@@ -90,7 +90,7 @@ def test_a_log_without_angle_and_speed_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("theta_m_rad", "nothing can be told about what repeats with the angle"),
+        ("theta_m_rad", "what repeats with the angle is not identifiable"),
         ("speed_rad_s", "come from the angle alone"),
         ("speed_ref_rad_s", "no closed loop is simulated"),
     ],

@@ -1,4 +1,4 @@
-"""A single log whose columns cannot be what their names say, and those that cannot be told apart."""
+"""A single log whose columns cannot be what their names say, and those that cannot be separated."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_a_column_that_cannot_be_so_is_one_line(tmp_path: Path, name: str, chang
 
 
 @pytest.mark.parametrize("missing", ["", "theta_m_rad", "speed_rad_s"])
-def test_a_current_of_wrong_sign_is_told_where_it_accelerates(tmp_path: Path, missing: str) -> None:
+def test_a_current_of_wrong_sign_is_refused_where_it_accelerates(tmp_path: Path, missing: str) -> None:
     with pytest.raises(EvenspinError, match="opposite sign of iq_a"):
         read_log(changed(tmp_path, FREE, iq_a=-1.0, **({missing: None} if missing else {})))
 
@@ -98,10 +98,10 @@ def test_a_current_of_wrong_sign_is_told_where_it_accelerates(tmp_path: Path, mi
         ({"theta_m_rad": 180.0 / math.pi, "speed_rad_s": None}, "theta_m_rad in degrees"),
     ],
 )
-def test_a_unit_that_only_a_model_can_tell_is_told_with_one(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+def test_a_unit_that_only_a_model_shows_is_refused_with_one(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
     path = changed(tmp_path, FREE, **changes)
 
-    read_log(path)  # alone it cannot be told
+    read_log(path)  # alone it cannot be noticed
     with pytest.raises(EvenspinError, match=said):
         held_against_the_model(path)
 
@@ -111,7 +111,7 @@ def test_an_inertia_that_is_off_by_three_is_no_unit(tmp_path: Path, factor: floa
     held_against_the_model(changed(tmp_path, FREE, theta_m_rad=None, iq_a=factor))
 
 
-def test_axes_that_are_exchanged_are_told_where_the_phases_are_logged(tmp_path: Path) -> None:
+def test_axes_that_are_exchanged_are_refused_where_the_phases_are_logged(tmp_path: Path) -> None:
     t_s = 1e-3 * np.arange(4000)
     theta, iq = 20.0 * t_s, 1.0 + 0.2 * np.sin(3.0 * t_s)
     a, b = -iq * np.sin(4.0 * theta), -iq * np.sin(4.0 * theta - math.tau / 3.0)  # of q alone, 4 pole pairs
