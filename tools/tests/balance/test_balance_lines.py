@@ -10,7 +10,7 @@ import numpy as np
 import numpy_drive as drive
 import pytest
 from evenspin.balance import run_balance
-from evenspin.balance.line_agreement import DIFFERS, difference_p, part_of_line, same_line
+from evenspin.balance.line_agreement import DIFFERS, contradict, difference_p, part_of_line, same_line
 
 ROWS = 2400
 ANGLE = np.linspace(0.0, 120.0 * np.pi, ROWS)  # 60 turns
@@ -73,6 +73,34 @@ def test_the_chance_of_a_difference_is_not_understated() -> None:
     assert np.mean(np.array(chances) < DIFFERS) < 0.01
 
 
+def contradicted(rng: np.random.Generator, clean: np.ndarray, noise_a: float = 0.0, runs: int = 100) -> float:
+    """Share of draws in which the parts contradict each other about the line of the whole."""
+    found = []
+    for _ in range(runs):
+        y = clean + rng.normal(size=ROWS)
+        amplitude = float(np.linalg.norm(np.linalg.lstsq(COLUMNS, y, rcond=None)[0]))
+        found.append(contradict(amplitude, *(part_of_line(COLUMNS, y, part, noise_a) for part in (FIRST, ~FIRST))))
+    return float(np.mean(found))
+
+
+def test_a_part_without_the_line_contradicts_the_one_that_has_it() -> None:
+    assert contradicted(np.random.default_rng(7), FIRST * line(15.0 * SIGMA_A)) > 0.98
+    assert contradicted(np.random.default_rng(8), line(15.0 * SIGMA_A)) == 0.0
+
+
+def test_a_part_without_information_contradicts_nothing() -> None:
+    """A part with 10 rows: its fit leaves almost nothing, so that the noise between the orders gives its uncertainty."""
+    few = np.arange(ROWS) < 10
+    y = line(15.0 * SIGMA_A) + np.random.default_rng(9).normal(size=ROWS)
+    median_a = SIGMA_A * np.sqrt(2.0 * np.log(2.0))  # of the amplitude that white noise of 1 A makes at an order
+
+    parts = [part_of_line(COLUMNS, y, part, median_a) for part in (few, ~few)]
+
+    assert not contradict(15.0 * SIGMA_A, *parts)
+    deviation_a = SIGMA_A * np.sqrt(ROWS / 10.0)  # of a coefficient from 10 of the rows
+    assert np.sqrt(parts[0].covariance[0, 0]) > 0.5 * deviation_a
+
+
 def balance(folder: Path, machine: drive.Machine) -> dict[str, Any]:
     log = drive.write(folder / "log.csv", drive.run(machine))
     return run_balance(log, drive.model_file(folder / "model.toml", machine), None).verdict
@@ -86,6 +114,20 @@ def test_a_coarse_encoder_at_a_slow_level_shows_its_cogging(tmp_path: Path) -> N
 
     assert drive.names_wrong(verdict, machine) == []
     assert verdict["parameters"]["cogging"]["amplitude_a_equiv"] == pytest.approx(machine.cogging_a, rel=0.2)
+
+
+@pytest.mark.parametrize("cogging_a", [0.0, 0.04])
+def test_a_frequency_at_one_speed_is_no_cogging_and_cogging_of_that_order_is(tmp_path: Path, cogging_a: float) -> None:
+    """The second harmonic of the counts, sampled at 2 kHz, is 56 Hz at one of the six levels: order 66 there, and there
+    only (2 x 8192 counts x 5.39 rad/s / (2 pi) = 14056 Hz)."""
+    machine = replace(drive.drawn(1213)[1], order=66, cogging_a=cogging_a)
+
+    verdict = balance(tmp_path, machine)
+
+    assert drive.names_wrong(verdict, machine) == []
+    if not cogging_a:
+        why = next(row["why"] for row in verdict["evidence"] if row["effect"] == "cogging")
+        assert "near one speed only" in why
 
 
 def test_cogging_that_rocks_a_light_shaft_is_not_taken_for_a_smaller_inertia(tmp_path: Path) -> None:

@@ -116,6 +116,11 @@ def _why_no_line(analysis: Analysis) -> str:
         return f"no order of the angle stands out of the noise between the orders{_threshold(analysis)}"
     if not any(each.validated for each in found):
         strongest = found[0]
+        if strongest.one_speed:
+            return (
+                f"order {strongest.line.order:g}, {amperes(strongest.line.amplitude_a)}, is there near one speed only: "
+                "a frequency, such as the beat of encoder counts with the rows, and no torque of the shaft"
+            )
         return (
             f"no line is the same in all parts of the log: order {strongest.line.order:g} is the strongest, "
             f"{amperes(strongest.line.amplitude_a)}, and differs by {100.0 * strongest.agree:.0f} %"
@@ -147,7 +152,11 @@ def moved_lines(analysis: Analysis) -> list[FoundLine]:
     if angle is None:
         return []
     least_a = np.sqrt(2.0) * LARGE_SHARE * angle.before_rms_a
-    return [each for each in angle.lines if each.both and not each.validated and each.line.amplitude_a > least_a]
+    return [
+        each
+        for each in angle.lines
+        if each.both and not (each.validated or each.one_speed) and each.line.amplitude_a > least_a
+    ]
 
 
 def _moved(analysis: Analysis, verdict: Verdict) -> None:

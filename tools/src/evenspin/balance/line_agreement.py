@@ -22,6 +22,9 @@ CONFIRMS = 0.05  # chance of as much in the direction of the other part without 
 NEGLIGIBLE = 0.5  # of the line: a smaller difference changes its amplitude, and is no other line
 
 
+RAYLEIGH_MEDIAN = np.sqrt(2.0 * np.log(2.0))  # of the amplitude of sine and cosine of standard deviation 1
+
+
 @dataclass(frozen=True, slots=True)
 class PartOfLine:
     """The line as one part of the log has it: sine and cosine, A, and their covariance with its degrees of freedom."""
@@ -39,9 +42,17 @@ class PartOfLine:
         return float(direction @ self.covariance @ direction)
 
 
-def part_of_line(columns: Array, y: Array, rows: Flags) -> PartOfLine:
-    """`columns`: sine and cosine; `y`: the balance with everything but this line taken away."""
+def part_of_line(columns: Array, y: Array, rows: Flags, noise_a: float = 0.0) -> PartOfLine:
+    """`columns`: sine and cosine; `y`: the balance with everything but this line taken away.
+
+    `noise_a`: median amplitude of the noise between the orders. The covariance is at least what that noise gives for
+    the information that this part has: where one short stretch decides, its residual understates the noise.
+    """
     found = fit(("sin", "cos"), list(columns[rows].T), y[rows])
+    power = np.sum(columns**2, axis=1)
+    floor = noise_a**2 / RAYLEIGH_MEDIAN**2 * float(np.sum(power)) / max(float(np.sum(power[rows])), 1e-300)
+    if 2.0 * floor > float(np.trace(found.covariance)):
+        return PartOfLine(found.value, floor * np.eye(2), found.blocks - 1)
     return PartOfLine(found.value, found.covariance, found.blocks - 1)
 
 
@@ -54,6 +65,14 @@ def same_line(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> bool
         return False
     apart_a = float(np.linalg.norm(first.value - second.value))
     return apart_a < NEGLIGIBLE * amplitude_a or difference_p(first, second) > DIFFERS
+
+
+def contradict(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> bool:
+    """The parts differ by more than noise and by much of the line; a part without information contradicts nothing."""
+    if not (_is_regular(first.covariance) and _is_regular(second.covariance)):
+        return False
+    apart_a = float(np.linalg.norm(first.value - second.value))
+    return apart_a >= NEGLIGIBLE * amplitude_a and difference_p(first, second) <= DIFFERS
 
 
 def difference_p(first: PartOfLine, second: PartOfLine) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from evenspin.balance import shaft_regression
 from evenspin.balance.angle_balance import Setting, shaft_balance
-from evenspin.balance.line_agreement import part_of_line, same_line
+from evenspin.balance.line_agreement import contradict, part_of_line, same_line
 from evenspin.balance.line_search import (
     ABOVE_NOISE,
     OrderBank,
@@ -28,6 +28,9 @@ from evenspin.balance.time_grid import Flags
 Array = NDArray[np.float64]
 
 
+ONE_SPEED_BAND = 0.1  # of a speed: rows within it count as one speed
+
+
 @dataclass(frozen=True, slots=True)
 class FoundLine:
     """Braking torque A sin(order theta + phase) with the half width of the 95 % interval of A."""
@@ -38,6 +41,7 @@ class FoundLine:
     noise_a: float
     agree: float  # difference of the line between the first and the second part of the log, relative
     both: bool  # stands out in each of them, at whatever phase
+    one_speed: bool  # is there near one speed and not at the others: a frequency, no torque of the shaft
     validated: bool  # the same in both parts, and in the stretches that fit and those that validate
 
 
@@ -54,12 +58,27 @@ def estimate_line(
     weight = np.cumsum(np.sum(own**2, axis=1))
     early = weight < 0.5 * weight[-1]
     fits = bank.rows(setting.stretches.fits)[rows]
-    parts, sets = ([part_of_line(own, alone, part) for part in (mask, ~mask)] for mask in (early, fits))
+    near = _near_one_speed(bank.rows(setting.stretches.slow_rad_s)[rows], np.sum(own**2, axis=1))
     noise_a = float(spectrum.noise_a[np.searchsorted(spectrum.order, k)])
+    parts, sets, speeds = (
+        [part_of_line(own, alone, part, noise_a) for part in (mask, ~mask)] for mask in (early, fits, near)
+    )
     agree = abs(parts[0].phasor - parts[1].phasor) / amplitude
     both = min(abs(part.phasor) for part in parts) > ABOVE_NOISE * noise_a
-    validated = same_line(amplitude, *parts) and same_line(amplitude, *sets)
-    return FoundLine(Line(k, amplitude, float(np.arctan2(c, s))), half, half, noise_a, agree, both, validated)
+    one_speed = contradict(amplitude, *speeds)
+    validated = same_line(amplitude, *parts) and same_line(amplitude, *sets) and not one_speed
+    line = Line(k, amplitude, float(np.arctan2(c, s)))
+    return FoundLine(line, half, half, noise_a, agree, both, one_speed, validated)
+
+
+def _near_one_speed(slow_rad_s: Array, weight: Array) -> Flags:
+    """Rows near the speed that decides the line. A frequency (a beat of encoder counts with the rows, the mains) is an
+    order of the angle at one speed only, and torque of the shaft is the same order at every speed."""
+    speed = np.abs(slow_rad_s)
+    rank = np.argsort(speed)
+    share = np.cumsum(weight[rank])
+    deciding = float(speed[rank[min(np.searchsorted(share, 0.5 * share[-1]), len(rank) - 1)]])
+    return np.abs(speed - deciding) < ONE_SPEED_BAND * deciding
 
 
 def widened_intervals(
