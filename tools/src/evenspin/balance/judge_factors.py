@@ -67,13 +67,8 @@ def name_factors(analysis: Analysis, verdict: Verdict) -> None:
             )
     if "inertia" in verdict.names:
         verdict.apart("inertia or torque_constant")
-        verdict.alternatives.append(
-            (
-                "torque_constant",
-                0.5,
-                "a balance in ampere equivalents sees J/Kt only: a larger J and a smaller Kt have the same effect",
-            )
-        )
+        why = "a balance in ampere equivalents contains J/Kt only: a larger J and a smaller Kt have the same effect"
+        verdict.alternative("inertia", "torque_constant", 0.5, why)
 
 
 def _unit(factor: float) -> str | None:

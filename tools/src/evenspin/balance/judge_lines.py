@@ -72,9 +72,8 @@ def name_lines(analysis: Analysis, verdict: Verdict) -> None:
         verdict.name("misalignment", _misalignment(low, analysis), line_confidence(analysis, first), _takes(low))
         if analysis.drive.one_speed:
             verdict.apart("misalignment or encoder_eccentricity")
-            verdict.alternatives.append(
-                ("encoder_eccentricity", 0.3, "the same order at one speed; a second speed separates them")
-            )
+            why = "the same order at one speed; a second speed separates them"
+            verdict.alternative("misalignment", "encoder_eccentricity", 0.3, why)
         return
     for each in low:
         verdict.unexplained.append(
@@ -207,9 +206,8 @@ def _alternatives(analysis: Analysis, main: FoundLine, lines: Sequence[FoundLine
         )
     p = analysis.nominal.pole_pairs if analysis.nominal is not None else None
     if p is None:
-        verdict.alternatives.append(
-            ("current_offset", 0.2, "if the strongest order is that of the pole pairs, which no model gives")
-        )
+        why = "if the strongest order is that of the pole pairs, which no model gives"
+        verdict.alternative("cogging", "current_offset", 0.2, why)
         return
     if main.line.order % (6 * p) == 0:
         weak = angle.current_share < 1.0
@@ -217,7 +215,7 @@ def _alternatives(analysis: Analysis, main: FoundLine, lines: Sequence[FoundLine
         reason += (
             f"; against it: the line changes by {100.0 * angle.current_share:.0f} % per ampere only" if weak else ""
         )
-        verdict.alternatives.append(("flux_harmonics", 0.1 if weak else 0.4, reason))
+        verdict.alternative("cogging", "flux_harmonics", 0.1 if weak else 0.4, reason)
     for each in lines:
         if each.line.order == p:
             verdict.apart("cogging or current_offset")
@@ -227,4 +225,5 @@ def _alternatives(analysis: Analysis, main: FoundLine, lines: Sequence[FoundLine
                 "separate them"
             )
         if each.line.order == 2 * p:
-            verdict.alternatives.append(("current_gain", 0.1, f"for the line at order {2 * p}, the 2nd electrical"))
+            why = f"for the line at order {2 * p}, the 2nd electrical order"
+            verdict.alternative("cogging", "current_gain", 0.1, why)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from evenspin.balance.analysis import Analysis
+from evenspin.balance.effect_facts import IN_AMPERES, smallest_torque_nm, table_parameter
 from evenspin.balance.judge_lines import missing_lines
 from evenspin.balance.nominal_model import LINES
 from evenspin.balance.ripple_simulation import INDUCTANCE_H, POLE_PAIRS, PSI_WB, RESISTANCE_OHM
@@ -12,8 +13,7 @@ from evenspin.balance.shaft_regression import INERTIA, VISCOUS
 from evenspin.balance.verdict import OR, Verdict
 from evenspin.balance.verdict_file import identified
 
-LEAST = {"coulomb_friction": 0.0, "load_torque": -1e4}
-STEMS = {"coulomb_friction": "torque_nm", "load_torque": "torque_nm", "stribeck_friction": "torque_nm"}
+SHAFT_TORQUES = ("coulomb_friction", "load_torque")  # that every log is fitted with
 
 
 def model_text(analysis: Analysis, verdict: Verdict) -> str | None:
@@ -59,18 +59,16 @@ def model_text(analysis: Analysis, verdict: Verdict) -> str | None:
     effects: Any = document["effects"]
     for name, value in _shaft_torques(analysis).items():
         table = effects.get(name, tomlkit.table())
-        table["torque_nm"] = _short(max(_base_value(nominal, name, "torque_nm") + value * kt, LEAST[name]))
+        table["torque_nm"] = _short(max(_base_value(nominal, name, "torque_nm") + value * kt, smallest_torque_nm(name)))
         effects[name] = table
     for name, parameters in verdict.parameters.items():
-        if OR in name and "cogging" not in name or name in ("coulomb_friction", "load_torque"):
+        if OR in name and "cogging" not in name or name in SHAFT_TORQUES:
             continue
         name = name.split(OR)[0]
         table = effects.get(name, tomlkit.table())
         for key, value in _native(name, parameters, kt).items():
             before = _base_value(nominal, name, key)
-            table[key] = _short(
-                before * value if key == "factor" else before + value if name in STEMS and key == "torque_nm" else value
-            )
+            table[key] = _short(before * value if key == "factor" else before + value if key == "torque_nm" else value)
         if name in ("cogging",) and len(missing_lines(analysis)) > 1 and analysis.inertia_known:
             effects["torque_ripple"] = _lines(analysis, kt, tomlkit.table())
         elif len(table):
@@ -92,7 +90,7 @@ def _shaft_torques(analysis: Analysis) -> dict[str, float]:
     for term in friction.terms:
         value = _final(analysis, f"{term.effect}.torque_a_equiv")
         names = term.effect.split(OR)
-        if names[0] in LEAST and value != 0.0:
+        if names[0] in SHAFT_TORQUES and value != 0.0:
             found[names[0] if value > 0.0 or len(names) == 1 else "load_torque"] = value
     return found
 
@@ -101,12 +99,9 @@ def _native(name: str, parameters: dict[str, float], kt: float) -> dict[str, flo
     """Parameters as the effect's table has them."""
     out: dict[str, float] = {}
     for key, value in parameters.items():
-        if key == "torque_a_equiv":
-            out["torque_nm"] = value * kt
-        elif key == "amplitude_a_equiv":
-            out["amplitude_nm"] = value * kt
-        elif key in ("order", "phase_rad", "second_rel", "phase2_rad", "speed_rad_s", "factor"):
-            out[key] = value
+        own = table_parameter(name, key)
+        if own is not None:
+            out[own] = value * kt if key in IN_AMPERES else value
     incomplete = name == "cogging" and "amplitude_nm" not in out
     return {} if incomplete or name == "current_offset" else out
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.balance.effect_facts import torque_effects
 from evenspin.errors import InputError
 from evenspin.model.machine import TORQUE_ALONE, Machine, find_model, load_machine
 
 Array = NDArray[np.float64]
 
 LINES = 6  # of the effect torque_ripple
-SEEN = ("coulomb_friction", "stribeck_friction", "load_torque", "cogging", "misalignment", "torque_ripple")
 FACTORS = ("inertia", "viscous_friction")
 
 
@@ -72,7 +72,7 @@ def read_nominal(given: str | Path) -> Nominal:
     kt = machine.torque_per_a_nm * machine.effects.get("torque_constant", {}).get("factor", 1.0)
     if not kt > 0.0:
         raise refuse("a model with psi_wb above 0", "a torque balance needs torque per ampere")
-    effects = {name: dict(machine.effects.get(name, {})) for name in (*SEEN, *FACTORS)}
+    effects = {name: dict(machine.effects.get(name, {})) for name in (*torque_effects(), *FACTORS)}
     plant = machine.plant
     stribeck = effects["stribeck_friction"]
     return Nominal(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from evenspin.balance.effect_facts import separation, table_parameter
 from evenspin.native import tables
 
 Numbers = dict[str, float]
@@ -36,6 +37,10 @@ class Verdict:
         self.names = sorted(self.takes_a, key=lambda name: -self.takes_a[name])
         self.apart(effect)
 
+    def alternative(self, effect: str, other: str, weight: float, reason: str) -> None:
+        """`other` may be the cause instead of `effect`; the table of effects says what separates them."""
+        self.alternatives.append((other, weight, f"{reason}; {separation(effect, other)}"))
+
     def apart(self, group: str) -> None:
         """No name of a group is separable from the others."""
         names = group.split(OR)
@@ -48,9 +53,13 @@ class Verdict:
 
 def out_of_range(effect: str, parameters: Numbers) -> str | None:
     """Why these values are none that the table of effects allows."""
-    keys = {"torque_a_equiv": "torque_nm", FACTOR: FACTOR}
-    for key, value in parameters.items():
-        field_ = tables().effects[effect].params.get(keys.get(key, "")) if " " not in effect else None
-        if field_ is not None and not field_.minimum <= value <= field_.maximum:
+    if OR in effect:
+        return None
+    for key in ("torque_a_equiv", FACTOR):
+        name = table_parameter(effect, key)
+        if key not in parameters or name is None:
+            continue
+        value, field_ = parameters[key], tables().effects[effect].params[name]
+        if not field_.minimum <= value <= field_.maximum:
             return f"{key} = {value:.4g} is impossible: {field_.allowed()}"
     return None
