@@ -48,12 +48,25 @@ def part_of_line(columns: Array, y: Array, rows: Flags, noise_a: float = 0.0) ->
     `noise_a`: median amplitude of the noise between the orders. The covariance is at least what that noise gives for
     the information that this part has: where one short stretch decides, its residual understates the noise.
     """
-    found = fit(("sin", "cos"), list(columns[rows].T), y[rows])
-    power = np.sum(columns**2, axis=1)
-    floor = noise_a**2 / RAYLEIGH_MEDIAN**2 * float(np.sum(power)) / max(float(np.sum(power[rows])), 1e-300)
-    if 2.0 * floor > float(np.trace(found.covariance)):
-        return PartOfLine(found.value, floor * np.eye(2), found.blocks - 1)
-    return PartOfLine(found.value, found.covariance, found.blocks - 1)
+    own = columns[rows]
+    found = fit(("sin", "cos"), list(own.T), y[rows])
+    gram = own.T @ own
+    if np.linalg.matrix_rank(gram) < len(gram):
+        return PartOfLine(found.value, np.full_like(gram, np.nan), found.blocks - 1)
+    row_variance = noise_a**2 / RAYLEIGH_MEDIAN**2 * 0.5 * float(np.sum(columns**2))
+    floor = row_variance * np.linalg.inv(gram)
+    return PartOfLine(found.value, _at_least(found.covariance, floor), found.blocks - 1)
+
+
+def _at_least(covariance: Array, floor: Array) -> Array:
+    """The covariance, with no variance in any direction below that of the floor."""
+    if not np.any(floor):
+        return covariance
+    root = np.linalg.cholesky(floor)
+    inverse = np.linalg.inv(root)
+    ratio, direction = np.linalg.eigh(inverse @ covariance @ inverse.T)
+    spread = root @ direction
+    return (spread * np.maximum(ratio, 1.0)) @ spread.T
 
 
 def same_line(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> bool:
