@@ -2,8 +2,8 @@
 
     python tools/tests/balance/numpy_campaign.py FIRST COUNT
 
-The seeds of the development were 0 to 39, 500 to 539, 700 to 739 and 900 to 939. Of three logs one
-comes with its model, one with a model that has no inertia, one with none.
+The seeds of the development were 0 to 39, 500 to 539, 700 to 739, 900 to 939, 1100 to 1139 and 1200 to 1239. Of three
+logs one comes with its model, one with a model that has no inertia, one with none.
 """
 
 from __future__ import annotations
