@@ -103,6 +103,15 @@ def test_a_part_with_one_short_stretch_of_information_contradicts_nothing() -> N
     assert wrong <= 1
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_part_without_rows_confirms_nothing_and_contradicts_nothing() -> None:
+    y = line(1.0)
+    parts = [part_of_line(COLUMNS, y, np.full(ROWS, value), SIGMA_A) for value in (False, True)]
+
+    assert not same_line(1.0, *parts)
+    assert not contradict(1.0, *parts)
+
+
 def balance(folder: Path, machine: drive.Machine) -> dict[str, Any]:
     log = drive.write(folder / "log.csv", drive.run(machine))
     return run_balance(log, drive.model_file(folder / "model.toml", machine), None).verdict

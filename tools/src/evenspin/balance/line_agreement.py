@@ -49,10 +49,10 @@ def part_of_line(columns: Array, y: Array, rows: Flags, noise_a: float = 0.0) ->
     the information that this part has: where one short stretch decides, its residual understates the noise.
     """
     own = columns[rows]
-    found = fit(("sin", "cos"), list(own.T), y[rows])
     gram = own.T @ own
     if np.linalg.matrix_rank(gram) < len(gram):
-        return PartOfLine(found.value, np.full_like(gram, np.nan), found.blocks - 1)
+        return PartOfLine(np.zeros(len(gram)), np.full_like(gram, np.nan), 1)
+    found = fit(("sin", "cos"), list(own.T), y[rows])
     row_variance = noise_a**2 / RAYLEIGH_MEDIAN**2 * 0.5 * float(np.sum(columns**2))
     floor = row_variance * np.linalg.inv(gram)
     return PartOfLine(found.value, _at_least(found.covariance, floor), found.blocks - 1)
