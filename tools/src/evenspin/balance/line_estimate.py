@@ -65,8 +65,9 @@ def estimate_line(
     )
     agree = abs(parts[0].phasor - parts[1].phasor) / amplitude
     both = min(abs(part.phasor) for part in parts) > ABOVE_NOISE * noise_a
-    one_speed = contradict(amplitude, *speeds)
-    validated = same_line(amplitude, *parts) and same_line(amplitude, *sets) and not one_speed
+    same = same_line(amplitude, *parts) and same_line(amplitude, *sets)
+    one_speed = same and contradict(amplitude, *speeds)  # a line that moved in time differs between speeds as well
+    validated = same and not one_speed
     line = Line(k, amplitude, float(np.arctan2(c, s)))
     return FoundLine(line, half, half, noise_a, agree, both, one_speed, validated)
 
