@@ -41,7 +41,12 @@ class Layer:
 LAYERS = (
     Layer("control", ("control",), FREESTANDING),
     Layer("hal/include", ("hal",), FREESTANDING),
-    Layer("hal/f28379d", ("hal",), FREESTANDING | {"string.h"}, vendor=frozenset({"driverlib.h", "device.h"})),
+    Layer(
+        "hal/f28379d",
+        ("hal",),
+        FREESTANDING | {"string.h"},
+        vendor=frozenset({"driverlib.h", "device.h", "F021_F2837xD_C28x.h"}),
+    ),
     Layer("hal", ("hal",), None),
     Layer("firmware/link", ("firmware/link",), FREESTANDING),
     Layer("firmware/storage", ("firmware/storage", "firmware/link", "hal"), FREESTANDING),
