@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs balance clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs balance clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -18,6 +18,11 @@ build: setup ## build the host preset (firmware, simulator, tests; both numerics
 test: ## everything that must hold before a change goes in; what .ci/run runs
 	@tools/setup/setup.sh || { echo "0 passed, 1 failed"; exit 1; }
 	@$(CHECK)
+
+QUICK_S := 35
+
+quick: setup ## lint, and the tests that a change touches, nearest first: about a minute (SINCE=REVISION compares with that)
+	@$(PYTHON) tools/setup/quick.py --seconds $(QUICK_S) $(if $(SINCE),--since $(SINCE))
 
 host: setup ## C tests, both numerics
 	@$(CHECK) host

@@ -161,8 +161,6 @@ typedef struct {
     num_t              meas, error, correction;
     num_t              iq_ref; /**< Read by the current interrupt. */
     float              ref_rad_s;
-    angle_t            stall_from;    /**< Where the encoder stood when it seemed to stand still... */
-    uint16_t           stall_samples; /**< ...and for how many samples it has. */
 } drive_speed_t;
 
 /** The position loop; written by the speed interrupt. */

@@ -96,8 +96,8 @@ void test_limits_set_that_needs_rest_is_refused_while_running_with_value_and_the
     expect_set_refusal(LINK_NO_at_rest, PARAM_encoder_counts, 16.0f, 4000.0f);
     ask_set(PARAM_lost_sample_limit, 60000.0f);
     expect_set_refusal(LINK_NO_at_rest, PARAM_lost_sample_limit, 60000.0f, 3.0f);
-    ask_set(PARAM_stall_samples, 0.0f);
-    expect_set_refusal(LINK_NO_at_rest, PARAM_stall_samples, 0.0f, 500.0f);
+    ask_set(PARAM_stall_s, 1.0f);
+    expect_set_refusal(LINK_NO_at_rest, PARAM_stall_s, 1.0f, 0.0f);
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
     line_command(LINK_CMD_stop);
     line_run(3U);

@@ -319,7 +319,7 @@ class Drive:
             except RefusedError as error:
                 if error.parameter:
                     raise self._explained(error, values) from None
-                if "(busy)" not in str(error) or self.link.transport.clock() > until_s:
+                if not error.busy or self.link.transport.clock() > until_s:
                     raise
                 self.sleep(0.005)
 
@@ -331,7 +331,7 @@ class Drive:
             text = why_not(self.parameters, self.get(), values, error.parameter, state=now, numeric=numeric)
         except NativeError:  # firmware of another kind than this computer has
             return error
-        told = RefusedError(f"set: {text}")
+        told = RefusedError(text, "set")
         told.parameter = error.parameter
         return told
 
