@@ -89,8 +89,8 @@ def contradict(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> boo
 
 
 def in_one_only(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> bool:
-    """One part has the line and the other has not: they contradict each other, and in the direction of the larger one the
-    smaller one has less than half of it. A late row or a wrong inertia turns the phase with the speed, and leaves more.
+    """One part has the line and the other has not: they contradict each other, and the smaller one has less than
+    half of it in the same direction. A late row or a wrong inertia turns the phase with the speed, and leaves more.
     """
     small, large = sorted((first.value, second.value), key=lambda value: float(np.linalg.norm(value)))
     missing = float(_unit(large) @ small) < NEGLIGIBLE * float(np.linalg.norm(large))
