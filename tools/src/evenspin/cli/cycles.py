@@ -70,6 +70,7 @@ def cycles(
 def _estimate(result: Result, check: bool, record: bool, json_file: str | None) -> None:
     from rich.table import Table
 
+    from evenspin.cycles.evidence import LARGE_CYC
     from evenspin.cycles.measure import source_root
     from evenspin.cycles.rows import BUDGETS, CPU_MHZ, read_budgets, violations, write_recorded
 
@@ -93,8 +94,8 @@ def _estimate(result: Result, check: bool, record: bool, json_file: str | None) 
     screen.print(
         f"An estimate. Held against {len(result.listed)} functions that TI's compiler made, model over real is "
         f"{block.low:.2f} .. {block.high:.2f} for a block (10th to 90th percentile of {block.functions}), "
-        f"{interrupt.low:.2f} .. {interrupt.high:.2f} for an interrupt ({interrupt.functions} of 140 cycles and more). "
-        "'with band' is the worst call over the lower of the two, and what a budget holds. 'published' is what the "
+        f"{interrupt.low:.2f} .. {interrupt.high:.2f} from {LARGE_CYC} cycles on, as an interrupt "
+        f"({interrupt.functions}). 'with band' is the worst call over the lower end, which a budget holds. 'published' is what the "
         f"papers state in microseconds for their hardware, as cycles of {CPU_MHZ:.0f} MHz. No chip has confirmed a "
         "number."
     )

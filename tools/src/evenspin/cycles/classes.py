@@ -95,8 +95,7 @@ class Function:
 
     @classmethod
     def read(cls, lines: Sequence[str], layout: Layout) -> Function:
-        narrow = {match["result"] for match in map(WIDENED.match, lines) if match is not None}
-        return cls(layout, narrow, names_in_memory(lines), index_values(lines))
+        return cls(layout, narrow_values(lines), names_in_memory(lines), index_values(lines))
 
     def classes(self, line: str) -> Counter[str]:
         """Classes of one line, and how many of each."""
@@ -125,6 +124,8 @@ class Function:
     def arithmetic(self, code: str, text: str, result: str | None) -> str | None:
         """The class of a calculation."""
         wide = re.match(r"(?:icmp \w+|\w+) i64 ", text) is not None and result not in self.indices
+        if code == "icmp" and text.split()[3].rstrip(",") in self.narrow:
+            wide = False
         if code in FLOAT:
             return FLOAT[code]
         if code in CONVERSION:
@@ -137,7 +138,7 @@ class Function:
         if code in DIVISION:
             by_constant = re.search(r", \d+$", text.split(", !")[0]) is not None
             return "ldiv" if wide else "idivk" if by_constant else "idiv"
-        if HALF.match(text) and wide:
+        if HALF.match(text):
             return "cast"  # half of a register pair: it is there already
         if code in INTEGER:
             if wide and code == "mul":
@@ -160,6 +161,20 @@ class Function:
             elif re.match(r"-?\d|true|false|null", value):
                 found["stk32" if kind in ("i32", "i64", "ptr") else "stk16"] = 1
         return +found
+
+
+def narrow_values(lines: Sequence[str]) -> set[str]:
+    """Values of 64 bits that hold 32: what was widened, on whatever way it came."""
+    found = {match["result"] for match in map(WIDENED.match, lines) if match is not None}
+    for line in lines:
+        result, text = result_and_text(line)
+        if result is not None and HALF.match(text):
+            found.add(result)
+        if result is not None and text.startswith("phi i64"):
+            ways = re.findall(r"\[ ([^,\s]+),", text)
+            if all(way in found or way.isdigit() for way in ways):
+                found.add(result)
+    return found
 
 
 def names_in_memory(lines: Sequence[str]) -> set[str]:

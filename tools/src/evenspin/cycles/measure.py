@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from evenspin.cycles.costs import ALL, COSTS
-from evenspin.cycles.evidence import Band, Listed, block_band, interrupt_band, read_listings
+from evenspin.cycles.evidence import LARGE_CYC, Band, Listed, block_band, interrupt_band, read_listings
 from evenspin.cycles.instrument import instrument
 from evenspin.cycles.m4 import count_instructions, missing
 from evenspin.cycles.rows import BUDGETS, Row, make_rows, read_budgets
@@ -122,8 +122,11 @@ def measure(root: Path, with_m4: bool = True) -> Result:
     budgets, *_ = read_budgets(root / BUDGETS)
     clang = find_clang()
     listed = read_listings(root)
-    block = block_band(listed).low
-    low = {"step": block, "extra": block, "isr": interrupt_band(listed).low}
+    block, interrupt = block_band(listed).low, interrupt_band(listed).low
+
+    def low(cycles: int) -> float:
+        return interrupt if cycles >= LARGE_CYC else block
+
     with tempfile.TemporaryDirectory() as folder:
         measured = run_driver(root, clang, Path(folder))
         m4, note = m4_counts(root, Path(folder)) if with_m4 else (None, "")

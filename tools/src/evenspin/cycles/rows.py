@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -80,16 +80,15 @@ def make_rows(
     measured: Mapping[str, tuple[int, int]],
     budgets: Mapping[str, int],
     m4: Mapping[str, int] | None = None,
-    low: Mapping[str, float] | None = None,
+    low: Callable[[int], float] = lambda cycles: 1.0,  # noqa: ARG005
 ) -> list[Row]:
     """All rows from mean and largest cost, tenths of a cycle; `m4`: instructions of the Cortex-M4F by name; `low`: the
-    band's lower end by kind."""
+    band's lower end for so many cycles."""
     source = "model"
     rows: list[Row] = []
 
     def add(name: str, kind: str, est: int, worst: int, instructions: int | None) -> None:
-        below = (low or {}).get(kind, 1.0)
-        rows.append(Row(name, kind, est, worst, instructions, budgets.get(f"{kind} {name}"), source, below))
+        rows.append(Row(name, kind, est, worst, instructions, budgets.get(f"{kind} {name}"), source, low(worst)))
 
     def counted(*names: str) -> list[int] | None:
         return [m4[name] for name in names] if m4 is not None and all(name in m4 for name in names) else None
