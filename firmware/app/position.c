@@ -25,8 +25,7 @@ static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_pro
     out->smooth = p->profile_smooth_samples;
     out->speed_scale = num_from_float(DRIVE_TWO_PI / 65536.0f / ts_s * s->scale.inv_speed);
     out->accel_scale = num_from_float(DRIVE_TWO_PI / 1048576.0f / (ts_s * ts_s) * s->scale.inv_speed);
-    ctl_profile_t    trial;
-    const ctl_diag_t d = ctl_profile_init(&trial, out);
+    const ctl_diag_t d = ctl_profile_check(out);
     if (d.status == CTL_OK) {
         return PARAM_COUNT;
     }
@@ -316,6 +315,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
         /* ppi, rdc: no learning of the speed */
     }
     const num_t wanted = num_mac(feed, q->kp, o->error);
+    d->motion.asked = wanted;
     const num_t feedback = ctl_pi_output(&o->pi, num_sub(wanted, o->speed));
     num_t       torque = feedback;
     if (q->method == DRIVE_POSITION_RDC) {

@@ -32,7 +32,6 @@ void drive_speed_step(drive_t *d)
     const drive_command_t *const cmd = drive_active_command(d);
     drive_speed_t *const         s = &d->speed;
 
-    drive_check_stall(d);
     s->meas = measure_speed(d);
     drive_check_motion(d);
     drive_position_measure(d);
@@ -50,6 +49,7 @@ void drive_speed_step(drive_t *d)
     }
     s->ref_rad_s = cmd->speed_ref_rad_s;
     const num_t ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
+    d->motion.asked = ref;
 
     s->error = num_mul(num_sub(ref, s->meas), d->setup.error_scale);
     s->correction = ripple_correction(d, s->error, ref);

@@ -95,9 +95,9 @@ def _estimate(result: Result, check: bool, record: bool, json_file: str | None) 
         f"An estimate. Held against {len(result.listed)} functions that TI's compiler made, model over real is "
         f"{block.low:.2f} .. {block.high:.2f} for a block (10th to 90th percentile of {block.functions}), "
         f"{interrupt.low:.2f} .. {interrupt.high:.2f} from {LARGE_CYC} cycles on, as an interrupt "
-        f"({interrupt.functions}). 'with band' is the worst call over the lower end, which a budget holds. 'published' is what the "
-        f"papers state in microseconds for their hardware, as cycles of {CPU_MHZ:.0f} MHz. No chip has confirmed a "
-        "number."
+        f"({interrupt.functions}). 'with band' is the worst call over the lower end, which a budget holds. 'published' "
+        f"is what the papers state in microseconds for their hardware, as cycles of {CPU_MHZ:.0f} MHz. No chip has "
+        "confirmed a number."
     )
     screen.print(result.m4_note)
     if json_file is not None:

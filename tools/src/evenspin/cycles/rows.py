@@ -9,10 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from evenspin.cycles.costs import COSTS
+from evenspin.native import tables
 
 CPU_MHZ = 200.0
 CPU_CYCLES_PER_PERIOD = 20000  # 200 MHz / 10 kHz
 SPEED_DIVIDER = 10
+PLAIN_CONTROLLER = "pi"  # current control that the names of variants do not mention
 GROWTH = 1.03
 BUDGETS = Path("tests/budget/budgets.toml")
 CALL = round(10.0 * COSTS["frame"])  # a step includes its call, in tenths of a cycle as the driver counts
@@ -76,6 +78,14 @@ def whole(tenths: int) -> int:
     return (tenths + 5) // 10
 
 
+def base_of(variant: str) -> str:
+    """What a variant costs more than: the drive without ripple suppression, under the same current controller."""
+    if variant.startswith("position "):
+        return "position ppi"
+    other = [word for word in tables().params["current_controller"].choices if variant.endswith(f" {word}")]
+    return f"pi {other[0]}" if other else "pi"
+
+
 def make_rows(
     measured: Mapping[str, tuple[int, int]],
     budgets: Mapping[str, int],
@@ -112,10 +122,8 @@ def make_rows(
             period = [occupation(measured, isr, method, i) for i in (0, 1)]
             add(f"occupation {method}", "isr", period[0], period[1], None)
     for method in methods:
-        base = "pi deadbeat" if method.endswith(" deadbeat") else "pi"
-        if method.startswith("position "):
-            base = "position ppi"
-        if method in ("pi", "pi deadbeat", "position ppi", "align"):  # the last is no method, but a part of a start
+        base = base_of(method)
+        if method in (base, "align"):  # the latter is no method, but a part of a start
             continue
         extra = [
             sum(isr[f"{which}_isr {method}"][i] - isr[f"{which}_isr {base}"][i] for which in ("current", "speed"))
