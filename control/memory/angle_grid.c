@@ -103,7 +103,7 @@ static inline num_t write_up(num_t *at, uint16_t count, num_t value, num_t slope
 static inline num_t write_down(num_t *end, uint16_t count, num_t value, num_t slope)
 {
     num_t *at = end;
-    num_t v = value;
+    num_t  v = value;
     for (uint16_t fours = (uint16_t)(count >> 2); fours > 0U; fours--) {
         at -= 4;
         at[3] = v;
