@@ -39,7 +39,7 @@ static inline angle_t angle_from_rad_short_raw(num_t rad)
 #ifdef EVENSPIN_FIXED
     return (angle_t)(int32_t)(((int64_t)num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f)) * INT64_C(683565276)) >> 24);
 #else
-    return (angle_t)(int32_t)(num_clamp(rad, -3.14159250f, 3.14159250f) * 6.83565276e8f); /* 2^31 / pi */
+    return (angle_t)(int32_t)num_clamp(rad * 6.83565276e8f, -2147483648.0f, 2147483520.0f); /* 2^31 / pi */
 #endif
 }
 

@@ -5,7 +5,7 @@
 #include "hal/hal_inverter.h"
 
 #define INV_SQRT3 NUM_C(0.57735026919f)
-#define V_DC_MIN NUM_C(1.0e-3f) /* below it the voltage limit leaves nothing to modulate, but its inverse is wanted */
+#define V_DC_MIN NUM_C(0.0009765625f) /* below it the voltage limit leaves nothing to modulate, but its inverse is wanted */
 
 static void set_zero_voltage(void)
 {
@@ -45,13 +45,13 @@ void drive_rest(drive_t *d)
     drive_command_nothing(d);
 }
 
-static angle_t encoder_angle(const drive_t *d)
+static inline angle_t encoder_angle(const drive_t *d)
 {
     return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
 }
 
 /* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
-static void track(drive_t *d)
+static inline void track(drive_t *d)
 {
     drive_tracking_t *const t = &d->tracking;
     const float             limit = d->params.over_speed_rad_s;
@@ -83,7 +83,7 @@ static void observe_otherwise(drive_t *d)
 
 /* Disturbance torque, measured, and expected for the moment when a reference of now will act. One branch for all that is
  * not usual. */
-static void observe(drive_t *d)
+static inline void observe(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     if (!d->setup.meter_used) {
@@ -103,7 +103,7 @@ static void observe(drive_t *d)
     }
 }
 
-static void speed_tick(drive_t *d, uint32_t now_cyc)
+static inline void speed_tick(drive_t *d, uint32_t now_cyc)
 {
     if (d->speed_count > 0U) {
         d->speed_count--;
@@ -125,7 +125,7 @@ static void speed_tick(drive_t *d, uint32_t now_cyc)
     hal_clock_request_speed_isr();
 }
 
-static void measure_currents(drive_t *d, angle_t theta_e)
+static inline void measure_currents(drive_t *d, angle_t theta_e)
 {
     const float     inv = d->scale.inv_current;
     const ctl_abc_t i = {drive_per_base(d->ia_a, inv), drive_per_base(d->ib_a, inv), drive_per_base(d->ic_a, inv)};
@@ -134,7 +134,7 @@ static void measure_currents(drive_t *d, angle_t theta_e)
     d->current.meas = ctl_park_raw(ctl_clarke_raw(i), rotor);
 }
 
-static void control_by_pi(drive_current_t *c, num_t limit)
+static inline void control_by_pi(drive_current_t *c, num_t limit)
 {
     const ctl_dq_t err = {num_sub(c->ref.d, c->meas.d), num_sub(c->ref.q, c->meas.q)};
     const ctl_dq_t wanted = {ctl_pi_propose_raw(&c->d, err.d), ctl_pi_propose_raw(&c->q, err.q)};
@@ -145,7 +145,7 @@ static void control_by_pi(drive_current_t *c, num_t limit)
 }
 
 /* The voltage will act at `lead` turns beyond the electrical angle `at`. */
-static void control_currents(drive_t *d, angle_t at, num_t lead)
+static inline void control_currents(drive_t *d, angle_t at, num_t lead)
 {
     drive_current_t *const c = &d->current;
     const num_t            v_dc = num_max(drive_per_base(d->sample.vdc_v, d->scale.inv_voltage), V_DC_MIN);
@@ -165,7 +165,7 @@ static void control_currents(drive_t *d, angle_t at, num_t lead)
     (void)hal_inverter_set_duty(&out);
 }
 
-static void take_references(drive_t *d)
+static inline void take_references(drive_t *d)
 {
     const drive_order_t *const order = drive_active_order(d);
     const num_t                needed = num_sub(d->speed.iq_ref, d->observer.estimate);
@@ -185,7 +185,7 @@ static void add_to_calibration(drive_t *d)
     }
 }
 
-static void act(drive_t *d)
+static inline void act(drive_t *d)
 {
     angle_t at = d->tracking.theta_e;
     num_t   lead = (num_t)0;
@@ -212,7 +212,7 @@ static void act(drive_t *d)
 
 /* The gate: a sample that passes needs no further judgement and may be calculated with. NaN compares false. & instead of
  * &&: one branch for all of it. */
-static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
+static inline bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
 {
     const drive_params_t *const p = &d->params;
     const hal_sample_t *const   s = &d->sample;
@@ -228,7 +228,7 @@ static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
                   (d->tracking.known == DRIVE_ANGLE_KNOWN)); /* hence not the first one */
 }
 
-static bool take_sample(drive_t *d)
+static inline bool take_sample(drive_t *d)
 {
     const uint32_t     previous_seq = d->sample.seq;
     const hal_status_t status = hal_sample_read(&d->sample);

@@ -561,7 +561,6 @@ static void alignment(void)
     }
 }
 
-int reference_cases(void (*note_case)(const char *, uint64_t));
 int services_cases(drive_t *of, void (*note_case)(const char *, uint64_t));
 
 int main(void)
@@ -590,7 +589,6 @@ int main(void)
         (void)printf("%u\t%s\n", i + 1U, rows[i].name);
     }
 #else
-    (void)reference_cases(note);
     (void)services_cases(&drive, note);
     for (unsigned i = 0U; i < row_count; i++) {
         (void)printf("%s\t%llu\t%llu\t%llu\n", rows[i].name, (unsigned long long)rows[i].calls,
