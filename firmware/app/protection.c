@@ -1,3 +1,5 @@
+#include "firmware/app/protection.h"
+
 #include "firmware/app/internal.h"
 #include "hal/hal_inverter.h"
 
@@ -10,10 +12,7 @@ void drive_trip(drive_t *d, drive_fault_t fault)
     d->state = DRIVE_FAULT;
 }
 
-/* NaN compares false, hence the negation. */
-static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit); }
-
-static bool is_number(float x) { return inside(x, 1.0e12f); }
+static bool is_number(float x) { return drive_is_within(x, 1.0e12f); }
 
 static void check_hardware(drive_t *d)
 {
@@ -73,16 +72,14 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
     }
     d->bad_samples = 0U;
 
-    d->ia_a = s->ia_a - d->offset_a_a;
-    d->ib_a = s->ib_a - d->offset_b_a;
-    d->ic_a = s->ic_a - d->offset_c_a;
-    if (!inside(d->ia_a, p->over_current_a) || !inside(d->ib_a, p->over_current_a) || !inside(d->ic_a, p->over_current_a)) {
+    drive_take_off_offsets(d);
+    if (!drive_currents_allowed(d)) {
         drive_trip(d, FAULT_over_current);
     }
-    if (s->vdc_v > p->over_voltage_v) {
+    if (!drive_voltage_not_over(d)) {
         drive_trip(d, FAULT_over_voltage);
     }
-    if (drive_is_armed(d) && (s->vdc_v < p->under_voltage_v)) {
+    if (drive_is_armed(d) && !drive_voltage_not_under(d)) {
         drive_trip(d, FAULT_under_voltage);
     }
     return true;
