@@ -7,7 +7,7 @@
 
 /* ---- configuration ---------------------------------------------------------------------------------------------- */
 
-static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *fal)
+ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
 {
     ctl_diag_t d = ctl_diag_range(p->gain, (num_t)0, NUM_C(100.0f), CTL_RC_GAIN);
     if ((d.status == CTL_OK) && ((p->lead > CTL_RC_LEAD_MAX) || ((p->memory == CTL_RC_ANGLE) && (p->lead < 2U)))) {
@@ -23,7 +23,7 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_RC_FAL_AT, (uint16_t)p->fal_at);
     }
     if ((d.status == CTL_OK) && (p->fal_at != CTL_RC_FAL_NONE)) {
-        d = ctl_fal_init(fal, &p->fal);
+        d = ctl_fal_check(&p->fal);
         if (d.status != CTL_OK) {
             d.field = (d.field == (uint16_t)CTL_FAL_ALPHA) ? (uint16_t)CTL_RC_FAL_ALPHA : (uint16_t)CTL_RC_FAL_DELTA;
         }
@@ -43,14 +43,13 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
     return d;
 }
 
-static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t *fal)
+/* All but fal's tables. */
+static void take(ctl_rc_t *self, const ctl_rc_params_t *params)
 {
     self->params = *params;
     self->fast = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
                  (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
-    if (params->fal_at != CTL_RC_FAL_NONE) {
-        self->fal = *fal;
-    } else { /* a linear part without an end */
+    if (params->fal_at == CTL_RC_FAL_NONE) { /* a linear part without an end */
         self->fal.params.alpha = NUM_C(1.0f);
         self->fal.params.delta = NUM_MAX;
         self->fal.slope = NUM_C(1.0f);
@@ -62,18 +61,20 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
     if ((self == NULL) || (params == NULL)) {
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
-    ctl_rc_state_t rest = {0};
-    ctl_fal_t      fal;
-    ctl_diag_t     d = check(params, capacity, &fal);
+    static const ctl_rc_state_t REST = {0}; /* not on the stack of the chip */
+    ctl_grid_t                  turn = {0};
+    ctl_ring_t                  time = {0};
+    ctl_diag_t                  d = ctl_rc_check(params, capacity);
     if (d.status == CTL_OK) {
-        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity)
-                                             : ctl_ring_init(&rest.time, memory, capacity);
+        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&turn, memory, capacity) : ctl_ring_init(&time, memory, capacity);
         if (d.status != CTL_OK) {
             d.field = CTL_RC_CAPACITY;
         }
     }
     if (d.status == CTL_OK) {
-        self->state = rest;
+        self->state = REST;
+        self->state.turn = turn;
+        self->state.time = time;
         if (params->memory != CTL_RC_ANGLE) {
             ctl_ring_fill_zero(&self->state.time);
         }
@@ -83,19 +84,22 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         self->too_long = (float)self->longest + 1.0f;
 #endif
         self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
-        take(self, params, &fal);
+        if (params->fal_at != CTL_RC_FAL_NONE) {
+            (void)ctl_fal_init(&self->fal, &params->fal);
+        }
+        take(self, params);
     }
     return d;
 }
 
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
 {
-    ctl_fal_t  fal = self->fal;
-    const bool same = (params->fal.alpha == fal.params.alpha) && (params->fal.delta == fal.params.delta);
+    const ctl_fal_params_t *const before = &self->fal.params;
+    const bool                    same = (params->fal.alpha == before->alpha) && (params->fal.delta == before->delta);
     if ((params->fal_at != CTL_RC_FAL_NONE) && !same) {
-        (void)ctl_fal_init(&fal, &params->fal);
+        (void)ctl_fal_init(&self->fal, &params->fal);
     }
-    take(self, params, &fal);
+    take(self, params);
     ctl_lagrange(params->order, self->state.period.fraction, self->state.a);
 }
 

@@ -111,6 +111,8 @@ enum {
  * @param capacity  how many; at least lead + order + 5.
  */
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity);
+/** What ctl_rc_init would say with a memory of @p capacity; @p p is not NULL. Needs no object. */
+ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity);
 
 /** Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays. */
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);

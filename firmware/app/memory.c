@@ -4,7 +4,7 @@
 static bool has_table(const drive_t *d) { return drive_memory_cells(d) > 0U; }
 static bool is_idle(const drive_t *d)
 {
-    return ((d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT)) && !d->saving.active;
+    return ((d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT)) && !d->storage.active;
 }
 
 uint16_t drive_memory_cells(const drive_t *d)

@@ -25,8 +25,7 @@ static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_pro
     out->smooth = p->profile_smooth_samples;
     out->speed_scale = num_from_float(DRIVE_TWO_PI / 65536.0f / ts_s * s->scale.inv_speed);
     out->accel_scale = num_from_float(DRIVE_TWO_PI / 1048576.0f / (ts_s * ts_s) * s->scale.inv_speed);
-    ctl_profile_t    trial;
-    const ctl_diag_t d = ctl_profile_init(&trial, out);
+    const ctl_diag_t d = ctl_profile_check(out);
     if (d.status == CTL_OK) {
         return PARAM_COUNT;
     }

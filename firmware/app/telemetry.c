@@ -1,7 +1,9 @@
 #include "firmware/app/telemetry.h"
 
+#include "firmware/app/doc_text.h"
+
 static const signal_info_t TABLE[SIGNAL_COUNT] = {
-#define SIGNAL(name, unit, expression, doc) {#name, unit, doc},
+#define SIGNAL(name, unit, expression, doc) {#name, unit, DOC_TEXT(doc)},
 #include "firmware/app/telemetry.def"
 #undef SIGNAL
 };

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from evenspin import blocks
+from evenspin.design import sampled
 from evenspin.design.rc import Repetitive
 from evenspin.design.sampled import Sampled, sampled_loop
 from evenspin.design.source import loop_of
 from evenspin.design.stability import Verdict, judge, with_repetitive
+from evenspin.errors import InputError
 from evenspin.model import builtin_models, load_machine
 from evenspin.model.setup import InputCurve, Setup, Tune
 from evenspin.native import tables
@@ -164,3 +166,11 @@ def test_the_simulated_firmware_does_what_the_design_check_says(seed):
     verdict = designed(case).verdict
 
     assert verdict is Verdict.MARGINAL or oscillates(case) is (verdict is Verdict.UNSTABLE)
+
+
+def test_a_current_controller_without_equations_is_refused(monkeypatch):
+    plant, drive = drive_of("guo2024", current_controller=1.0)
+    monkeypatch.setattr(sampled, "CONTROLLERS", ("pi",))
+
+    with pytest.raises(InputError, match=r"current_controller = 'deadbeat': must be pi: there is no model"):
+        sampled_loop(plant, drive, 20.0)

@@ -147,7 +147,7 @@ void test_limits_setpoint_beyond_the_limits_in_force_is_refused_with_them(void)
 void test_limits_stored_set_beyond_the_board_is_not_taken(void)
 {
     static drive_params_t bad;
-    static param_store_t  store;
+    static store_t        store;
     bad = line_defaults;
     bad.over_current_a = 100.0f;
     TEST_ASSERT_EQUAL_INT(HAL_OK, param_store_begin(&store, &bad, services.schema));
