@@ -131,7 +131,8 @@ void test_motion_check_limit_allows_two_counts_of_a_coarse_encoder(void)
 
 void test_motion_check_angle_is_found_anew_after_samples_that_are_missing(void)
 {
-    const drive_params_t p = watchful();
+    drive_params_t p = watchful();
+    p.lost_sample_limit = 13U; /* one more than the gap below */
     turning(&p);
     for (int k = 0; k < 5; k++) {
         shaft += 12.0 * STEP_RAD; /* twelve periods of which nobody saw anything */
@@ -435,6 +436,6 @@ void test_motion_check_right_zero_excuses_an_overhauled_drive(void)
 {
     with_checks(0.05, 1U, DRIVE_MODE_SPEED);
     TEST_ASSERT_EQUAL_INT(0, volts_to_fault(0.0, 100.0, -2.0, 10.0, 300)); /* 37.5 rad/s in 19 samples */
-    TEST_ASSERT_TRUE(volts_to_fault(0.0, -400.0, -0.4, 10.0, 300) > 0); /* 20 rad/s in 50 samples, of 2.5 + 12.5 and 37.5 */
+    TEST_ASSERT_TRUE(volts_to_fault(0.0, -400.0, -0.4, 10.0, 300) > 0);    /* 20 rad/s in 50 samples, of 2.5 + 12.5 and 37.5 */
     ASSERT_FAULT(FAULT_speed_deviation, "too slow for a verdict");
 }
