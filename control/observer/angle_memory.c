@@ -159,7 +159,7 @@ static void write_all(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t ga
     }
 }
 
-void ctl_angle_memory_write_otherwise(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     if (!s->primed) {
@@ -185,5 +185,5 @@ void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, nu
         num_count(&s->rejected); /* a jump: nobody knows which way */
         ctl_angle_memory_pause(self);
     }
-    ctl_angle_memory_write_raw(self, angle, v, num_clamp(gain, (num_t)0, NUM_C(1.0f)));
+    ctl_angle_memory_write_unchecked(self, angle, v, num_clamp(gain, (num_t)0, NUM_C(1.0f)));
 }

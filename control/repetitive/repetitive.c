@@ -47,8 +47,8 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
 static void take(ctl_rc_t *self, const ctl_rc_params_t *params)
 {
     self->params = *params;
-    self->usual = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
-                  (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
+    self->fast = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
+                 (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
     if (params->fal_at == CTL_RC_FAL_NONE) { /* a linear part without an end */
         self->fal.params.alpha = NUM_C(1.0f);
         self->fal.params.delta = NUM_MAX;
@@ -190,14 +190,14 @@ static bool rests(ctl_rc_t *self, num_t e)
 }
 
 /* What this sample teaches: k_rc f(e), or nothing while learning rests. Inline: every sample; one branch for what can rest. */
-static inline num_t lesson(ctl_rc_t *self, num_t e)
+static inline num_t learned_now(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
 
     if (((p->freeze_above > (num_t)0) | (self->state.frozen > 0U)) && rests(self, e)) {
         return (num_t)0;
     }
-    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(&self->fal, e) : e);
+    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_unchecked(&self->fal, e) : e);
 }
 
 /* Q(z) of the Lagrange sum: the sum of the middle, and of its neighbours on both sides, of x[0..4], newest first. */
@@ -239,15 +239,15 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
     return y;
 }
 
-/* The same where `usual` says that there is nothing to decide but fal, and the memory has no gaps (ctl_ring_fill_zero). The
+/* The same where `fast` says that there is nothing to decide but fal, and the memory has no gaps (ctl_ring_fill_zero). The
  * samples to read lie one after the other but for one jump at the end of the memory, hence two pointers and no branch. */
-static inline num_t step_usual(ctl_rc_t *self, num_t e)
+static inline num_t step_fast(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
     const ctl_ring_t *const      ring = &self->state.time;
-    const num_t                  learned = num_mul(p->gain, ctl_fal_raw(&self->fal, e));
+    const num_t                  learned = num_mul(p->gain, ctl_fal_unchecked(&self->fal, e));
     num_t                        a[CTL_LAGRANGE_TAPS];
-    ctl_lagrange_2_raw(self->state.period.fraction, a);
+    ctl_lagrange_2_unchecked(self->state.period.fraction, a);
 
     num_t *const w = &ring->sample[ctl_ring_place(ring, (uint16_t)(p->lead - 1U))];
     *w = num_clamp(num_add(*w, learned), num_neg(p->limit), p->limit);
@@ -323,13 +323,13 @@ static inline num_t output(const ctl_rc_t *self, num_t e, num_t y)
     return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
 }
 
-static num_t step_otherwise(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)
+static num_t step_general_in_time(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)
 {
     take_period(self, whole, fraction);
-    return output(self, e, step_in_time(self, lesson(self, e)));
+    return output(self, e, step_in_time(self, learned_now(self, e)));
 }
 
-/* A period that is not too long: set_period for a caller that has looked. */
+/* A period that is not too long: set_period for a caller that has checked it. */
 static inline void use_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 {
     self->state.period.whole = whole;
@@ -342,25 +342,25 @@ static inline void use_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 static inline num_t step_over_angle(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction, angle_t theta_e)
 {
     use_period(self, whole, fraction);
-    return output(self, e, step_in_angle(self, lesson(self, e), theta_e));
+    return output(self, e, step_in_angle(self, learned_now(self, e), theta_e));
 }
 
-num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
+num_t ctl_rc_step_unchecked(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
 {
-    if (!self->usual) {
+    if (!self->fast) {
         return (self->params.memory == CTL_RC_ANGLE) ? step_over_angle(self, err, whole, fraction, theta_e)
-                                                     : step_otherwise(self, err, whole, fraction);
+                                                     : step_general_in_time(self, err, whole, fraction);
     }
     use_period(self, whole, fraction);
-    return step_usual(self, err);
+    return step_fast(self, err);
 }
 
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
     const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
-    if (!(self->usual | (self->params.memory == CTL_RC_ANGLE))) {
-        return step_otherwise(self, e, period.whole, period.fraction);
+    if (!(self->fast | (self->params.memory == CTL_RC_ANGLE))) {
+        return step_general_in_time(self, e, period.whole, period.fraction);
     }
     set_period(self, period.whole, period.fraction);
-    return ctl_rc_step_raw(self, e, self->state.period.whole, self->state.period.fraction, theta_e);
+    return ctl_rc_step_unchecked(self, e, self->state.period.whole, self->state.period.fraction, theta_e);
 }

@@ -1,6 +1,8 @@
 /* The 10 kHz interrupt. Order: measure, track, (speed loop), control, set duties. */
 #include "control/motor/svm.h"
+#include "control/observer/disturbance.h"
 #include "firmware/app/internal.h"
+#include "firmware/app/protection.h"
 #include "hal/hal_clock.h"
 #include "hal/hal_inverter.h"
 
@@ -71,35 +73,17 @@ static inline void track(drive_t *d)
     (void)ctl_pll_step(&t->pll, theta);
 }
 
-/* Samples that are not usual, and observers with options. */
-static void observe_otherwise(drive_t *d)
-{
-    drive_observer_t *const o = &d->observer;
-    o->seen.torque = ctl_meter_torque_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
-    if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
-        o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, d->tracking.pll.state.w, o->seen.torque);
-    }
-}
-
-/* Disturbance torque, measured, and expected for the moment when a reference of now will act. One branch for all that is
- * not usual. */
+/* Disturbance torque, measured, and expected for the moment when a reference of now will act. */
 static inline void observe(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     if (!d->setup.meter_used) {
         return;
     }
-    const angle_t theta = d->tracking.theta_m;
-    const num_t   way = ctl_meter_way(&o->meter, theta);
-    if (d->setup.observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) &
-        ctl_observer_is_usual(&o->observer)) {
-        o->seen.torque = ctl_meter_torque_usual(&o->meter, theta, way, d->current.ref.q);
-        o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
-    } else {
-        observe_otherwise(d);
-    }
+    o->seen.torque = ctl_disturbance_step_unchecked(&o->meter, &o->observer, d->setup.observer_used & (d->state == DRIVE_RUN),
+                                                    d->tracking.theta_m, d->tracking.pll.state.w, d->current.ref.q, &o->estimate);
     if (d->setup.speed_source == DRIVE_SPEED_FIR) {
-        o->seen.speed = ctl_meter_speed_raw(&o->meter);
+        o->seen.speed = ctl_meter_speed_unchecked(&o->meter);
     }
 }
 
@@ -114,7 +98,7 @@ static inline void speed_tick(drive_t *d, uint32_t now_cyc)
     drive_speed_t *const s = &d->speed;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
+    if (d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for both */
         if (d->setup.speed_inline) {
             drive_speed_step(d);
             return;
@@ -131,16 +115,16 @@ static inline void measure_currents(drive_t *d, angle_t theta_e)
     const ctl_abc_t i = {drive_per_base(d->ia_a, inv), drive_per_base(d->ib_a, inv), drive_per_base(d->ic_a, inv)};
     ctl_rotor_t     rotor;
     angle_sincos(theta_e, &rotor.sine, &rotor.cosine);
-    d->current.meas = ctl_park_raw(ctl_clarke_raw(i), rotor);
+    d->current.meas = ctl_park_unchecked(ctl_clarke_unchecked(i), rotor);
 }
 
 static inline void control_by_pi(drive_current_t *c, num_t limit)
 {
     const ctl_dq_t err = {num_sub(c->ref.d, c->meas.d), num_sub(c->ref.q, c->meas.q)};
-    const ctl_dq_t wanted = {ctl_pi_propose_raw(&c->d, err.d), ctl_pi_propose_raw(&c->q, err.q)};
-    if (ctl_vector_limit_raw(wanted, limit, &c->volt)) { /* else both axes hold */
-        ctl_pi_learn_from_raw(&c->d, err.d);
-        ctl_pi_learn_from_raw(&c->q, err.q);
+    const ctl_dq_t wanted = {ctl_pi_propose_unchecked(&c->d, err.d), ctl_pi_propose_unchecked(&c->q, err.q)};
+    if (ctl_vector_limit_unchecked(wanted, limit, &c->volt)) { /* else both axes hold */
+        ctl_pi_learn_unchecked(&c->d, err.d);
+        ctl_pi_learn_unchecked(&c->q, err.q);
     }
 }
 
@@ -152,15 +136,15 @@ static inline void control_currents(drive_t *d, angle_t at, num_t lead)
     const num_t            limit = num_min(d->setup.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
     if (d->setup.deadbeat_used) {
-        const ctl_dq_t wanted = ctl_deadbeat_step_raw(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
-        (void)ctl_vector_limit_raw(wanted, limit, &c->volt);
+        const ctl_dq_t wanted = ctl_deadbeat_step_unchecked(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
+        (void)ctl_vector_limit_unchecked(wanted, limit, &c->volt);
     } else {
         control_by_pi(c, limit);
     }
 
     ctl_rotor_t rotor;
     angle_sincos_lead(at, lead, &rotor.sine, &rotor.cosine);
-    const ctl_abc_t  duty = ctl_svm_open_raw(ctl_inverse_park_raw(c->volt, rotor), v_dc);
+    const ctl_abc_t  duty = ctl_svm_unchecked(ctl_inverse_park_unchecked(c->volt, rotor), v_dc);
     const hal_duty_t out = {num_to_float(duty.a), num_to_float(duty.b), num_to_float(duty.c)};
     (void)hal_inverter_set_duty(&out);
 }
@@ -210,29 +194,11 @@ static inline void act(drive_t *d)
     control_currents(d, at, lead);
 }
 
-/* The gate: a sample that passes needs no further judgement and may be calculated with. NaN compares false. & instead of
- * &&: one branch for all of it. */
-static inline bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
-{
-    const drive_params_t *const p = &d->params;
-    const hal_sample_t *const   s = &d->sample;
-    const float                 a = s->ia_a - d->offset_a_a;
-    const float                 b = s->ib_a - d->offset_b_a;
-    const float                 c = s->ic_a - d->offset_c_a;
-    d->ia_a = a;
-    d->ib_a = b;
-    d->ic_a = c;
-    return (bool)((status == HAL_OK) & (s->seq == (previous_seq + 1U)) & (a <= p->over_current_a) & (a >= -p->over_current_a) &
-                  (b <= p->over_current_a) & (b >= -p->over_current_a) & (c <= p->over_current_a) & (c >= -p->over_current_a) &
-                  (s->vdc_v <= p->over_voltage_v) & (s->vdc_v >= p->under_voltage_v) &
-                  (d->tracking.known == DRIVE_ANGLE_KNOWN)); /* hence not the first one */
-}
-
 static inline bool take_sample(drive_t *d)
 {
     const uint32_t     previous_seq = d->sample.seq;
     const hal_status_t status = hal_sample_read(&d->sample);
-    if (is_usual(d, status, previous_seq)) {
+    if (drive_sample_is_nominal(d, status, previous_seq)) {
         d->lost_samples = 0U;
         d->bad_samples = 0U;
         return true;
@@ -270,5 +236,5 @@ void drive_current_isr(drive_t *d)
             drive_trip(d, FAULT_isr_overrun);
         }
     }
-    timing_note_raw(&d->timing.current, took_cyc);
+    timing_note_same_epoch(&d->timing.current, took_cyc);
 }

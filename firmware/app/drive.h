@@ -112,7 +112,6 @@ typedef struct {
     ctl_observer_params_t  observer;
     uint16_t               observer_capacity;
     bool                   observer_used, meter_used, deadbeat_used, observer_hold;
-    bool                   observer_direct; /**< There is one, and a step of the angle is below a quarter turn. */
     drive_position_setup_t position;
     num_t                  error_scale;    /**< Speed error to loop error. */
     num_t                  voltage_limit;  /**< NUM_MAX: follow the dc link. */

@@ -319,7 +319,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     const num_t feedback = ctl_pi_output(&o->pi, num_sub(wanted, o->speed));
     num_t       torque = feedback;
     if (q->method == DRIVE_POSITION_RDC) {
-        torque = num_add(torque, ctl_rdc_step_raw(&o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
+        torque = num_add(torque, ctl_rdc_step_unchecked(&o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
         if (q->learns) {
             torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.state.robust)));
         }

@@ -21,10 +21,10 @@ static num_t ripple_correction(drive_t *d, num_t error, num_t ref)
     }
     uint16_t whole = 0U;
     num_t    fraction = (num_t)0;
-    if (!ctl_rc_period_raw(&d->speed.rc, d->setup.rc_period_scale, num_abs(ref), &whole, &fraction)) {
+    if (!ctl_rc_period_unchecked(&d->speed.rc, d->setup.rc_period_scale, num_abs(ref), &whole, &fraction)) {
         return (num_t)0; /* too slow for the memory, or no reference: the controller rests and keeps what it knows */
     }
-    return ctl_rc_step_raw(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
+    return ctl_rc_step_unchecked(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
 }
 
 void drive_speed_step(drive_t *d)
