@@ -69,8 +69,8 @@ static link_refusal_t judge(services_t *s, const recorder_config_t *c, uint16_t 
     }
     const uint32_t rows = (uint32_t)c->pre + c->post;
     if ((rows * c->count) > values) {
-        return services_refuse(s, LINK_NO_too_many, (rows < 0xFFFFU) ? (uint16_t)rows : 0xFFFFU, 0.0f,
-                               (float)(values / c->count));
+        const uint32_t most_rows = values / c->count;
+        return services_refuse(s, LINK_NO_too_many, (rows < 0xFFFFU) ? (uint16_t)rows : 0xFFFFU, 0.0f, (float)most_rows);
     }
     return LINK_FINE;
 }

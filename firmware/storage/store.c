@@ -41,6 +41,9 @@ hal_status_t store_begin(store_t *s, store_part_t part, uint32_t tag, uint16_t w
     if (s->active) {
         return HAL_BUSY;
     }
+    if ((part != STORE_PARAMETERS) && (part != STORE_TABLE)) {
+        return HAL_UNSUPPORTED;
+    }
     if (!store_fits((part == STORE_PARAMETERS) ? words : 0U, (part == STORE_TABLE) ? words : 0U)) {
         return HAL_UNSUPPORTED;
     }

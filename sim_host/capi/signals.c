@@ -78,7 +78,7 @@ bool es_sim_record(es_sim_t *sim, const char *const *signals, int count)
             return capi_refuse(&sim->error, ES_UNKNOWN, "signal", signals[i], (double)i);
         }
     }
-    memcpy(sim->signal, chosen, sizeof chosen);
+    memcpy(sim->signal, chosen, (size_t)count * sizeof chosen[0]);
     sim->signal_count = count;
     return true;
 }
