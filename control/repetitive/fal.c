@@ -46,11 +46,8 @@ static void prepare(ctl_fal_t *self)
 
 #endif
 
-ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
+static ctl_diag_t check(const ctl_fal_params_t *params, num_t *slope)
 {
-    if ((self == NULL) || (params == NULL)) {
-        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
-    }
     ctl_diag_t d = ctl_diag_range(params->alpha, NUM_EPS, NUM_C(1.0f), CTL_FAL_ALPHA);
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->delta, NUM_EPS, NUM_MAX, CTL_FAL_DELTA);
@@ -58,13 +55,31 @@ ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
     if (d.status != CTL_OK) {
         return d;
     }
-    const num_t slope = num_pow(params->delta, num_sub(params->alpha, NUM_C(1.0f)));
-    if (slope >= NUM_MAX) { /* saturated: fal would jump at the knee */
+    *slope = num_pow(params->delta, num_sub(params->alpha, NUM_C(1.0f)));
+    if (*slope >= NUM_MAX) { /* saturated: fal would jump at the knee */
         return ctl_diag(CTL_ERR_RELATION, CTL_FAL_DELTA, params->delta);
     }
-    self->params = *params;
-    self->slope = slope;
-    prepare(self);
+    return d;
+}
+
+ctl_diag_t ctl_fal_check(const ctl_fal_params_t *params)
+{
+    num_t slope = (num_t)0;
+    return (params != NULL) ? check(params, &slope) : ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+}
+
+ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    num_t            slope = (num_t)0;
+    const ctl_diag_t d = check(params, &slope);
+    if (d.status == CTL_OK) {
+        self->params = *params;
+        self->slope = slope;
+        prepare(self);
+    }
     return d;
 }
 

@@ -7,8 +7,11 @@
 
 /* ---- configuration ---------------------------------------------------------------------------------------------- */
 
-static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *fal)
+ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
 {
+    if (p == NULL) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
     ctl_diag_t d = ctl_diag_range(p->gain, (num_t)0, NUM_C(100.0f), CTL_RC_GAIN);
     if ((d.status == CTL_OK) && ((p->lead > CTL_RC_LEAD_MAX) || ((p->memory == CTL_RC_ANGLE) && (p->lead < 2U)))) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_RC_LEAD, p->lead);
@@ -23,7 +26,7 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_RC_FAL_AT, (uint16_t)p->fal_at);
     }
     if ((d.status == CTL_OK) && (p->fal_at != CTL_RC_FAL_NONE)) {
-        d = ctl_fal_init(fal, &p->fal);
+        d = ctl_fal_check(&p->fal);
         if (d.status != CTL_OK) {
             d.field = (d.field == (uint16_t)CTL_FAL_ALPHA) ? (uint16_t)CTL_RC_FAL_ALPHA : (uint16_t)CTL_RC_FAL_DELTA;
         }
@@ -43,17 +46,21 @@ static ctl_diag_t check(const ctl_rc_params_t *p, uint16_t capacity, ctl_fal_t *
     return d;
 }
 
-static void take(ctl_rc_t *self, const ctl_rc_params_t *params, const ctl_fal_t *fal)
+static bool is_usual(const ctl_rc_params_t *p)
 {
-    self->params = *params;
-    self->usual = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
-                  (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
+    return (p->order == 2U) & (p->memory == CTL_RC_KEEP) & (p->lead > 0U) & (p->fal_at != CTL_RC_FAL_OUTPUT) &
+           !(p->freeze_above > (num_t)0);
+}
+
+/* Without fal: a linear part without an end. */
+static void design(ctl_fal_t *fal, const ctl_rc_params_t *params)
+{
     if (params->fal_at != CTL_RC_FAL_NONE) {
-        self->fal = *fal;
-    } else { /* a linear part without an end */
-        self->fal.params.alpha = NUM_C(1.0f);
-        self->fal.params.delta = NUM_MAX;
-        self->fal.slope = NUM_C(1.0f);
+        (void)ctl_fal_init(fal, &params->fal);
+    } else {
+        fal->params.alpha = NUM_C(1.0f);
+        fal->params.delta = NUM_MAX;
+        fal->slope = NUM_C(1.0f);
     }
 }
 
@@ -63,8 +70,7 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
     ctl_rc_state_t rest = {0};
-    ctl_fal_t      fal;
-    ctl_diag_t     d = check(params, capacity, &fal);
+    ctl_diag_t     d = ctl_rc_check(params, capacity);
     if (d.status == CTL_OK) {
         d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity)
                                              : ctl_ring_init(&rest.time, memory, capacity);
@@ -83,20 +89,40 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         self->too_long = (float)self->longest + 1.0f;
 #endif
         self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
-        take(self, params, &fal);
+        self->params = *params;
+        self->usual = is_usual(params);
+        self->fal = &self->table[0];
+        self->prepared = false;
+        design(&self->table[0], params);
     }
     return d;
 }
 
+static ctl_fal_t *idle_table(ctl_rc_t *self) { return (self->fal == &self->table[0]) ? &self->table[1] : &self->table[0]; }
+
+void ctl_rc_prepare(ctl_rc_t *self, const ctl_rc_params_t *params)
+{
+    design(idle_table(self), params);
+    self->prepared = true;
+}
+
+void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params)
+{
+    if (self->prepared) {
+        self->fal = idle_table(self);
+        self->prepared = false;
+    }
+    self->params = *params;
+    if (self->usual) { /* that way does not keep them; its order is 2 */
+        ctl_lagrange_2_raw(self->state.period.fraction, self->state.a);
+    }
+    self->usual = is_usual(params);
+}
+
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
 {
-    ctl_fal_t  fal = self->fal;
-    const bool same = (params->fal.alpha == fal.params.alpha) && (params->fal.delta == fal.params.delta);
-    if ((params->fal_at != CTL_RC_FAL_NONE) && !same) {
-        (void)ctl_fal_init(&fal, &params->fal);
-    }
-    take(self, params, &fal);
-    ctl_lagrange(params->order, self->state.period.fraction, self->state.a);
+    ctl_rc_prepare(self, params);
+    ctl_rc_take_prepared(self, params);
 }
 
 void ctl_rc_reset(ctl_rc_t *self)
@@ -182,7 +208,7 @@ static num_t lesson(ctl_rc_t *self, num_t e)
         s->frozen--;
         return (num_t)0;
     }
-    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(&self->fal, e) : e);
+    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(self->fal, e) : e);
 }
 
 /* Q(z) of the Lagrange sum: the sum of the middle, and of its neighbours on both sides, of x[0..4], newest first. */
@@ -230,7 +256,7 @@ static inline num_t step_usual(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
     const ctl_ring_t *const      ring = &self->state.time;
-    const num_t                  learned = num_mul(p->gain, ctl_fal_raw(&self->fal, e));
+    const num_t                  learned = num_mul(p->gain, ctl_fal_raw(self->fal, e));
     num_t                        a[CTL_LAGRANGE_TAPS];
     ctl_lagrange_2_raw(self->state.period.fraction, a);
 
@@ -309,7 +335,7 @@ static num_t step_otherwise(ctl_rc_t *self, num_t e, uint16_t whole, num_t fract
     take_period(self, whole, fraction);
     const num_t learned = lesson(self, e);
     const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e) : step_in_time(self, learned);
-    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
+    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(self->fal, e), y) : y;
 }
 
 num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)

@@ -130,8 +130,8 @@ uint16_t drive_make_setup(const drive_params_t *p, drive_setup_t *s)
 
 uint16_t drive_build(drive_t *d)
 {
-    drive_setup_t *const s = &d->setup;
-    const uint16_t       bad = drive_make_setup(&d->params, s);
+    drive_setup_t *const s = &d->set[0].setup; /* the set in force */
+    const uint16_t       bad = drive_make_setup(d->params, s);
     if (bad != (uint16_t)PARAM_COUNT) {
         /* no block has memory: none may run, although the interrupts go on in FAULT */
         s->rc_used = false;
@@ -140,7 +140,7 @@ uint16_t drive_build(drive_t *d)
         return bad;
     }
     d->scale = s->scale;
-    d->tracking.zero_e = s->encoder_offset;
+    d->zero.e = s->encoder_offset;
     /* all of these were accepted a moment ago */
     (void)ctl_pi_init(&d->current.d, &s->current_pi);
     (void)ctl_pi_init(&d->current.q, &s->current_pi);

@@ -1,4 +1,4 @@
-/* Parameters to the observers of the disturbance torque. Main loop, but for the take-over. */
+/* Parameters to the observers of the disturbance torque. Main loop. */
 #include "firmware/app/internal.h"
 
 /* Torque is counted in ampere of q current: J / (T_s k_T) is all that the observer needs of the machine. */
@@ -122,30 +122,18 @@ static bool same_filter(const ctl_fir_params_t *a, const ctl_fir_params_t *b)
     return same;
 }
 
-bool drive_meter_differs(const drive_setup_t *before, const drive_setup_t *s)
+/* A speed filter that nobody has asked for stands. */
+static bool same_meter(const drive_setup_t *before, const drive_setup_t *s)
 {
-    return s->meter_used && !(before->meter_used && same_filter(&before->meter.fir1, &s->meter.fir1) &&
-                              same_filter(&before->meter.fir2, &s->meter.fir2));
+    return before->meter_used && same_filter(&before->meter.fir1, &s->meter.fir1) &&
+           same_filter(&before->meter.fir2, &s->meter.fir2) &&
+           ((s->speed_source != DRIVE_SPEED_FIR) || (before->speed_source == DRIVE_SPEED_FIR));
 }
+
+bool drive_meter_differs(const drive_setup_t *before, const drive_setup_t *s) { return s->meter_used && !same_meter(before, s); }
 
 bool drive_observer_differs(const drive_setup_t *before, const drive_setup_t *s)
 {
     return s->observer_used && !(before->observer_used && (before->observer.kind == s->observer.kind) &&
                                  (before->observer_capacity == s->observer_capacity));
-}
-
-void drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *s)
-{
-    if (s->meter_used) {
-        ctl_meter_adjust(&d->observer.meter, &s->meter);
-        if ((s->speed_source == DRIVE_SPEED_FIR) && (before->speed_source != DRIVE_SPEED_FIR)) {
-            ctl_meter_resume_speed(&d->observer.meter);
-        }
-    }
-    if (s->observer_used) {
-        ctl_observer_tune(&d->observer.observer, &s->observer);
-        ctl_observer_hold(&d->observer.observer, s->observer_hold);
-    } else {
-        d->observer.estimate = (num_t)0;
-    }
 }

@@ -1,4 +1,4 @@
-/* Parameters to the repetitive controller. Main loop, but for the take-over. */
+/* Parameters to the repetitive controller. Main loop. */
 #include "control/numeric/num_math.h"
 #include "firmware/app/internal.h"
 
@@ -77,26 +77,11 @@ static uint16_t rc_culprit(uint16_t field)
 
 uint16_t drive_judge_repetitive(const drive_setup_t *s)
 {
-    ctl_rc_t rc;
-    num_t    cells[16];
     if (!s->rc_used) {
         return PARAM_COUNT;
     }
-    /* the judgement needs no more than the smallest memory, unless the lead asks for it */
-    ctl_rc_params_t trial = s->rc;
-    const uint16_t  room = (uint16_t)(sizeof cells / sizeof cells[0]);
-    const uint16_t  need = (uint16_t)(trial.lead + trial.order + 5U);
-    if (s->rc_capacity < need) {
-        return PARAM_rc_cells;
-    }
-    if (need > room) {
-        trial.lead = (trial.lead <= CTL_RC_LEAD_MAX) ? 2U : trial.lead;
-    }
-    const ctl_diag_t r = ctl_rc_init(&rc, &trial, cells, room);
-    if (r.status != CTL_OK) {
-        return rc_culprit(r.field);
-    }
-    return PARAM_COUNT;
+    const ctl_diag_t r = ctl_rc_check(&s->rc, s->rc_capacity);
+    return (r.status == CTL_OK) ? (uint16_t)PARAM_COUNT : rc_culprit(r.field);
 }
 
 void drive_build_repetitive(drive_t *d, const drive_setup_t *s)
@@ -111,13 +96,4 @@ bool drive_repetitive_differs(const drive_setup_t *before, const drive_setup_t *
     const bool same = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
                       (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
     return s->rc_used && !same;
-}
-
-void drive_take_over_repetitive(drive_t *d, const drive_setup_t *s)
-{
-    if (s->rc_used) {
-        ctl_rc_tune(&d->speed.rc, &s->rc);
-    } else {
-        d->speed.correction = (num_t)0;
-    }
 }

@@ -35,10 +35,10 @@ void drive_rest(drive_t *d)
     ctl_mt_reset(&d->speed.mt);
     ctl_deadbeat_reset(&d->current.deadbeat);
     ctl_meter_reset(&d->observer.meter);
-    if (d->setup.observer_used) {
+    if (d->setup->observer_used) {
         ctl_observer_reset(&d->observer.observer, true); /* what was learned survives a stop */
     }
-    if (d->setup.rc_used) {
+    if (d->setup->rc_used) {
         ctl_rc_reset(&d->speed.rc);
     }
     drive_rest_position(d);
@@ -47,16 +47,16 @@ void drive_rest(drive_t *d)
 
 static angle_t encoder_angle(const drive_t *d)
 {
-    return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
+    return d->setup->encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
 }
 
 /* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
 static void track(drive_t *d)
 {
     drive_tracking_t *const t = &d->tracking;
-    const float             limit = d->params.over_speed_rad_s;
+    const float             limit = d->params->over_speed_rad_s;
     const float             speed = drive_si(num_abs(t->pll.state.w), d->scale.speed_rad_s);
-    const angle_t           jump = d->setup.motion.jump;
+    const angle_t           jump = d->setup->motion.jump;
     const angle_t           before = t->theta_m;
     angle_t                 theta = encoder_angle(d);
 
@@ -67,7 +67,7 @@ static void track(drive_t *d)
     }
     t->theta_m = theta;
     t->expected = (2U * theta) - before;
-    t->theta_e = (theta * d->setup.pole_pairs) + t->zero_e;
+    t->theta_e = (theta * d->setup->pole_pairs) + d->zero.e;
     (void)ctl_pll_step(&t->pll, theta);
 }
 
@@ -76,7 +76,7 @@ static void observe_otherwise(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     o->seen.torque = ctl_meter_torque_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
-    if (d->setup.observer_used && (d->state == DRIVE_RUN)) {
+    if (d->setup->observer_used && (d->state == DRIVE_RUN)) {
         o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, d->tracking.pll.state.w, o->seen.torque);
     }
 }
@@ -86,19 +86,19 @@ static void observe_otherwise(drive_t *d)
 static void observe(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
-    if (!d->setup.meter_used) {
+    if (!d->setup->meter_used) {
         return;
     }
     const angle_t theta = d->tracking.theta_m;
     const num_t   way = ctl_meter_way(&o->meter, theta);
-    if (d->setup.observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) &
+    if (d->setup->observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) &
         ctl_observer_is_usual(&o->observer)) {
         o->seen.torque = ctl_meter_torque_usual(&o->meter, theta, way, d->current.ref.q);
         o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
     } else {
         observe_otherwise(d);
     }
-    if (d->setup.speed_source == DRIVE_SPEED_FIR) {
+    if (d->setup->speed_source == DRIVE_SPEED_FIR) {
         o->seen.speed = ctl_meter_speed_raw(&o->meter);
     }
 }
@@ -109,13 +109,13 @@ static void speed_tick(drive_t *d, uint32_t now_cyc)
         d->speed_count--;
         return;
     }
-    d->speed_count = (uint16_t)(d->setup.speed_divider - 1U);
+    d->speed_count = (uint16_t)(d->setup->speed_divider - 1U);
 
     drive_speed_t *const s = &d->speed;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
-        if (d->setup.speed_inline) {
+    if (d->setup->speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
+        if (d->setup->speed_inline) {
             drive_speed_step(d);
             return;
         }
@@ -149,9 +149,9 @@ static void control_currents(drive_t *d, angle_t at, num_t lead)
 {
     drive_current_t *const c = &d->current;
     const num_t            v_dc = num_max(drive_per_base(d->sample.vdc_v, d->scale.inv_voltage), V_DC_MIN);
-    const num_t            limit = num_min(d->setup.voltage_limit, num_mul(v_dc, INV_SQRT3));
+    const num_t            limit = num_min(d->setup->voltage_limit, num_mul(v_dc, INV_SQRT3));
 
-    if (d->setup.deadbeat_used) {
+    if (d->setup->deadbeat_used) {
         const ctl_dq_t wanted = ctl_deadbeat_step_raw(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
         (void)ctl_vector_limit_raw(wanted, limit, &c->volt);
     } else {
@@ -177,7 +177,7 @@ static void take_references(drive_t *d)
 
 static void add_to_calibration(drive_t *d)
 {
-    if (d->sum_count < d->params.offset_calibration_periods) {
+    if (d->sum_count < d->params->offset_calibration_periods) {
         d->sum_count++;
         d->sum_a_a += d->sample.ia_a;
         d->sum_b_a += d->sample.ib_a;
@@ -192,7 +192,7 @@ static void act(drive_t *d)
     if (d->state == DRIVE_RUN) {
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
-        lead = num_mul(d->setup.advance, d->tracking.pll.state.w);
+        lead = num_mul(d->setup->advance, d->tracking.pll.state.w);
     } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
         at = d->align.at;
         const ctl_dq_t ref = {d->align.current_now, (num_t)0};
@@ -214,7 +214,7 @@ static void act(drive_t *d)
  * &&: one branch for all of it. */
 static bool is_usual(drive_t *d, hal_status_t status, uint32_t previous_seq)
 {
-    const drive_params_t *const p = &d->params;
+    const drive_params_t *const p = d->params;
     const hal_sample_t *const   s = &d->sample;
     const float                 a = s->ia_a - d->offset_a_a;
     const float                 b = s->ib_a - d->offset_b_a;
@@ -264,9 +264,9 @@ void drive_current_isr(drive_t *d)
     }
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;
-    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > d->setup.period_cyc)) { /* one branch for both */
+    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > d->setup->period_cyc)) { /* one branch for both */
         timing_follow(&d->timing.current, d->timing.epoch);
-        if (took_cyc > d->setup.period_cyc) {
+        if (took_cyc > d->setup->period_cyc) {
             drive_trip(d, FAULT_isr_overrun);
         }
     }

@@ -6,27 +6,26 @@
 #define FIRMWARE_APP_INTERNAL_H
 
 #include "firmware/app/drive.h"
+#include "hal/hal_order.h"
 
 /** configure.c: parameters to block parameters. @return PARAM_COUNT, or the index of the refused parameter. */
 uint16_t drive_make_setup(const drive_params_t *params, drive_setup_t *setup);
-/** configure.c: build all blocks from d->setup, everything at rest. @return PARAM_COUNT or the culprit. */
+/** configure.c: build all blocks from the set in force, the first; everything at rest. @return PARAM_COUNT or the culprit. */
 uint16_t drive_build(drive_t *d);
-/** handover.c: take over d->next between two samples. Current interrupt. */
+/** take_over.c: put d->next in force, between two samples. Current interrupt. */
 void drive_take_over(drive_t *d);
-/* Each configure_*.c, position.c: make computes block parameters, judge lets the block refuse them (PARAM_COUNT, or the culprit),
- * build starts the block, main loop; differs tells that a change needs that; take_over changes the rest between two samples. */
+/* Each configure_*.c, position.c, in the main loop: make computes block parameters, judge lets the block refuse them (PARAM_COUNT,
+ * or the culprit), build starts the block; differs tells that a change needs that. */
 void     drive_make_repetitive(const drive_params_t *params, drive_setup_t *setup, uint16_t *culprit);
 uint16_t drive_judge_repetitive(const drive_setup_t *setup);
 void     drive_build_repetitive(drive_t *d, const drive_setup_t *setup);
 bool     drive_repetitive_differs(const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_take_over_repetitive(drive_t *d, const drive_setup_t *setup);
 uint16_t drive_make_observer(const drive_params_t *params, drive_setup_t *setup);
 uint16_t drive_judge_observer(const drive_setup_t *setup);
 void     drive_build_meter(drive_t *d, const drive_setup_t *setup);
 bool     drive_meter_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_build_observer(drive_t *d, const drive_setup_t *setup);
 bool     drive_observer_differs(const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_make_deadbeat(const drive_params_t *params, drive_setup_t *setup);
 uint16_t drive_judge_deadbeat(const drive_setup_t *setup);
 
@@ -95,7 +94,6 @@ void     drive_build_position(drive_t *d, const drive_setup_t *setup);
 void     drive_build_position_memory(drive_t *d, const drive_setup_t *setup);
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_t *d);
-void     drive_take_over_position(drive_t *d, const drive_setup_t *setup);
 void     drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
 void     drive_position_step(drive_t *d, const drive_command_t *command);
 
@@ -122,6 +120,12 @@ static inline float drive_si(num_t x, float base)
     (void)base;
     return x;
 #endif
+}
+
+/** The newest set that was accepted: in force, or waiting for the interrupt. Main loop. */
+static inline const drive_set_t *drive_newest(const drive_t *d)
+{
+    return (d->next_ready != 0U) ? d->next : ((d->setup == &d->set[0].setup) ? &d->set[0] : &d->set[1]);
 }
 
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }

@@ -59,8 +59,8 @@ void drive_find_angle(drive_t *d, angle_t theta)
 angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
 {
     drive_tracking_t *const t = &d->tracking;
-    const angle_t           jump = d->setup.motion.jump;
-    const float             limit = d->params.over_speed_rad_s;
+    const angle_t           jump = d->setup->motion.jump;
+    const float             limit = d->params->over_speed_rad_s;
 
     if (!(speed_abs_rad_s <= limit)) {
         drive_trip(d, FAULT_over_speed);
@@ -69,7 +69,7 @@ angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
         t->jump_periods = 0U;
         return theta;
     }
-    if (t->jump_periods < d->params.encoder_jump_periods) {
+    if (t->jump_periods < d->params->encoder_jump_periods) {
         t->jump_periods++;
         return t->expected;
     }
@@ -91,7 +91,7 @@ static voltage_t look_at_voltage(const drive_t *d)
 {
     const ctl_dq_t  v = d->current.volt;
     const num_t     dc = drive_per_base(d->sample.vdc_v, d->scale.inv_voltage);
-    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup.voltage_limit, num_mul(dc, INV_SQRT3)));
+    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup->voltage_limit, num_mul(dc, INV_SQRT3)));
     const voltage_t out = {dc, usable, num_mac(num_mul(v.d, v.d), v.q, v.q) > num_mul(usable, usable)};
     return out;
 }
@@ -109,13 +109,14 @@ static bool lacks_voltage(const drive_t *d, const voltage_t *v, bool forwards, n
 static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
 {
     drive_motion_t *const m = &d->motion;
-    const num_t           margin = d->setup.motion.margin;
+    const num_t           margin = d->setup->motion.margin;
     const bool            forwards = torque > (num_t)0;
     const num_t           along = forwards ? d->speed.meas : num_neg(d->speed.meas);
     bool anew = (forwards != m->forwards) || (num_abs(torque) <= num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max)) ||
                 (num_sub(along, m->slowest) > margin) || lacks_voltage(d, v, forwards, along);
 
-    if (!anew && (m->samples >= d->setup.motion.samples) && (angle_size(d->tracking.theta_m - m->from) >= d->setup.motion.way)) {
+    if (!anew && (m->samples >= d->setup->motion.samples) &&
+        (angle_size(d->tracking.theta_m - m->from) >= d->setup->motion.way)) {
         const bool  backwards = along < num_neg(margin);
         const num_t least = backwards ? num_mul(LITTLE_SHARE, margin) : num_neg(margin);
         if (num_sub(along, m->first) < least) {
@@ -138,7 +139,7 @@ static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
 static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
 {
     drive_motion_t *const             m = &d->motion;
-    const drive_motion_setup_t *const s = &d->setup.motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
     const ctl_dq_t                    current = d->current.meas;
     const ctl_dq_t                    volt = d->current.volt;
     const num_t                       speed = d->speed.meas;
@@ -181,10 +182,10 @@ void drive_check_motion(drive_t *d)
         return;
     }
     const voltage_t v = look_at_voltage(d);
-    if ((d->setup.motion.samples != 0U) && (mode != DRIVE_MODE_CURRENT)) {
+    if ((d->setup->motion.samples != 0U) && (mode != DRIVE_MODE_CURRENT)) {
         trip_against_torque(d, &v, d->current.ref.q);
     }
-    if (d->setup.motion.zero) {
+    if (d->setup->motion.zero) {
         trip_on_wrong_zero(d, &v);
     }
 }

@@ -170,18 +170,6 @@ bool drive_position_differs(const drive_setup_t *before, const drive_setup_t *s)
                                  (before->position.cells != s->position.cells) || before->observer_used);
 }
 
-void drive_take_over_position(drive_t *d, const drive_setup_t *s)
-{
-    drive_position_t *const             o = &d->position;
-    const drive_position_setup_t *const q = &s->position;
-    ctl_pi_tune(&o->pi, &q->velocity_pi);
-    o->rdc.params = q->rdc;
-    (void)ctl_profile_tune(&o->profile, o->homing ? &q->homing : &q->profile);
-    o->ilc.params = q->ilc;
-    o->learn.params = q->learn;
-    o->src.params = q->src;
-}
-
 void drive_rest_position(drive_t *d)
 {
     d->position.active = false;
@@ -193,7 +181,7 @@ void drive_rest_position(drive_t *d)
 static void begin(drive_t *d)
 {
     drive_position_t *const o = &d->position;
-    (void)ctl_profile_tune(&o->profile, o->homing ? &d->setup.position.homing : &d->setup.position.profile);
+    ctl_profile_tune_raw(&o->profile, o->homing ? &d->setup->position.homing : &d->setup->position.profile);
     ctl_profile_reset(&o->profile, o->now);
     ctl_pi_reset(&o->pi, (num_t)0);
     ctl_rdc_reset(&o->rdc);
@@ -205,6 +193,13 @@ static void begin(drive_t *d)
         o->delayed[i] = (num_t)0;
     }
     o->active = true;
+}
+
+static void show(drive_shown_t *s, ctl_position_t position)
+{
+    const uint16_t idle = (uint16_t)(s->at ^ 1U);
+    s->value[idle] = position;
+    s->at = idle;
 }
 
 void drive_position_measure(drive_t *d)
@@ -219,35 +214,37 @@ void drive_position_measure(drive_t *d)
     o->raw = ctl_position_follow(o->raw, theta);
     o->before = o->now;
     o->now = ctl_position_sub(o->raw, o->zero);
-    o->speed = num_mul(ctl_position_difference(o->now, o->before), d->setup.position.speed_per_rad);
+    o->speed = num_mul(ctl_position_difference(o->now, o->before), d->setup->position.speed_per_rad);
+    show(&o->now_shown, o->now);
 }
 
 /* Search the index: where to go meanwhile. When it has been passed, its position becomes zero. */
 static ctl_position_t search(drive_t *d, ctl_position_t target)
 {
     drive_position_t *const o = &d->position;
-    const bool              forward = d->params.homing_speed_rad_s >= 0.0f;
+    const bool              forward = d->params->homing_speed_rad_s >= 0.0f;
     if (d->home_wanted) {
         d->home_wanted = false;
         o->homing = true;
         o->homed = false;
         o->home_limit = o->now + (forward ? (CTL_ONE_TURN + (CTL_ONE_TURN / 4)) : -(CTL_ONE_TURN + (CTL_ONE_TURN / 4)));
-        (void)ctl_profile_tune(&o->profile, &d->setup.position.homing);
+        ctl_profile_tune_raw(&o->profile, &d->setup->position.homing);
     }
     if (!o->homing) {
         return target;
     }
     if (d->speed.edge.index_seen) {
         const angle_t        at = angle_from_rad(num_from_float(d->speed.edge.index_rad));
-        const ctl_position_t index = ctl_position_follow(o->raw, d->setup.encoder_reversed ? (0U - at) : at);
+        const ctl_position_t index = ctl_position_follow(o->raw, d->setup->encoder_reversed ? (0U - at) : at);
         const ctl_position_t shift = ctl_position_sub(index, o->zero);
         o->zero = index;
         o->now = ctl_position_sub(o->now, shift);
+        show(&o->now_shown, o->now);
         o->before = ctl_position_sub(o->before, shift);
         o->homed = true;
         o->homing = false;
         ctl_profile_shift(&o->profile, shift); /* go on from here, without a step in the command */
-        (void)ctl_profile_tune(&o->profile, &d->setup.position.profile);
+        ctl_profile_tune_raw(&o->profile, &d->setup->position.profile);
         return target;
     }
     if (forward ? (o->now >= o->home_limit) : (o->now <= o->home_limit)) {
@@ -259,7 +256,7 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
 static void guard(drive_t *d)
 {
     drive_position_t *const             o = &d->position;
-    const drive_position_setup_t *const q = &d->setup.position;
+    const drive_position_setup_t *const q = &d->setup->position;
     const ctl_position_t                margin = CTL_ONE_TURN / 100;
 
     if (num_abs(o->error) <= q->error_max) {
@@ -292,7 +289,7 @@ static ctl_position_t target_of(const drive_command_t *c)
 void drive_position_step(drive_t *d, const drive_command_t *command)
 {
     drive_position_t *const             o = &d->position;
-    const drive_position_setup_t *const q = &d->setup.position;
+    const drive_position_setup_t *const q = &d->setup->position;
 
     if (!o->active) {
         begin(d);
@@ -301,6 +298,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     ctl_position_t       to = (target > q->max) ? q->max : ((target < q->min) ? q->min : target);
     to = search(d, to);
     o->setpoint = ctl_profile_step(&o->profile, to);
+    show(&o->ref_shown, o->setpoint.position);
     o->error = ctl_position_difference(o->setpoint.position, o->now);
     guard(d);
 
@@ -331,11 +329,16 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     d->speed.iq_ref = hold_back(o, limited, q->torque_delay);
 }
 
-float drive_position_rad(const drive_t *d, ctl_position_t position)
+static float in_rad(ctl_position_t position)
 {
-    (void)d;
     /* turns and part separately: a float has 24 bits */
     const int32_t turns = (int32_t)(position >> 32);
     const float   part = (float)(uint32_t)(uint64_t)position * 1.46291807926715968e-9f;
     return ((float)turns * DRIVE_TWO_PI) + part;
 }
+
+/* The speed interrupt writes the other one: this is whole unless it comes twice in between. */
+static ctl_position_t whole(const drive_shown_t *s) { return s->value[s->at & 1U]; }
+
+float drive_position_rad(const drive_t *d) { return in_rad(whole(&d->position.now_shown)); }
+float drive_position_ref_rad(const drive_t *d) { return in_rad(whole(&d->position.ref_shown)); }

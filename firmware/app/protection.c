@@ -38,7 +38,7 @@ static void check_hardware(drive_t *d)
 
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
 {
-    const drive_params_t *const p = &d->params;
+    const drive_params_t *const p = d->params;
     const hal_sample_t *const   s = &d->sample;
 
     check_hardware(d);
@@ -102,11 +102,11 @@ void drive_check_stall(drive_t *d)
     const bool                   moves = ((now - s->stall_from) + STALL_ANGLE) > (2U * STALL_ANGLE); /* either way */
     const bool                   pushes =
         (d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_SPEED) && (cmd->speed_ref_rad_s != 0.0f) &&
-        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup.speed_pi.out_max, drive_active_order(d)->iq_max)));
-    if (!pushes || moves || (d->params.stall_samples == 0U)) {
+        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup->speed_pi.out_max, drive_active_order(d)->iq_max)));
+    if (!pushes || moves || (d->params->stall_samples == 0U)) {
         s->stall_from = now;
         s->stall_samples = 0U;
-    } else if (s->stall_samples < d->params.stall_samples) {
+    } else if (s->stall_samples < d->params->stall_samples) {
         s->stall_samples++;
     } else {
         drive_trip(d, FAULT_stall);

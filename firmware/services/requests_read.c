@@ -242,7 +242,7 @@ link_refusal_t request_timing(services_t *s, codec_reader_t *in, codec_writer_t 
     const bool     reset = codec_get_u8(in) != 0U;
     drive_t *const d = s->setup.drive;
     codec_put_u32(out, hal_clock_hz());
-    codec_put_u32(out, d->setup.period_cyc);
+    codec_put_u32(out, d->setup->period_cyc);
     codec_put_u32(out, d->timing.current.last_cyc);
     codec_put_u32(out, d->timing.current.max_cyc);
     codec_put_u32(out, s->sample_last_cyc);

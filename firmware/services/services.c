@@ -71,7 +71,7 @@ void services_start(services_t *s, const services_setup_t *setup)
         s->stored_taken = false;
         drive_init(d, setup->defaults);
     }
-    if (s->stored_taken && (d->params.auto_run != 0U) && (setup->reset != HAL_RESET_WATCHDOG)) {
+    if (s->stored_taken && (d->params->auto_run != 0U) && (setup->reset != HAL_RESET_WATCHDOG)) {
         drive_start(d);
         s->session.started = true; /* nobody may be there to stop it: the timeout counts from now on */
         s->session.by_itself = true;
@@ -121,7 +121,7 @@ uint16_t services_flags(const services_t *s)
 const drive_params_t *services_params(const services_t *s)
 {
     const drive_t *const d = s->setup.drive;
-    return (d->next_ready != 0U) ? &d->next_params : &d->params; /* the interrupt changes the second only while the first waits */
+    return drive_newest_params(d);
 }
 
 void services_disarm(services_t *s)

@@ -19,7 +19,7 @@ static void start_up(void)
     TEST_ASSERT_EQUAL(PORT_OK, main_start());
     world_run(CALIBRATION);
     TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
-    params = main_drive()->params;
+    params = *main_drive()->params;
     params.align_periods = ALIGNMENT;
     TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
     world_run(20);
@@ -113,12 +113,12 @@ void test_virtual_chip_turns_with_swapped_encoder_tracks_when_told(void)
 {
     encoder_reversed = true;
     TEST_ASSERT_EQUAL(PORT_OK, main_start());
-    drive_params_t params = main_drive()->params;
+    drive_params_t params = *main_drive()->params;
     uint16_t       culprit;
     params.encoder_reversed = 1U;
     TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
     world_run(CALIBRATION);
-    params = main_drive()->params;
+    params = *main_drive()->params;
     params.align_periods = ALIGNMENT;
     TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
     world_run(20);
