@@ -559,6 +559,60 @@ void test_drive_tune_nothing_that_changes_while_running_gives_a_block_another_sh
     }
 }
 
+/* What the take-over of a running drive may change, and what must go on as it was: integrators, filters, memories. */
+static void into_learning(drive_params_t *p)
+{
+    bench_run_with(p);
+    bench_command(DRIVE_MODE_SPEED, 15.707963, 0.0, 0.0);
+    bench_currents(0.3, -0.2, 0.0);
+    bench_periods(505U);
+}
+
+void test_drive_tune_while_running_leaves_every_memory_integrator_and_filter_as_it_is(void)
+{
+    static num_t rc_memory[DRIVE_RC_CAPACITY], observer_memory[DRIVE_OBSERVER_CAPACITY];
+    for (uint16_t method = 0U; method < 7U; method++) {
+        bench_start();
+        drive_params_t base = bench_params();
+        base.method = method;
+        base.current_ki_v_per_as = 100.0f;
+        into_learning(&base);
+        for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
+            drive_params_t p = base;
+            const float    now = params_get(&p, i);
+            if (params_only_at_rest(i) || !params_set(&p, i, (now == 0.0f) ? params_info(i)->max : (0.5f * now)) || !tune(&p)) {
+                continue;
+            }
+            const ctl_pi_state_t           d_axis = drive.current.d.state, q_axis = drive.current.q.state;
+            const ctl_pi_state_t           speed = drive.speed.pi.state;
+            const ctl_pll_state_t          pll = drive.tracking.pll.state;
+            const ctl_mt_state_t           mt = drive.speed.mt.state;
+            const ctl_meter_state_t        meter = drive.observer.meter.state;
+            const ctl_angle_memory_state_t memory = drive.observer.observer.state.memory.state;
+            const ctl_ring_t               time = drive.speed.rc.state.time;
+            (void)memcpy(rc_memory, drive.rc_memory, sizeof rc_memory);
+            (void)memcpy(observer_memory, drive.observer_memory, sizeof observer_memory);
+
+            drive_take_over(&drive);
+
+            const char *const name = params_info(i)->name;
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&d_axis, &drive.current.d.state, sizeof d_axis, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&q_axis, &drive.current.q.state, sizeof q_axis, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&speed, &drive.speed.pi.state, sizeof speed, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&pll, &drive.tracking.pll.state, sizeof pll, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&mt, &drive.speed.mt.state, sizeof mt, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&meter, &drive.observer.meter.state, sizeof meter, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&memory, &drive.observer.observer.state.memory.state, sizeof memory, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&time, &drive.speed.rc.state.time, sizeof time, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(rc_memory, drive.rc_memory, sizeof rc_memory, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(observer_memory, drive.observer_memory, sizeof observer_memory, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&p, drive.params, sizeof p, name);
+            TEST_ASSERT_TRUE(tune(&base));
+            drive_take_over(&drive);
+        }
+    }
+}
+
 void test_drive_tune_takes_the_angle_at_rest(void)
 {
     bench_into(DRIVE_READY);
