@@ -1262,6 +1262,27 @@ void test_ctl_rc_prepare_shows_only_when_it_is_taken(void)
     }
 }
 
+/* A freeze that no error reaches takes the general path: the same numbers, to the rounding of other sums. */
+void test_ctl_rc_tune_from_the_fast_path_to_the_general_one_goes_on_as_if_it_had_always_been_there(void)
+{
+    static double   want[200];
+    ctl_rc_params_t general = valid_params();
+    general.freeze_above = num_of(90.0);
+    start(&general);
+    for (int k = 0; k < 200; k++) {
+        want[k] = step(3.0 * cos(0.3 * k), 20.25);
+    }
+    const ctl_rc_params_t fast = valid_params();
+    start(&fast);
+    for (int k = 0; k < 200; k++) {
+        if (k == 77) {
+            ctl_rc_tune(&rc, &general);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, want[k], step(3.0 * cos(0.3 * k), 20.25), at("sample %d", k));
+    }
+    TEST_ASSERT_TRUE(fabs(want[150]) > 0.5);
+}
+
 void test_ctl_rc_tune_is_no_change_of_the_period(void)
 {
     ctl_rc_params_t p = valid_params();
