@@ -23,9 +23,16 @@ void drive_make_deadbeat(const drive_params_t *p, drive_setup_t *s)
 
 uint16_t drive_judge_deadbeat(const drive_setup_t *s)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,        PARAM_motor_resistance_ohm, PARAM_motor_ld_h,    PARAM_motor_lq_h,
-                                        PARAM_motor_psi_wb, PARAM_deadbeat_correction,  PARAM_over_current_a};
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_DEADBEAT_R] = PARAM_motor_resistance_ohm,
+                                        [CTL_DEADBEAT_LD] = PARAM_motor_ld_h,
+                                        [CTL_DEADBEAT_LQ] = PARAM_motor_lq_h,
+                                        [CTL_DEADBEAT_PSI] = PARAM_motor_psi_wb,
+                                        [CTL_DEADBEAT_CORRECTION] = PARAM_deadbeat_correction,
+                                        [CTL_DEADBEAT_LIMIT] = PARAM_over_current_a};
     ctl_deadbeat_t        trial;
     const ctl_diag_t      d = ctl_deadbeat_init(&trial, &s->deadbeat);
-    return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : PARAM_OF[d.field];
+    return (d.status == CTL_OK)
+               ? (uint16_t)PARAM_COUNT
+               : PARAM_OF[(d.field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? d.field : (uint16_t)CTL_DEADBEAT_R];
 }

@@ -54,31 +54,31 @@ uint16_t drive_make_observer(const drive_params_t *p, drive_setup_t *s)
 
 static uint16_t observer_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
-                                        PARAM_method,
-                                        PARAM_observer_gain,
-                                        PARAM_observer_forgetting,
-                                        PARAM_observer_limit_a,
-                                        PARAM_observer_age_samples,
-                                        PARAM_observer_actuation_samples,
-                                        PARAM_over_speed_rad_s,
-                                        PARAM_aro_fast_gain,
-                                        PARAM_aro_rest_torque_a,
-                                        PARAM_aro_sync_hz,
-                                        PARAM_aro_cells};
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_OBSERVER_KIND] = PARAM_method,
+                                        [CTL_OBSERVER_GAIN] = PARAM_observer_gain,
+                                        [CTL_OBSERVER_FORGETTING] = PARAM_observer_forgetting,
+                                        [CTL_OBSERVER_LIMIT] = PARAM_observer_limit_a,
+                                        [CTL_OBSERVER_AGE] = PARAM_observer_age_samples,
+                                        [CTL_OBSERVER_AHEAD] = PARAM_observer_actuation_samples,
+                                        [CTL_OBSERVER_RAD] = PARAM_over_speed_rad_s,
+                                        [CTL_OBSERVER_FAST_GAIN] = PARAM_aro_fast_gain,
+                                        [CTL_OBSERVER_REST] = PARAM_aro_rest_torque_a,
+                                        [CTL_OBSERVER_SYNC] = PARAM_aro_sync_hz,
+                                        [CTL_OBSERVER_MEMORY] = PARAM_aro_cells};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_method;
 }
 
 static uint16_t meter_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
-                                        PARAM_over_speed_rad_s,
-                                        PARAM_observer_inertia_kgm2,
-                                        PARAM_observer_viscous_nms,
-                                        PARAM_observer_fir1_hz,
-                                        PARAM_observer_fir2_hz,
-                                        PARAM_observer_actuation_samples,
-                                        PARAM_over_speed_rad_s};
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_METER_SPEED] = PARAM_over_speed_rad_s,
+                                        [CTL_METER_TORQUE] = PARAM_observer_inertia_kgm2,
+                                        [CTL_METER_A22] = PARAM_observer_viscous_nms,
+                                        [CTL_METER_FIR1] = PARAM_observer_fir1_hz,
+                                        [CTL_METER_FIR2] = PARAM_observer_fir2_hz,
+                                        [CTL_METER_ACTUATION] = PARAM_observer_actuation_samples,
+                                        [CTL_METER_STEP] = PARAM_over_speed_rad_s};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_observer_inertia_kgm2;
 }
 

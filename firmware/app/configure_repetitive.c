@@ -60,18 +60,18 @@ void drive_make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *
 /* Which parameter a block meant. */
 static uint16_t rc_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
-                                        PARAM_rc_gain,
-                                        PARAM_rc_lead,
-                                        PARAM_rc_q_centre,
-                                        PARAM_rc_order,
-                                        PARAM_rc_fal_at,
-                                        PARAM_rc_fal_alpha,
-                                        PARAM_rc_fal_delta,
-                                        PARAM_rc_memory,
-                                        PARAM_rc_limit_unit,
-                                        PARAM_rc_freeze_above_unit,
-                                        PARAM_rc_cells};
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_RC_GAIN] = PARAM_rc_gain,
+                                        [CTL_RC_LEAD] = PARAM_rc_lead,
+                                        [CTL_RC_Q] = PARAM_rc_q_centre,
+                                        [CTL_RC_ORDER] = PARAM_rc_order,
+                                        [CTL_RC_FAL_AT] = PARAM_rc_fal_at,
+                                        [CTL_RC_FAL_ALPHA] = PARAM_rc_fal_alpha,
+                                        [CTL_RC_FAL_DELTA] = PARAM_rc_fal_delta,
+                                        [CTL_RC_MEMORY] = PARAM_rc_memory,
+                                        [CTL_RC_LIMIT] = PARAM_rc_limit_unit,
+                                        [CTL_RC_FREEZE] = PARAM_rc_freeze_above_unit,
+                                        [CTL_RC_CAPACITY] = PARAM_rc_cells};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_rc_gain;
 }
 

@@ -5,7 +5,7 @@
 #ifndef FIRMWARE_APP_INTERNAL_H
 #define FIRMWARE_APP_INTERNAL_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 #include "hal/hal_order.h"
 
 /** configure.c: parameters to block parameters. @return PARAM_COUNT, or the index of the refused parameter. */
@@ -130,6 +130,5 @@ static inline const drive_set_t *drive_newest(const drive_t *d)
 
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
 static inline const drive_order_t   *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
-static inline bool drive_is_armed(const drive_t *d) { return (d->state == DRIVE_RUN) || (d->state == DRIVE_ALIGN); }
 
 #endif

@@ -2,10 +2,7 @@
 #include "firmware/app/internal.h"
 
 static bool has_table(const drive_t *d) { return drive_memory_cells(d) > 0U; }
-static bool is_idle(const drive_t *d)
-{
-    return ((d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT)) && !d->saving.active;
-}
+static bool is_idle(const drive_t *d) { return drive_is_idle(d) && !drive_is_saving(d); }
 
 uint16_t drive_memory_cells(const drive_t *d)
 {

@@ -76,9 +76,15 @@ static void make_rdc(const drive_params_t *p, const drive_setup_t *s, ctl_rdc_pa
 
 static uint16_t rdc_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,         PARAM_rdc_inertia_kgm2, PARAM_rdc_stribeck_rad_s,
-                                        PARAM_rdc_static_nm, PARAM_rdc_line1_nm,     PARAM_rdc_p33,
-                                        PARAM_rdc_rho_nm,    PARAM_rdc_sigma,        PARAM_speed_divider};
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_RDC_INERTIA] = PARAM_rdc_inertia_kgm2,
+                                        [CTL_RDC_FRICTION] = PARAM_rdc_stribeck_rad_s,
+                                        [CTL_RDC_STATIC] = PARAM_rdc_static_nm,
+                                        [CTL_RDC_HARMONICS] = PARAM_rdc_line1_nm,
+                                        [CTL_RDC_P] = PARAM_rdc_p33,
+                                        [CTL_RDC_RHO] = PARAM_rdc_rho_nm,
+                                        [CTL_RDC_SIGMA] = PARAM_rdc_sigma,
+                                        [CTL_RDC_SAMPLE] = PARAM_speed_divider};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_rdc_inertia_kgm2;
 }
 

@@ -70,7 +70,7 @@ static bool edge(recorder_t *r, const drive_t *d)
 
 static bool fault_appears(recorder_t *r, const drive_t *d)
 {
-    const bool now = d->fault != FAULT_none;
+    const bool now = drive_fault(d) != FAULT_none;
     const bool appears = now && !r->faulty;
     r->faulty = now;
     return appears;

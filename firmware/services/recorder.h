@@ -8,7 +8,7 @@
 #ifndef FIRMWARE_SERVICES_RECORDER_H
 #define FIRMWARE_SERVICES_RECORDER_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 
 #define RECORDER_SIGNALS 8U
 

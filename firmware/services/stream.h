@@ -9,7 +9,7 @@
 #ifndef FIRMWARE_SERVICES_STREAM_H
 #define FIRMWARE_SERVICES_STREAM_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 #include "firmware/link/codec.h"
 
 #define STREAM_SIGNALS 12U
