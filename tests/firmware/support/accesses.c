@@ -7,6 +7,7 @@ static struct {
     uint32_t count, wanted;
     void (*interrupt)(void);
     bool counting;
+    void (*written)(const void *at, size_t size);
 } run;
 
 static void before_an_access(void)
@@ -31,6 +32,21 @@ uint32_t accesses_run(void (*code)(void), uint32_t number, void (*interrupt)(voi
     return run.count;
 }
 
+void accesses_watch(void (*code)(void), void (*written)(const void *at, size_t size))
+{
+    run.written = written;
+    code();
+    run.written = NULL;
+}
+
+static void before_a_write(const void *at, size_t size)
+{
+    before_an_access();
+    if (run.written != NULL) {
+        run.written(at, size);
+    }
+}
+
 /* What the compiler calls; no header declares it. */
 #pragma GCC diagnostic ignored "-Wmissing-prototypes"
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -38,39 +54,41 @@ void __tsan_init(void) {}
 void __tsan_func_entry(void *caller) { (void)caller; }
 void __tsan_func_exit(void) {}
 
-#define ACCESS(name)                                                                                                             \
-    void __tsan_##name(void *at);                                                                                                \
-    void __tsan_##name(void *at)                                                                                                 \
+#define ACCESS(bytes)                                                                                                            \
+    void __tsan_read##bytes(void *at);                                                                                           \
+    void __tsan_read##bytes(void *at)                                                                                            \
     {                                                                                                                            \
         (void)at;                                                                                                                \
         before_an_access();                                                                                                      \
-    }
-ACCESS(read1)
-ACCESS(read2)
-ACCESS(read4)
-ACCESS(read8)
-ACCESS(read16)
-ACCESS(write1)
-ACCESS(write2)
-ACCESS(write4)
-ACCESS(write8)
-ACCESS(write16)
-ACCESS(unaligned_read2)
-ACCESS(unaligned_read4)
-ACCESS(unaligned_read8)
-ACCESS(unaligned_read16)
-ACCESS(unaligned_write2)
-ACCESS(unaligned_write4)
-ACCESS(unaligned_write8)
-ACCESS(unaligned_write16)
+    }                                                                                                                            \
+    void __tsan_write##bytes(void *at);                                                                                          \
+    void __tsan_write##bytes(void *at) { before_a_write(at, (size_t)(bytes)); }
+ACCESS(1)
+ACCESS(2)
+ACCESS(4)
+ACCESS(8)
+ACCESS(16)
 
-#define RANGE(name)                                                                                                              \
-    void __tsan_##name(void *at, size_t size);                                                                                   \
-    void __tsan_##name(void *at, size_t size)                                                                                    \
+#define UNALIGNED(bytes)                                                                                                         \
+    void __tsan_unaligned_read##bytes(void *at);                                                                                 \
+    void __tsan_unaligned_read##bytes(void *at)                                                                                  \
     {                                                                                                                            \
         (void)at;                                                                                                                \
-        (void)size;                                                                                                              \
         before_an_access();                                                                                                      \
-    }
-RANGE(read_range)
-RANGE(write_range)
+    }                                                                                                                            \
+    void __tsan_unaligned_write##bytes(void *at);                                                                                \
+    void __tsan_unaligned_write##bytes(void *at) { before_a_write(at, (size_t)(bytes)); }
+UNALIGNED(2)
+UNALIGNED(4)
+UNALIGNED(8)
+UNALIGNED(16)
+
+void __tsan_read_range(void *at, size_t size);
+void __tsan_read_range(void *at, size_t size)
+{
+    (void)at;
+    (void)size;
+    before_an_access();
+}
+void __tsan_write_range(void *at, size_t size);
+void __tsan_write_range(void *at, size_t size) { before_a_write(at, size); }
