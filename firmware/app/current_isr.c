@@ -27,27 +27,9 @@ void drive_command_nothing(drive_t *d)
     d->position.rdc.state.robust = (num_t)0;
 }
 
-void drive_rest(drive_t *d)
-{
-    ctl_pi_reset(&d->current.d, (num_t)0);
-    ctl_pi_reset(&d->current.q, (num_t)0);
-    ctl_pi_reset(&d->speed.pi, (num_t)0);
-    ctl_mt_reset(&d->speed.mt);
-    ctl_deadbeat_reset(&d->current.deadbeat);
-    ctl_meter_reset(&d->observer.meter);
-    if (d->setup->observer_used) {
-        ctl_observer_reset(&d->observer.observer, true); /* what was learned survives a stop */
-    }
-    if (d->setup->rc_used) {
-        ctl_rc_reset(&d->speed.rc);
-    }
-    drive_rest_position(d);
-    drive_command_nothing(d);
-}
-
 static angle_t encoder_angle(const drive_t *d)
 {
-    return d->setup->encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
+    return d->setup->tracking.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
 }
 
 /* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
@@ -67,7 +49,7 @@ static void track(drive_t *d)
     }
     t->theta_m = theta;
     t->expected = (2U * theta) - before;
-    t->theta_e = (theta * d->setup->pole_pairs) + d->zero.e;
+    t->theta_e = (theta * d->setup->tracking.pole_pairs) + d->zero.e;
     (void)ctl_pll_step(&t->pll, theta);
 }
 
@@ -76,7 +58,7 @@ static void observe_otherwise(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
     o->seen.torque = ctl_meter_torque_raw(&o->meter, d->tracking.theta_m, d->current.ref.q);
-    if (d->setup->observer_used && (d->state == DRIVE_RUN)) {
+    if (d->setup->observer.used && (d->state == DRIVE_RUN)) {
         o->estimate = ctl_observer_step_raw(&o->observer, d->tracking.theta_m, d->tracking.pll.state.w, o->seen.torque);
     }
 }
@@ -86,19 +68,19 @@ static void observe_otherwise(drive_t *d)
 static void observe(drive_t *d)
 {
     drive_observer_t *const o = &d->observer;
-    if (!d->setup->meter_used) {
+    if (!d->setup->observer.meter_used) {
         return;
     }
     const angle_t theta = d->tracking.theta_m;
     const num_t   way = ctl_meter_way(&o->meter, theta);
-    if (d->setup->observer_direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) &
+    if (d->setup->observer.direct & (d->state == DRIVE_RUN) & ctl_meter_is_usual(&o->meter, way) &
         ctl_observer_is_usual(&o->observer)) {
         o->seen.torque = ctl_meter_torque_usual(&o->meter, theta, way, d->current.ref.q);
         o->estimate = ctl_observer_step_usual(&o->observer, theta, d->tracking.pll.state.w, o->seen.torque);
     } else {
         observe_otherwise(d);
     }
-    if (d->setup->speed_source == DRIVE_SPEED_FIR) {
+    if (d->setup->speed.source == DRIVE_SPEED_FIR) {
         o->seen.speed = ctl_meter_speed_raw(&o->meter);
     }
 }
@@ -109,13 +91,13 @@ static void speed_tick(drive_t *d, uint32_t now_cyc)
         d->speed_count--;
         return;
     }
-    d->speed_count = (uint16_t)(d->setup->speed_divider - 1U);
+    d->speed_count = (uint16_t)(d->setup->speed.divider - 1U);
 
     drive_speed_t *const s = &d->speed;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (d->setup->speed_inline | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
-        if (d->setup->speed_inline) {
+    if (d->setup->speed.inlined | (d->speed_busy != 0U)) { /* one branch for all that is unusual */
+        if (d->setup->speed.inlined) {
             drive_speed_step(d);
             return;
         }
@@ -149,9 +131,9 @@ static void control_currents(drive_t *d, angle_t at, num_t lead)
 {
     drive_current_t *const c = &d->current;
     const num_t            v_dc = num_max(drive_per_base(d->sample.vdc_v, d->scale.inv_voltage), V_DC_MIN);
-    const num_t            limit = num_min(d->setup->voltage_limit, num_mul(v_dc, INV_SQRT3));
+    const num_t            limit = num_min(d->setup->current.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
-    if (d->setup->deadbeat_used) {
+    if (d->setup->current.deadbeat_used) {
         const ctl_dq_t wanted = ctl_deadbeat_step_raw(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
         (void)ctl_vector_limit_raw(wanted, limit, &c->volt);
     } else {
@@ -192,7 +174,7 @@ static void act(drive_t *d)
     if (d->state == DRIVE_RUN) {
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
-        lead = num_mul(d->setup->advance, d->tracking.pll.state.w);
+        lead = num_mul(d->setup->current.advance, d->tracking.pll.state.w);
     } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
         at = d->align.at;
         const ctl_dq_t ref = {d->align.current_now, (num_t)0};

@@ -96,31 +96,51 @@ typedef struct {
     ctl_position_t          min, max;
 } drive_position_setup_t;
 
-/** Everything that follows from the parameters, in the numeric of the build. Computed in the main loop, taken over by
- *  the current interrupt between two samples. */
+typedef struct {
+    ctl_pi_params_t       pi; /**< Of both axes. */
+    ctl_deadbeat_params_t deadbeat;
+    bool                  deadbeat_used;
+    num_t                 voltage_limit; /**< NUM_MAX: follow the dc link. */
+    num_t                 advance;       /**< Voltage angle advance per mechanical speed, turns electrical. */
+} drive_current_setup_t;
+
+typedef struct {
+    ctl_pll_params_t pll;
+    angle_t          encoder_offset; /**< Electrical. */
+    uint16_t         pole_pairs;
+    bool             encoder_reversed;
+} drive_tracking_setup_t;
+
+typedef struct {
+    ctl_pi_params_t      pi;
+    ctl_mt_params_t      mt;
+    drive_speed_source_t source;
+    uint16_t             divider;     /**< Current periods per speed sample. */
+    bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
+    num_t                error_scale; /**< Speed error to loop error. */
+    ctl_rc_params_t      rc;
+    uint16_t             rc_capacity;
+    bool                 rc_used;
+    num_t                rc_period_scale; /**< N = this / |speed reference|. */
+} drive_speed_setup_t;
+
+typedef struct {
+    ctl_meter_params_t    meter;
+    ctl_observer_params_t observer;
+    uint16_t              capacity;
+    bool                  used, meter_used, hold;
+    bool                  speed_asked; /**< The speed loop uses the speed of the meter. */
+    bool                  direct;      /**< There is one, and a step of the angle is below a quarter turn. */
+} drive_observer_setup_t;
+
+/** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_scale_t          scale;
-    ctl_pi_params_t        current_pi, speed_pi;
-    ctl_pll_params_t       pll;
-    ctl_mt_params_t        mt;
-    ctl_rc_params_t        rc;
-    uint16_t               rc_capacity;
-    bool                   rc_used;
-    num_t                  rc_period_scale; /**< N = this / |speed reference|. */
-    ctl_deadbeat_params_t  deadbeat;
-    ctl_meter_params_t     meter;
-    ctl_observer_params_t  observer;
-    uint16_t               observer_capacity;
-    bool                   observer_used, meter_used, deadbeat_used, observer_hold;
-    bool                   observer_direct; /**< There is one, and a step of the angle is below a quarter turn. */
+    drive_current_setup_t  current;
+    drive_tracking_setup_t tracking;
+    drive_speed_setup_t    speed;
+    drive_observer_setup_t observer;
     drive_position_setup_t position;
-    num_t                  error_scale;    /**< Speed error to loop error. */
-    num_t                  voltage_limit;  /**< NUM_MAX: follow the dc link. */
-    num_t                  advance;        /**< Voltage angle advance per mechanical speed, turns electrical. */
-    angle_t                encoder_offset; /**< Electrical. */
-    uint16_t               pole_pairs, speed_divider;
-    bool                   speed_inline, encoder_reversed;
-    drive_speed_source_t   speed_source;
     drive_motion_setup_t   motion;
     uint32_t               period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;

@@ -42,13 +42,13 @@ bool drive_needs_rest(const drive_t *d, uint16_t param) { return drive_is_armed(
 uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *s)
 {
     uint16_t what = 0U;
-    if (drive_repetitive_differs(before, s)) {
+    if (drive_repetitive_differs(&before->speed, &s->speed)) {
         what |= DRIVE_SHAPE_REPETITIVE;
     }
-    if (drive_meter_differs(before, s)) {
+    if (drive_meter_differs(&before->observer, &s->observer)) {
         what |= DRIVE_SHAPE_METER;
     }
-    if (drive_observer_differs(before, s)) {
+    if (drive_observer_differs(&before->observer, &s->observer)) {
         what |= DRIVE_SHAPE_OBSERVER;
     }
     if (drive_position_differs(before, s)) {
@@ -63,13 +63,13 @@ void drive_withdraw(drive_t *d, uint16_t what)
 {
     drive_setup_t *const s = &in_force(d)->setup;
     if ((what & DRIVE_SHAPE_REPETITIVE) != 0U) {
-        s->rc_used = false;
+        s->speed.rc_used = false;
     }
     if ((what & DRIVE_SHAPE_METER) != 0U) {
-        s->meter_used = false;
+        s->observer.meter_used = false;
     }
     if ((what & DRIVE_SHAPE_OBSERVER) != 0U) {
-        s->observer_used = false;
+        s->observer.used = false;
     }
     hal_order(); /* before what follows is written */
 }
@@ -77,30 +77,30 @@ void drive_withdraw(drive_t *d, uint16_t what)
 static void rebuild(drive_t *d, const drive_setup_t *s, uint16_t what)
 {
     if ((what & DRIVE_SHAPE_REPETITIVE) != 0U) {
-        drive_build_repetitive(d, s);
+        drive_build_repetitive(&d->speed, &s->speed, d->rc_memory);
     }
     if ((what & DRIVE_SHAPE_METER) != 0U) {
-        drive_build_meter(d, s);
+        drive_build_meter(&d->observer, &s->observer);
     }
     if ((what & DRIVE_SHAPE_OBSERVER) != 0U) {
-        drive_build_observer(d, s);
+        drive_build_observer(&d->observer, &s->observer, d->observer_memory);
     }
     if ((what & DRIVE_SHAPE_POSITION) != 0U) {
-        drive_build_position_memory(d, s);
+        drive_build_position_memory(&d->position, s, d->observer_memory, (uint16_t)DRIVE_OBSERVER_CAPACITY);
     }
 }
 
 /* What the blocks that run on need besides numbers. */
 static void prepare(drive_t *d, const drive_setup_t *s, uint16_t shapes)
 {
-    if (s->rc_used && ((shapes & DRIVE_SHAPE_REPETITIVE) == 0U)) {
-        ctl_rc_prepare(&d->speed.rc, &s->rc);
+    if (s->speed.rc_used && ((shapes & DRIVE_SHAPE_REPETITIVE) == 0U)) {
+        ctl_rc_prepare(&d->speed.rc, &s->speed.rc);
     }
-    if (s->meter_used) {
-        ctl_meter_prepare(&d->observer.meter, &s->meter);
+    if (s->observer.meter_used) {
+        ctl_meter_prepare(&d->observer.meter, &s->observer.meter);
     }
-    if (s->observer_used) {
-        ctl_observer_prepare(&d->observer.observer, &s->observer);
+    if (s->observer.used) {
+        ctl_observer_prepare(&d->observer.observer, &s->observer.observer);
     }
 }
 
@@ -133,7 +133,7 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     }
     prepare(d, s, shapes);
     if (!d->zero.found) {
-        d->zero.e = s->encoder_offset; /* another one only at rest */
+        d->zero.e = s->tracking.encoder_offset; /* another one only at rest */
     }
     next->params = *params;
     d->next = next;

@@ -6,7 +6,7 @@ static bool is_idle(const drive_t *d) { return drive_is_idle(d) && !drive_is_sav
 
 uint16_t drive_memory_cells(const drive_t *d)
 {
-    const bool aro = d->setup->observer_used && (d->setup->observer.kind == CTL_OBSERVER_ARO);
+    const bool aro = d->setup->observer.used && (d->setup->observer.observer.kind == CTL_OBSERVER_ARO);
     return aro ? d->observer.observer.state.memory.state.grid.cells : (uint16_t)0U;
 }
 
@@ -28,7 +28,7 @@ uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room)
 
 bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells)
 {
-    if (!has_table(d) || !is_idle(d) || (cells != d->setup->observer_capacity)) {
+    if (!has_table(d) || !is_idle(d) || (cells != d->setup->observer.capacity)) {
         return false;
     }
     const float limit = d->params->observer_limit_a;
@@ -49,10 +49,10 @@ bool drive_memory_clear(drive_t *d)
     if (!is_idle(d)) {
         return false;
     }
-    if (d->setup->observer_used) {
+    if (d->setup->observer.used) {
         ctl_observer_reset(&d->observer.observer, false);
     }
-    if (d->setup->rc_used) {
+    if (d->setup->speed.rc_used) {
         ctl_rc_reset(&d->speed.rc);
     }
     return true;

@@ -30,7 +30,7 @@ static uint16_t pages_per_slot(void)
 static bool table_fits(const drive_t *d)
 {
     const uint32_t room = (uint32_t)pages_per_slot() * hal_storage_page_words();
-    return room >= (HEADER_WORDS + (2U * (uint32_t)d->setup->observer_capacity));
+    return room >= (HEADER_WORDS + (2U * (uint32_t)d->setup->observer.capacity));
 }
 
 /* CRC-16/CCITT-FALSE over words, high octet first. */
@@ -86,14 +86,14 @@ static hal_status_t read_header(const drive_t *d, uint16_t slot, header_t *h)
             return s;
         }
     }
-    return ((h->word[0] == MAGIC) && (h->word[2] == d->setup->observer_capacity)) ? HAL_OK : HAL_STALE;
+    return ((h->word[0] == MAGIC) && (h->word[2] == d->setup->observer.capacity)) ? HAL_OK : HAL_STALE;
 }
 
 static num_t value_of(const drive_t *d, uint16_t high, uint16_t low)
 {
     const int32_t value = (int32_t)(((uint32_t)high << 16) | low);
     const num_t   x = num_from_float(((float)value / 65536.0f) * d->scale.inv_current);
-    return num_clamp(x, num_neg(d->setup->observer.memory.limit), d->setup->observer.memory.limit);
+    return num_clamp(x, num_neg(d->setup->observer.observer.memory.limit), d->setup->observer.observer.memory.limit);
 }
 
 /* The values behind a header, each word read once, into @p to if anybody wants them. @return HAL_OK; HAL_STALE: not what was

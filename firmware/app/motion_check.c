@@ -91,7 +91,7 @@ static voltage_t look_at_voltage(const drive_t *d)
 {
     const ctl_dq_t  v = d->current.volt;
     const num_t     dc = drive_per_base(d->sample.vdc_v, d->scale.inv_voltage);
-    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup->voltage_limit, num_mul(dc, INV_SQRT3)));
+    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup->current.voltage_limit, num_mul(dc, INV_SQRT3)));
     const voltage_t out = {dc, usable, num_mac(num_mul(v.d, v.d), v.q, v.q) > num_mul(usable, usable)};
     return out;
 }

@@ -102,7 +102,7 @@ void drive_check_stall(drive_t *d)
     const bool                   moves = ((now - s->stall_from) + STALL_ANGLE) > (2U * STALL_ANGLE); /* either way */
     const bool                   pushes =
         (d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_SPEED) && (cmd->speed_ref_rad_s != 0.0f) &&
-        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup->speed_pi.out_max, drive_active_order(d)->iq_max)));
+        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup->speed.pi.out_max, drive_active_order(d)->iq_max)));
     if (!pushes || moves || (d->params->stall_samples == 0U)) {
         s->stall_from = now;
         s->stall_samples = 0U;

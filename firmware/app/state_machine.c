@@ -62,7 +62,7 @@ static void finish_calibration(drive_t *d)
 static void forget_zero(drive_t *d)
 {
     d->zero.found = false;
-    d->zero.e = drive_newest(d)->setup.encoder_offset;
+    d->zero.e = drive_newest(d)->setup.tracking.encoder_offset;
 }
 
 static void finish_alignment(drive_t *d)
@@ -80,8 +80,8 @@ static void finish_alignment(drive_t *d)
     }
     d->zero.e = found.zero_e;
     d->zero.found = true;
-    d->zero.pole_pairs = d->setup->pole_pairs;
-    d->zero.reversed = d->setup->encoder_reversed;
+    d->zero.pole_pairs = d->setup->tracking.pole_pairs;
+    d->zero.reversed = d->setup->tracking.encoder_reversed;
     enter(d, DRIVE_READY); /* where the start still waits */
 }
 
@@ -121,7 +121,7 @@ static void leave_fault(drive_t *d)
 static bool zero_is_stale(const drive_t *d)
 {
     const drive_zero_t *const z = &d->zero;
-    return z->found && ((z->pole_pairs != d->setup->pole_pairs) || (z->reversed != d->setup->encoder_reversed));
+    return z->found && ((z->pole_pairs != d->setup->tracking.pole_pairs) || (z->reversed != d->setup->tracking.encoder_reversed));
 }
 
 bool drive_zero_is_known(const drive_t *d) { return d->zero.found || (d->params->align_periods == 0U); }
@@ -152,7 +152,7 @@ static void wait_for_start(drive_t *d)
 /* What the observer is told and asked at leisure. */
 static void attend_observer(drive_t *d)
 {
-    if (d->setup->observer_used) {
+    if (d->setup->observer.used) {
         ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
         ctl_observer_look(&d->observer.observer);
     }

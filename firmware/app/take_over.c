@@ -2,17 +2,17 @@
  * the blocks their numbers; no memory is cleared, no filter designed, and what integrates or has learned goes on. */
 #include "firmware/app/internal.h"
 
-static void retune_current(drive_current_t *c, const drive_setup_t *s, bool deadbeat_before)
+static void retune_current(drive_current_t *c, const drive_current_setup_t *s, bool deadbeat_before)
 {
-    ctl_pi_tune_gains(&c->d, &s->current_pi); /* the limits of an axis are constants: DRIVE_AXIS_BOUND */
-    ctl_pi_tune_gains(&c->q, &s->current_pi);
+    ctl_pi_tune_gains(&c->d, &s->pi); /* the limits of an axis are constants: DRIVE_AXIS_BOUND */
+    ctl_pi_tune_gains(&c->q, &s->pi);
     c->deadbeat.params = s->deadbeat;
     if (s->deadbeat_used && !deadbeat_before) {
         ctl_deadbeat_reset(&c->deadbeat);
     }
 }
 
-static void retune_tracking(drive_tracking_t *t, const drive_setup_t *s, bool reversed_before)
+static void retune_tracking(drive_tracking_t *t, const drive_tracking_setup_t *s, bool reversed_before)
 {
     t->pll.params = s->pll;
     if (s->encoder_reversed != reversed_before) {
@@ -20,9 +20,9 @@ static void retune_tracking(drive_tracking_t *t, const drive_setup_t *s, bool re
     }
 }
 
-static void retune_speed(drive_speed_t *v, const drive_setup_t *s)
+static void retune_speed(drive_speed_t *v, const drive_speed_setup_t *s)
 {
-    ctl_pi_tune(&v->pi, &s->speed_pi);
+    ctl_pi_tune(&v->pi, &s->pi);
     v->mt.params = s->mt;
     if (s->rc_used) {
         ctl_rc_take_prepared(&v->rc, &s->rc);
@@ -31,14 +31,14 @@ static void retune_speed(drive_speed_t *v, const drive_setup_t *s)
     }
 }
 
-static void retune_observer(drive_observer_t *o, const drive_setup_t *s)
+static void retune_observer(drive_observer_t *o, const drive_observer_setup_t *s)
 {
     if (s->meter_used) {
         ctl_meter_take_prepared(&o->meter, &s->meter);
     }
-    if (s->observer_used) {
+    if (s->used) {
         ctl_observer_take_prepared(&o->observer, &s->observer);
-        ctl_observer_hold(&o->observer, s->observer_hold);
+        ctl_observer_hold(&o->observer, s->hold);
     } else {
         o->estimate = (num_t)0;
     }
@@ -64,10 +64,10 @@ void drive_take_over(drive_t *d)
 {
     const drive_set_t *const   next = d->next;
     const drive_setup_t *const s = &next->setup;
-    retune_current(&d->current, s, d->setup->deadbeat_used);
-    retune_tracking(&d->tracking, s, d->setup->encoder_reversed);
-    retune_speed(&d->speed, s);
-    retune_observer(&d->observer, s);
+    retune_current(&d->current, &s->current, d->setup->current.deadbeat_used);
+    retune_tracking(&d->tracking, &s->tracking, d->setup->tracking.encoder_reversed);
+    retune_speed(&d->speed, &s->speed);
+    retune_observer(&d->observer, &s->observer);
     retune_position(&d->position, &s->position);
     d->params = &next->params;
     d->setup = s;

@@ -20,3 +20,30 @@ float telemetry_read(const drive_t *d, uint16_t index)
         return 0.0f;
     }
 }
+
+static uint32_t rejected_current(const drive_current_t *c)
+{
+    return c->d.state.rejected + c->q.state.rejected + c->deadbeat.state.rejected;
+}
+
+static uint32_t rejected_speed(const drive_speed_t *v, const drive_speed_setup_t *s)
+{
+    return v->pi.state.rejected + (s->rc_used ? v->rc.state.rejected : 0U);
+}
+
+static uint32_t rejected_observer(const drive_observer_t *o, const drive_observer_setup_t *s)
+{
+    return (s->meter_used ? o->meter.state.rejected : 0U) +
+           (s->used ? (o->observer.state.rejected + o->observer.state.memory.state.rejected) : 0U);
+}
+
+static uint32_t rejected_position(const drive_position_t *o)
+{
+    return o->pi.state.rejected + o->ilc.state.rejected + o->learn.state.rejected + o->src.state.rejected + o->rdc.state.rejected;
+}
+
+uint32_t drive_rejected(const drive_t *d)
+{
+    return d->rejected + rejected_current(&d->current) + rejected_speed(&d->speed, &d->setup->speed) +
+           rejected_observer(&d->observer, &d->setup->observer) + rejected_position(&d->position);
+}

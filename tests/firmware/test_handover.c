@@ -696,24 +696,24 @@ void test_drive_tune_at_rest_withdraws_what_it_sets_up_until_the_interrupt_takes
     p.method = DRIVE_METHOD_ARO;
     TEST_ASSERT_TRUE(tune(&p));
     bench_periods(3U);
-    TEST_ASSERT_TRUE(drive.setup->meter_used && drive.setup->observer_used);
+    TEST_ASSERT_TRUE(drive.setup->observer.meter_used && drive.setup->observer.used);
     p.observer_fir1_order = 12U;
     p.aro_cells = 300U;
     TEST_ASSERT_TRUE(tune(&p));
-    TEST_ASSERT_FALSE(drive.setup->meter_used || drive.setup->observer_used);
+    TEST_ASSERT_FALSE(drive.setup->observer.meter_used || drive.setup->observer.used);
     bench_periods(1U);
-    TEST_ASSERT_TRUE(drive.setup->meter_used && drive.setup->observer_used);
+    TEST_ASSERT_TRUE(drive.setup->observer.meter_used && drive.setup->observer.used);
     bench_periods(20U);
 
     p.method = DRIVE_METHOD_FORC;
     TEST_ASSERT_TRUE(tune(&p));
     bench_periods(20U);
-    TEST_ASSERT_TRUE(drive.setup->rc_used);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc_used);
     p.rc_order = 3U;
     TEST_ASSERT_TRUE(tune(&p));
-    TEST_ASSERT_FALSE(drive.setup->rc_used);
+    TEST_ASSERT_FALSE(drive.setup->speed.rc_used);
     bench_periods(20U);
-    TEST_ASSERT_TRUE(drive.setup->rc_used);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc_used);
 }
 
 /* The blocks are set up when drive_tune comes back; the interrupt only takes flags and numbers over. */

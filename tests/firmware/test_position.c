@@ -42,10 +42,10 @@ static void see(double theta)
     const double to = floor((theta - shaft.index) / TWO_PI);
     if (!isnan(shaft.index) && (from != to)) {
         bench.edge.index_seen = true;
-        bench.edge.index_rad = (float)(drive.setup->encoder_reversed ? TWO_PI - shaft.index : shaft.index);
+        bench.edge.index_rad = (float)(drive.setup->tracking.encoder_reversed ? TWO_PI - shaft.index : shaft.index);
     }
     shaft.theta = theta;
-    bench_angle(drive.setup->encoder_reversed ? -theta : theta);
+    bench_angle(drive.setup->tracking.encoder_reversed ? -theta : theta);
 }
 
 /* One sample of the position loop: ten periods, the shaft moves before the first. */

@@ -69,7 +69,7 @@ void test_preemption_take_over_at_the_end_of_an_alignment_leaves_the_zero_that_w
     const uint32_t length = accesses_run(main_loop, NEVER, bench_period);
     const angle_t  found = drive.zero.e;
     TEST_ASSERT_TRUE(drive.zero.found);
-    TEST_ASSERT_TRUE(angle_size(found - drive.set[0].setup.encoder_offset) >
+    TEST_ASSERT_TRUE(angle_size(found - drive.set[0].setup.tracking.encoder_offset) >
                      (ANGLE_QUARTER / 4U)); /* the two can be told apart */
     TEST_ASSERT_TRUE(length > 20U);
 
@@ -152,19 +152,19 @@ static void change(void) { TEST_ASSERT_TRUE(drive_tune(&drive, &wanted, &culprit
 static void assert_blocks_fit(const char *when)
 {
     const drive_setup_t *const s = drive.setup;
-    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->current_pi.kp), value_of(drive.current.q.params.kp), when);
-    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->speed_pi.kp), value_of(drive.speed.pi.params.kp), when);
-    if (s->rc_used) {
-        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->rc.gain), value_of(drive.speed.rc.params.gain), when);
-        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->rc.fal.alpha), value_of(drive.speed.rc.fal->params.alpha), when);
-        const num_t slope = num_pow(s->rc.fal.delta, num_sub(s->rc.fal.alpha, NUM_C(1.0f)));
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->current.pi.kp), value_of(drive.current.q.params.kp), when);
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->speed.pi.kp), value_of(drive.speed.pi.params.kp), when);
+    if (s->speed.rc_used) {
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->speed.rc.gain), value_of(drive.speed.rc.params.gain), when);
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->speed.rc.fal.alpha), value_of(drive.speed.rc.fal->params.alpha), when);
+        const num_t slope = num_pow(s->speed.rc.fal.delta, num_sub(s->speed.rc.fal.alpha, NUM_C(1.0f)));
         TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(slope), value_of(drive.speed.rc.fal->slope), when);
     }
-    if (s->observer_used) {
-        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->observer.memory.gain), value_of(drive.observer.observer.params.memory.gain),
-                                         when);
-        TEST_ASSERT_EQUAL_UINT16_MESSAGE(s->observer.age_half >> 1, drive.observer.observer.derived.age, when);
-        TEST_ASSERT_EQUAL_UINT16_MESSAGE((uint16_t)num_floor(s->meter.actuation), drive.observer.meter.held.whole, when);
+    if (s->observer.used) {
+        TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(value_of(s->observer.observer.memory.gain),
+                                         value_of(drive.observer.observer.params.memory.gain), when);
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(s->observer.observer.age_half >> 1, drive.observer.observer.derived.age, when);
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE((uint16_t)num_floor(s->observer.meter.actuation), drive.observer.meter.held.whole, when);
     }
 }
 

@@ -75,10 +75,10 @@ static void periods(unsigned count)
     }
 }
 
-static drive_params_t   wanted;
-static drive_command_t  command;
-static void             give(void) { (void)drive_command(&drive, &command); }
-static void             tune(void)
+static drive_params_t  wanted;
+static drive_command_t command;
+static void            give(void) { (void)drive_command(&drive, &command); }
+static void            tune(void)
 {
     uint16_t culprit = 0U;
     TEST_ASSERT_TRUE(drive_tune(&drive, &wanted, &culprit));
@@ -301,7 +301,7 @@ void test_writers_every_context_was_seen_at_work(void)
         seen |= writers[k];
     }
     TEST_ASSERT_EQUAL_HEX8(CURRENT | TAKE_OVER | SPEED | MAIN | REST, seen);
-    const size_t some[] = {offsetof(drive_t, state),    offsetof(drive_t, position.now), offsetof(drive_t, speed.rc.state),
+    const size_t some[] = {offsetof(drive_t, state),     offsetof(drive_t, position.now),    offsetof(drive_t, speed.rc.state),
                            offsetof(drive_t, rc_memory), offsetof(drive_t, observer_memory), offsetof(drive_t, zero)};
     for (size_t i = 0; i < COUNT_OF(some); i++) {
         bool any = false;
