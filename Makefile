@@ -1,6 +1,6 @@
 # Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: help setup build test host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs balance clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind faults motion fuzz-logs balance clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -19,11 +19,16 @@ test: ## everything that must hold before a change goes in; what .ci/run runs
 	@tools/setup/setup.sh || { echo "0 passed, 1 failed"; exit 1; }
 	@$(CHECK)
 
+QUICK_S := 35
+
+quick: setup ## lint, and the tests that a change touches, nearest first: about a minute (SINCE=REVISION compares with that)
+	@$(PYTHON) tools/setup/quick.py --seconds $(QUICK_S) $(if $(SINCE),--since $(SINCE))
+
 host: setup ## C tests, both numerics
 	@$(CHECK) host
 
-storage-campaign: build ## saves into stuck cells and loads from unsteady ones, the whole count
-	EVENSPIN_CAMPAIGN=1 ctest --preset host -R 'test_(param_store|memory)_' --verbose
+storage-campaign: build ## saves with power cuts, into stuck cells, and loads from unsteady ones, the whole count
+	EVENSPIN_CAMPAIGN=1 ctest --preset host -R 'test_(store$$|memory_)' --verbose
 
 asan: setup ## C tests under the address and undefined-behaviour sanitizers
 	@$(CHECK) asan
@@ -70,6 +75,9 @@ format: setup ## bring C and Python into the format that `make lint` checks
 
 target-report: setup ## flash and RAM of every block: build for Cortex-M4F, and TI's map file (MAP=FILE) if there is one
 	@$(PYTHON) tests/target/report.py . $(if $(MAP),--map $(MAP))
+
+flash: ## load the newest build/c2000/**/*.out into the LaunchPad by DSLite (docs/flashing.md); FILE=x.out names another
+	@$(if $(wildcard $(PYTHON)),$(PYTHON),python3) tools/setup/flash.py $(FILE)
 
 BLIND_CASES ?= 120
 BLIND_SEED  ?= 1

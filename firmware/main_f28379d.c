@@ -2,7 +2,7 @@
  *
  * Nothing but this file and hal/f28379d knows the board. The same file runs on the host in tests/hal, on a fake of the
  * driver library with the simulated motor behind it. */
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 #include "firmware/services/services.h"
 #include "hal/f28379d/port.h"
 
@@ -18,11 +18,13 @@
 static drive_t drive;
 typedef char   drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= DRIVE_REGION_WORDS) ? 1 : -1];
 
-/* Recorders: the capture takes GS13..GS15, less in the RAM build, where data live there, too; the black box GS7. */
+/* Recorders: the capture takes GS13..GS15, the black box GS7; both less in the RAM build, where code and data live there. */
 #ifndef MAIN_CAPTURE_VALUES
 #define MAIN_CAPTURE_VALUES 6140U
 #endif
+#ifndef MAIN_BLACK_BOX_VALUES
 #define MAIN_BLACK_BOX_VALUES 2048U
+#endif
 #ifdef __TMS320C28XX__
 #pragma DATA_SECTION(capture, "capture_memory")
 #pragma DATA_SECTION(black_box, "black_box_memory")
@@ -86,6 +88,7 @@ void main_pass(void)
     drive_background(&drive);
     services_pass(&services);
     port_background();
+    drive_note_stack(&drive, port_stack_used());
 }
 
 int main(void)

@@ -2,7 +2,8 @@
  *
  * Who lives where, and why:
  *
- *   M1            stack. The stack pointer has 16 bits, so the stack must lie below 0x10000.
+ *   M0, M1        stack, above what the boot ROM uses. The stack pointer has 16 bits, so the stack must lie below
+ *                 0x10000. tests/target/memory counts how deep it can get.
  *   LS0 .. GS3    code of the interrupts and of all control blocks, 32 k words in one piece, because .TI.ramfunc is copied
  *                 with one memcpy. RAM has no wait states; a branch in flash costs up to 3 cycles and makes timing
  *                 depend on alignment.
@@ -13,7 +14,6 @@
  *                 its size shows in the map file, and neither code nor stack ever waits for it.
  *   GS7           black box: 256 rows of 8 signals before and at the first fault.
  *   GS13 .. GS15  capture: 767 rows of 8 signals, 77 ms at 10 kHz.
- *   M0            free above what the boot ROM uses.
  *
  * CPU2 is left in its boot loop; CPU1 owns all GS blocks from reset on. The CLA is not used; LS belongs to the CPU.
  * Never linked by the authors: no TI linker at hand. The first thing to read is the map file, see docs/bring-up.md. */
@@ -22,12 +22,13 @@ MEMORY
 {
     BEGIN       : origin = 0x080000, length = 0x000002   /* the boot ROM jumps here */
     FLASH_A_D   : origin = 0x080002, length = 0x007FFE
-    FLASH_E_N   : origin = 0x088000, length = 0x037FF0   /* the last 16 words of flash stay empty (errata: prefetch) */
+    FLASH_E_J   : origin = 0x088000, length = 0x030000
+    STORAGE     : origin = 0x0B8000, length = 0x006000   /* K, L, M: nothing is linked here, hal/f28379d/storage.c erases them */
+    FLASH_N     : origin = 0x0BE000, length = 0x001FF0   /* free; the last 16 words of flash stay empty (errata: prefetch) */
     RESET       : origin = 0x3FFFC0, length = 0x000002
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121   /* boot ROM: stack and data */
-    RAMM0       : origin = 0x000123, length = 0x0002DD
-    RAMM1       : origin = 0x000400, length = 0x0003F8   /* its last 8 words stay free of code (errata) */
+    RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 and M1 in one piece; the last 8 words stay free (errata) */
     RAM_CODE    : origin = 0x008000, length = 0x008000   /* LS0..LS5, D0, D1, GS0..GS3 */
     RAM_DATA    : origin = 0x010000, length = 0x002000   /* GS4, GS5 */
     RAM_TABLES  : origin = 0x012000, length = 0x001000   /* GS6 */
@@ -41,17 +42,21 @@ SECTIONS
     codestart    : > BEGIN
 
     /* ALIGN(8): flash is programmed and checked in units of 128 bits. */
-    .text        : >> FLASH_A_D | FLASH_E_N, ALIGN(8)    /* main loop, start-up, library: not in a hurry */
-    .cinit       : > FLASH_A_D | FLASH_E_N, ALIGN(8)
-    .init_array  : > FLASH_A_D | FLASH_E_N, ALIGN(8)
-    .const       : >> FLASH_A_D | FLASH_E_N, ALIGN(8)    /* parameter and fault tables with their texts: main loop only */
+    .text        : >> FLASH_A_D | FLASH_E_J, ALIGN(8)    /* main loop, start-up, library: not in a hurry */
+    .cinit       : > FLASH_A_D | FLASH_E_J, ALIGN(8)
+    .init_array  : > FLASH_A_D | FLASH_E_J, ALIGN(8)
+    .const       : >> FLASH_A_D | FLASH_E_J, ALIGN(8)    /* parameter and fault tables with their texts: main loop only */
 
-    .TI.ramfunc  : LOAD = FLASH_E_N, RUN = RAM_CODE, ALIGN(8),
+#ifdef EVENSPIN_FLASH_API                                /* the flash API runs from RAM, and nothing of it is called before the copy */
+    .TI.ramfunc  : { *(.TI.ramfunc) -l F021_API_F2837xD_FPU32_EABI.lib } LOAD = FLASH_E_J, RUN = RAM_CODE, ALIGN(8),
+#else
+    .TI.ramfunc  : LOAD = FLASH_E_J, RUN = RAM_CODE, ALIGN(8),
+#endif
                    LOAD_START(RamfuncsLoadStart), LOAD_SIZE(RamfuncsLoadSize), RUN_START(RamfuncsRunStart)
-    .switch      : LOAD = FLASH_E_N, RUN = RAM_TABLES, ALIGN(8),
+    .switch      : LOAD = FLASH_E_J, RUN = RAM_TABLES, ALIGN(8),
                    LOAD_START(SwitchLoadStart), LOAD_SIZE(SwitchLoadSize), RUN_START(SwitchRunStart)
 
-    .stack       : > RAMM1
+    .stack       : > RAM_STACK, RUN_START(StackRunStart), RUN_SIZE(StackRunSize)
     .bss         : > RAM_DATA
     .data        : > RAM_DATA
     .bss:output  : > RAM_DATA

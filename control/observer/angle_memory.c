@@ -6,11 +6,8 @@
 
 static const ctl_hat_t NO_HAT = {(num_t)0, (num_t)0, false};
 
-ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory, uint16_t cells)
+ctl_diag_t ctl_angle_memory_check(const ctl_angle_memory_params_t *params)
 {
-    if ((self == NULL) || (params == NULL)) {
-        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
-    }
     ctl_diag_t d = ctl_diag_range(params->gain, NUM_EPS, NUM_C(1.0f), CTL_AM_GAIN);
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->forgetting, (num_t)0, NUM_C(1.0f), CTL_AM_FORGETTING);
@@ -24,6 +21,15 @@ ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memor
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->limit, NUM_EPS, NUM_MAX, CTL_AM_LIMIT);
     }
+    return d;
+}
+
+ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory, uint16_t cells)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    ctl_diag_t d = ctl_angle_memory_check(params);
     if (d.status != CTL_OK) {
         return d;
     }

@@ -62,6 +62,8 @@ enum { CTL_AM_GAIN = 1, CTL_AM_FORGETTING, CTL_AM_WRITE, CTL_AM_READ, CTL_AM_LIM
 /** Validate, take over @p memory, all zero. On error @p self stays as it was. */
 ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memory_params_t *params, num_t *memory,
                                  uint16_t cells);
+/** What ctl_angle_memory_init would say of them; @p params is not NULL. Needs no object. */
+ctl_diag_t ctl_angle_memory_check(const ctl_angle_memory_params_t *params);
 /** Forget everything. Costs O(cells): not for an interrupt. */
 void ctl_angle_memory_clear(ctl_angle_memory_t *self);
 /** Forget the last sample but not the contents: after a pause, or while learning rests. */

@@ -51,11 +51,8 @@ ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff
     return ctl_diag_ok();
 }
 
-ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
+ctl_diag_t ctl_fir_check(const ctl_fir_params_t *params)
 {
-    if ((self == NULL) || (params == NULL)) {
-        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
-    }
     if (params->order > CTL_FIR_ORDER_MAX) {
         return ctl_diag_count(CTL_ERR_RANGE, CTL_FIR_ORDER, params->order);
     }
@@ -68,10 +65,21 @@ ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
             return ctl_diag(CTL_ERR_RANGE, CTL_FIR_TAP, h);
         }
     }
-    ctl_fir_tune(self, params);
-    self->state.rejected = 0U;
-    ctl_fir_reset(self, (num_t)0);
     return ctl_diag_ok();
+}
+
+ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    const ctl_diag_t d = ctl_fir_check(params);
+    if (d.status == CTL_OK) {
+        ctl_fir_tune(self, params);
+        self->state.rejected = 0U;
+        ctl_fir_reset(self, (num_t)0);
+    }
+    return d;
 }
 
 void ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params)

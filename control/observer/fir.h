@@ -41,6 +41,8 @@ enum { CTL_FIR_ORDER = 1, CTL_FIR_TAP, CTL_FIR_CUTOFF };
 ctl_diag_t ctl_fir_design(ctl_fir_params_t *params, uint16_t order, num_t cutoff);
 /** Validate (symmetry within 4 steps of rounding), start from zero. On error @p self stays as it was. */
 ctl_diag_t ctl_fir_init(ctl_fir_t *self, const ctl_fir_params_t *params);
+/** What ctl_fir_init would say; @p params is not NULL. Needs no object. */
+ctl_diag_t ctl_fir_check(const ctl_fir_params_t *params);
 /** Other taps, of parameters that ctl_fir_init would accept, without a break in the samples. */
 void  ctl_fir_tune(ctl_fir_t *self, const ctl_fir_params_t *params);
 void  ctl_fir_reset(ctl_fir_t *self, num_t x);

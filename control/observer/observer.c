@@ -5,7 +5,7 @@
 
 /* ---- configuration ------------------------------------------------------------------------------------------------ */
 
-static ctl_diag_t check(const ctl_observer_params_t *p)
+ctl_diag_t ctl_observer_check(const ctl_observer_params_t *p)
 {
     const ctl_angle_memory_params_t *const m = &p->memory;
     ctl_diag_t                             d = ctl_diag_ok();
@@ -45,6 +45,10 @@ static ctl_diag_t check(const ctl_observer_params_t *p)
     if (d.status == CTL_OK) {
         d = ctl_diag_range(p->sync_band, (num_t)0, NUM_C(0.5f), CTL_OBSERVER_SYNC);
     }
+    if ((d.status == CTL_OK) && (p->kind == CTL_OBSERVER_ARO)) {
+        d = ctl_angle_memory_check(m);
+        d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_OBSERVER_MEMORY;
+    }
     return d;
 }
 
@@ -53,21 +57,25 @@ ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *
     if ((self == NULL) || (params == NULL)) {
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
-    ctl_diag_t           d = check(params);
-    ctl_observer_state_t made = {0};
+    static const ctl_observer_state_t REST = {0}; /* not on the stack of the chip */
+    ctl_grid_t                        grid = {0};
+    ctl_ring_t                        time = {0};
+    ctl_diag_t                        d = ctl_observer_check(params);
     if ((d.status == CTL_OK) && (params->kind == CTL_OBSERVER_ARO)) {
-        d = ctl_angle_memory_init(&made.memory, &params->memory, memory, capacity);
+        d = ctl_grid_init(&grid, memory, capacity);
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_OBSERVER_MEMORY;
     }
     if ((d.status == CTL_OK) && (params->kind == CTL_OBSERVER_RO)) {
         d = (capacity < (CTL_ARO_AGE_MAX + 33U)) ? ctl_diag_count(CTL_ERR_MEMORY, CTL_OBSERVER_MEMORY, capacity)
-                                                 : ctl_ring_init(&made.time, memory, capacity);
+                                                 : ctl_ring_init(&time, memory, capacity);
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_OBSERVER_MEMORY;
     }
     if (d.status == CTL_OK) {
-        made.turn_samples = UINT16_MAX;
-        made.wait = CTL_OBSERVER_WAIT;
-        self->state = made;
+        self->state = REST;
+        self->state.memory.state.grid = grid;
+        self->state.time = time;
+        self->state.turn_samples = UINT16_MAX;
+        self->state.wait = CTL_OBSERVER_WAIT;
         ctl_observer_tune(self, params);
     }
     return d;

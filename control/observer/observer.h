@@ -117,6 +117,8 @@ enum {
  * @param capacity ARO: cells per turn; RO: longest period in samples plus 32; DOB: not used.
  */
 ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *params, num_t *memory, uint16_t capacity);
+/** What ctl_observer_init would say of them with a memory that is large enough; @p p is not NULL. Needs no object. */
+ctl_diag_t ctl_observer_check(const ctl_observer_params_t *p);
 /**
  * Other parameters, that ctl_observer_init would accept, of the same kind; the state goes on. In two parts: prepare works where
  * ctl_observer_step does not look; take_prepared takes it over, with the same parameters, where no step is under way.

@@ -1,10 +1,7 @@
 #include "control/observer/torque_meter.h"
 
-ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
+ctl_diag_t ctl_meter_check(const ctl_meter_params_t *params)
 {
-    if ((self == NULL) || (params == NULL)) {
-        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
-    }
     ctl_diag_t d = ctl_diag_range(params->speed_per_rad, NUM_EPS, NUM_MAX, CTL_METER_SPEED);
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->torque_per_16, NUM_EPS, NUM_MAX, CTL_METER_TORQUE);
@@ -18,17 +15,25 @@ ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
     if (d.status == CTL_OK) {
         d = ctl_diag_range(params->step_max_rad, NUM_EPS, NUM_C(3.1416f), CTL_METER_STEP);
     }
-    ctl_fir_t fir1, fir2;
     if (d.status == CTL_OK) {
-        d = ctl_fir_init(&fir1, &params->fir1);
+        d = ctl_fir_check(&params->fir1);
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_METER_FIR1;
     }
     if (d.status == CTL_OK) {
-        d = ctl_fir_init(&fir2, &params->fir2);
+        d = ctl_fir_check(&params->fir2);
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_METER_FIR2;
     }
+    return d;
+}
+
+ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
+{
+    if ((self == NULL) || (params == NULL)) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
+    const ctl_diag_t d = ctl_meter_check(params);
     if (d.status == CTL_OK) {
-        self->state.speed_fir = fir1;
+        (void)ctl_fir_init(&self->state.speed_fir, &params->fir1);
         self->state.rejected = 0U;
         ctl_meter_tune(self, params);
         ctl_meter_reset(self);

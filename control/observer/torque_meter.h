@@ -79,6 +79,8 @@ enum {
 
 /** Validate, start at rest. On error @p self stays as it was. */
 ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params);
+/** What ctl_meter_init would say; @p params is not NULL. Needs no object. */
+ctl_diag_t ctl_meter_check(const ctl_meter_params_t *params);
 /** Other parameters, that ctl_meter_init would accept, without a break in the samples; the orders must be those of before. */
 void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
 /**

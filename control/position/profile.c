@@ -2,11 +2,8 @@
 
 #define STEP_MAX INT64_C(0x7FFFFFFF)
 
-static ctl_diag_t check(const ctl_profile_t *self, const ctl_profile_params_t *params)
+ctl_diag_t ctl_profile_check(const ctl_profile_params_t *params)
 {
-    if ((self == NULL) || (params == NULL)) {
-        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
-    }
     if ((params->speed < 1) || (params->speed > STEP_MAX)) {
         return ctl_diag(CTL_ERR_RANGE, CTL_PROFILE_SPEED, (num_t)0);
     }
@@ -25,7 +22,7 @@ static ctl_diag_t check(const ctl_profile_t *self, const ctl_profile_params_t *p
 
 ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params)
 {
-    const ctl_diag_t d = check(self, params);
+    const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
         self->params = *params;
         ctl_profile_reset(self, 0);
@@ -56,7 +53,7 @@ static void settle(ctl_profile_t *self, int64_t step)
 
 ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params)
 {
-    const ctl_diag_t d = check(self, params);
+    const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
         ctl_profile_tune_raw(self, params);
     }

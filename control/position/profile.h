@@ -57,6 +57,8 @@ enum { CTL_PROFILE_SPEED = 1, CTL_PROFILE_ACCELERATION, CTL_PROFILE_SMOOTH, CTL_
 
 /** Validate, stand at position 0. On error @p self stays as it was. */
 ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *params);
+/** What ctl_profile_init would say; @p params is not NULL. Needs no object. */
+ctl_diag_t ctl_profile_check(const ctl_profile_params_t *params);
 /** Stand at @p position. */
 void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
 /** Other limits during a motion: it goes on from its position and speed, and still ends exactly on its target. */

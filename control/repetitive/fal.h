@@ -43,10 +43,10 @@ typedef struct {
 
 enum { CTL_FAL_ALPHA = 1, CTL_FAL_DELTA };
 
-/** Are these parameters good? */
-ctl_diag_t ctl_fal_check(const ctl_fal_params_t *params);
 /** Validate and precompute. On error @p self stays as it was. */
 ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params);
+/** What ctl_fal_init would say; @p params is not NULL. Needs no object. */
+ctl_diag_t ctl_fal_check(const ctl_fal_params_t *params);
 /** (1). */
 num_t ctl_fal(const ctl_fal_t *self, num_t e);
 /** (2), within (0, delta^(alpha-1)]. */

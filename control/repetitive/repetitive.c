@@ -69,17 +69,20 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
     if ((self == NULL) || (params == NULL)) {
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
-    ctl_rc_state_t rest = {0};
-    ctl_diag_t     d = ctl_rc_check(params, capacity);
+    static const ctl_rc_state_t REST = {0}; /* not on the stack of the chip */
+    ctl_grid_t                  turn = {0};
+    ctl_ring_t                  time = {0};
+    ctl_diag_t                  d = ctl_rc_check(params, capacity);
     if (d.status == CTL_OK) {
-        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&rest.turn, memory, capacity)
-                                             : ctl_ring_init(&rest.time, memory, capacity);
+        d = (params->memory == CTL_RC_ANGLE) ? ctl_grid_init(&turn, memory, capacity) : ctl_ring_init(&time, memory, capacity);
         if (d.status != CTL_OK) {
             d.field = CTL_RC_CAPACITY;
         }
     }
     if (d.status == CTL_OK) {
-        self->state = rest;
+        self->state = REST;
+        self->state.turn = turn;
+        self->state.time = time;
         if (params->memory != CTL_RC_ANGLE) {
             ctl_ring_fill_zero(&self->state.time);
         }

@@ -107,14 +107,14 @@ enum {
     CTL_RC_CAPACITY
 };
 
-/** Would ctl_rc_init accept these parameters with a memory of that capacity? */
-ctl_diag_t ctl_rc_check(const ctl_rc_params_t *params, uint16_t capacity);
 /**
  * Validate, take over the memory, forget everything. On error @p self stays as it was.
  * @param memory    samples (keep, clear) or cells per electrical turn (angle), owned by the caller.
  * @param capacity  how many; at least lead + order + 5.
  */
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity);
+/** What ctl_rc_init would say with a memory of @p capacity; @p p is not NULL. Needs no object. */
+ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity);
 
 /**
  * Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays.

@@ -86,17 +86,14 @@ static uint16_t meter_culprit(uint16_t field)
 
 uint16_t drive_judge_observer(const drive_observer_setup_t *s)
 {
-    ctl_meter_t    meter;
-    ctl_observer_t observer;
-    num_t          room[CTL_ARO_AGE_MAX + 34U];
     if (!s->meter_used) {
         return PARAM_COUNT;
     }
-    ctl_diag_t d = ctl_meter_init(&meter, &s->meter);
+    ctl_diag_t d = ctl_meter_check(&s->meter);
     if (d.status != CTL_OK) {
         return meter_culprit(d.field);
     }
-    d = ctl_observer_init(&observer, &s->observer, room, (uint16_t)(sizeof room / sizeof room[0]));
+    d = ctl_observer_check(&s->observer);
     return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : observer_culprit(d.field);
 }
 

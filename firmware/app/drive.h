@@ -32,6 +32,7 @@
 #include "firmware/app/motion_check.h"
 #include "firmware/app/parameters.h"
 #include "firmware/app/timing.h"
+#include "firmware/storage/store.h"
 #include "hal/hal_encoder.h"
 #include "hal/hal_sample.h"
 
@@ -185,8 +186,6 @@ typedef struct {
     num_t              meas, error, correction;
     num_t              iq_ref; /**< Read by the current interrupt. */
     float              ref_rad_s;
-    angle_t            stall_from;    /**< Where the encoder stood when it seemed to stand still... */
-    uint16_t           stall_samples; /**< ...and for how many samples it has. */
 } drive_speed_t;
 
 /** A position for who preempts the speed interrupt or is preempted by it: 64 bits are two accesses. */
@@ -215,13 +214,6 @@ typedef struct {
     uint16_t       delay_head, error_count;
     drive_shown_t  now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
-
-/** A save of what the angle observer has learned, under way. */
-typedef struct {
-    bool     active;
-    uint16_t slot, sequence, cells, crc;
-    uint16_t erased, next; /**< Pages, and words written and read back, so far. */
-} drive_saving_t;
 
 /** A parameter set, and what follows from it. */
 typedef struct {
@@ -262,13 +254,15 @@ typedef struct {
     drive_speed_t     speed;
     drive_observer_t  observer;
     drive_position_t  position;
-    drive_saving_t    saving;                    /**< Main loop. */
+    store_t           storage;                   /**< Main loop; parameters (services) and table. */
+    uint16_t          saved_cells;               /**< Of the table that is being saved. */
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
     bool              seen_sample;
     uint32_t          rejected;
     timing_t          timing;
+    uint16_t          stack_used_words; /**< Main loop; 0 where nobody counts. */
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];
@@ -347,7 +341,7 @@ bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells);
 bool drive_memory_clear(drive_t *d);
 /**
  * To and from non-volatile storage. A save cut off by a power failure leaves the older save, and one that does not read back as it
- * was written fails. In steps: begin, then step while `saving.active`; a page or a few words each. The table may not change meanwhile.
+ * was written fails. In steps: begin, then step while `storage.active`; a page or a few blocks each. The table may not change meanwhile.
  * @return HAL_OK, HAL_UNSUPPORTED, HAL_BUSY (running, or another save), HAL_STALE (restore: nothing saved that reads as it was
  * saved; the table stays), or an error of the storage.
  */

@@ -22,7 +22,7 @@ void drive_take_over(drive_t *d);
  *     build    start the blocks from them; `differs` tells that a change needs that
  *     rest     controllers at rest, for a start
  *
- * What the current interrupt changes in a part that runs (retune) is in take_over.c, what a part has refused (rejected) in telemetry.c:
+ * What the current interrupt changes in a part that runs (retune) is in take_over.c, what a part has refused (rejected) in speed_isr.c:
  * both run in an interrupt. */
 uint16_t drive_make_current(const drive_params_t *params, const drive_scale_t *scale, drive_current_setup_t *setup);
 uint16_t drive_judge_current(const drive_current_setup_t *setup);
@@ -107,8 +107,6 @@ bool drive_fault_voids_zero(drive_fault_t fault);
 void drive_trip(drive_t *d, drive_fault_t fault);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
-/** protection.c: at the current limit without motion, in speed mode. Speed interrupt. */
-void drive_check_stall(drive_t *d);
 /** motion_check.c: its share of the setup. */
 void drive_make_motion(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: the first samples of an angle, or of one after a gap; then the encoder is known. Current interrupt. */

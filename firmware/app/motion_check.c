@@ -1,22 +1,43 @@
 /* Motion that contradicts torque: motion_check.h says what each check sees and what it does not. */
 #include "firmware/app/motion_check.h"
 
+#include "control/numeric/num_math.h"
+
 #include "firmware/app/internal.h"
 
 #define JUMP_MAX (UINT32_C(0x7FFFFFFF)) /* half a turn: no angle is further away */
 #define MARGIN_SHARE (1.0f / 256.0f)    /* of over_speed_rad_s: above the noise and ripple of a measured speed */
 #define BAND_SHARE                                                                                                               \
-    0.05f                          /* of iq_limit_a: with its share of the resistance below FLOOR_SHARE on every drive that
+    0.05f                            /* of iq_limit_a: with its share of the resistance below FLOOR_SHARE on every drive that
                                             can bring iq_limit_a into its motor at all */
-#define FLOOR_SHARE NUM_C(0.04f)   /* of the dc link: that and the dead time when the current changes its sign */
-#define USABLE_SHARE NUM_C(0.93f)  /* of the voltage limit: beyond it the current does what it wants */
-#define SPEED_SHARE NUM_C(0.125f)  /* of the speed: harmonics of the flux stay below */
-#define LITTLE_SHARE NUM_C(0.125f) /* of the margin: a heavy load may take a minute to stop */
-#define AT_LIMIT_SHARE NUM_C(0.9f) /* as a stall */
+#define FLOOR_SHARE NUM_C(0.04f)     /* of the dc link: that and the dead time when the current changes its sign */
+#define USABLE_SHARE NUM_C(0.93f)    /* of the voltage limit: beyond it the current does what it wants */
+#define SPEED_SHARE NUM_C(0.125f)    /* of the speed: harmonics of the flux stay below */
+#define RIPPLE_SHARE NUM_C(0.03125f) /* of the speed: an encoder disc off centre by 0.02 rad makes 0.04 from peak to peak */
+#define NEARER_SHARE NUM_C(0.5f)     /* of the margin: what counts as nearer */
+#define AT_LIMIT_SHARE NUM_C(0.9f)   /* of the current limit: noise must not hide that it is reached */
+#define OHM_SHARE NUM_C(0.3f)        /* of the resistive drop: copper warmer by 75 K */
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define AGAINST_LIMIT 3U
-#define SPEED_COUNTS 3.0f      /* between which a speed has been measured */
-#define COUNTS_PER_CYCLE 16.0f /* below that the voltages follow the steps of the angle */
+#define SPEED_COUNTS 3.0f          /* between which a speed has been measured */
+#define STALL_TURN (1.0f / 256.0f) /* a motion, mechanical: 1.4 degrees; an elastic shaft gives way by less */
+#define STALL_TRAVEL 3.0f          /* motions that the speed asked for would have made */
+#define COUNTS_PER_CYCLE 16.0f     /* below that the voltages follow the steps of the angle */
+
+/* The travel from rest under the same acceleration grows with the square of the time: a coarse encoder gets more of it. */
+static void make_stall(const drive_params_t *p, drive_setup_t *s)
+{
+    drive_motion_setup_t *const m = &s->motion;
+    const float                 count = 1.0f / p->encoder_counts;
+    const float                 turn = (count > STALL_TURN) ? count : STALL_TURN;
+    const float                 sample_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    const float                 samples = p->stall_s / sample_s * num_to_float(num_sqrt(num_from_float(turn / STALL_TURN)));
+
+    m->stall_angle = (angle_t)(turn * 4294967296.0f * ((count > STALL_TURN) ? 0.75f : 1.0f));
+    m->stall_samples = (samples < 65535.0f) ? (uint16_t)(samples + 0.5f) : UINT16_MAX;
+    m->stall_samples = ((m->stall_samples == 0U) && (p->stall_s > 0.0f)) ? 1U : m->stall_samples;
+    m->stall_travel = num_from_float(STALL_TRAVEL * turn * DRIVE_TWO_PI / (sample_s * s->scale.speed_rad_s));
+}
 
 void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
 {
@@ -30,11 +51,18 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     m->band = num_from_float(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
     const float ohm = p->motor_resistance_ohm + (p->motor_lq_h * (float)DRIVE_PWM_HZ / (float)p->speed_divider);
     m->band_per_volt = num_from_float(BAND_SHARE * 0.57735027f / ohm * s->scale.voltage_v * s->scale.inv_current);
-    m->samples = (samples < 65535.0f) ? (uint16_t)samples : UINT16_MAX;
+    m->samples = (samples < 16000.0f) ? (uint16_t)samples : 16000U; /* twice that is counted, too */
     m->samples = ((m->samples == 0U) && (p->speed_deviation_s > 0.0f)) ? 1U : m->samples;
+    m->due_per_sample = (m->samples > 0U)
+                            ? num_from_float(0.25f * p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed / (float)m->samples)
+                            : (num_t)0;
     const float way = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
     m->way = (angle_t)(way * 4294967296.0f);
     m->zero = (p->zero_check != 0U) && (p->encoder_counts >= (COUNTS_PER_CYCLE * (float)p->pole_pairs));
+    const float per_amp = s->scale.current_a * s->scale.inv_voltage;
+    m->ohm = num_from_float(p->motor_resistance_ohm * per_amp);
+    m->reactance = num_from_float(p->motor_lq_h * (float)p->pole_pairs * s->scale.speed_rad_s * per_amp);
+    make_stall(p, s);
 }
 
 /* ---- angle, current interrupt ------------------------------------------------------------------------------------------- */
@@ -104,22 +132,30 @@ static bool lacks_voltage(const drive_t *d, const voltage_t *v, bool forwards, n
     return v->cut && (along > (num_t)0) && (push > num_mul(NUM_C(0.5f), v->usable));
 }
 
+/* The back-EMF stands on the q axis and has the sign of the speed, by more than the resistance may be wrong. */
+static bool sees_right_zero(const drive_t *d, const voltage_t *v)
+{
+    const drive_motion_setup_t *const s = &d->setup->motion;
+    const num_t                       speed = d->speed.meas;
+    const ctl_dq_t                    i = d->current.meas;
+    const num_t                       drop = num_mul(s->ohm, i.q);
+    const num_t                       emf_q = num_sub(d->current.volt.q, drop);
+    const num_t                       emf_d = num_mac(d->current.volt.d, num_mul(s->reactance, speed), i.q);
+    const num_t doubt = num_mac(num_mul(OHM_SHARE, num_abs(drop)), FLOOR_SHARE, v->dc); /* temperature; dead time */
+    return ((speed > (num_t)0) ? emf_q : num_neg(emf_q)) > num_add(num_abs(emf_d), doubt);
+}
+
 /* A stretch at the limit begins anew with another torque and with every gain over its slowest moment. At its end the speed must have
- * kept what it had, or, when it turns against the torque, have gained a little. */
-static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
+ * kept what it had. */
+static void trip_against_torque(drive_t *d, bool fresh, bool forwards, num_t along)
 {
     drive_motion_t *const m = &d->motion;
     const num_t           margin = d->setup->motion.margin;
-    const bool            forwards = torque > (num_t)0;
-    const num_t           along = forwards ? d->speed.meas : num_neg(d->speed.meas);
-    bool anew = (forwards != m->forwards) || (num_abs(torque) <= num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max)) ||
-                (num_sub(along, m->slowest) > margin) || lacks_voltage(d, v, forwards, along);
+    bool                  anew = fresh || (num_sub(along, m->slowest) > margin);
 
     if (!anew && (m->samples >= d->setup->motion.samples) &&
         (angle_size(d->tracking.theta_m - m->from) >= d->setup->motion.way)) {
-        const bool  backwards = along < num_neg(margin);
-        const num_t least = backwards ? num_mul(LITTLE_SHARE, margin) : num_neg(margin);
-        if (num_sub(along, m->first) < least) {
+        if (num_sub(m->first, along) > num_mac(margin, RIPPLE_SHARE, num_abs(along))) {
             drive_trip(d, FAULT_speed_deviation);
         }
         anew = true;
@@ -133,6 +169,68 @@ static void trip_against_torque(drive_t *d, const voltage_t *v, num_t torque)
     } else {
         m->slowest = num_min(m->slowest, along);
         m->samples = (uint16_t)(m->samples + ((m->samples < UINT16_MAX) ? 1U : 0U));
+    }
+}
+
+/* At the limit the speed has to come nearer to the one that is asked for: nearer than it has been, and on the whole by a little in
+ * every such time; a ripple that swings back is neither. */
+static void trip_without_approach(drive_t *d, const voltage_t *v, bool fresh, bool forwards, num_t along)
+{
+    drive_motion_t *const             m = &d->motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
+    const uint16_t                    time = 2U * s->samples;
+    const num_t                       wanted = forwards ? m->asked : num_neg(m->asked);
+
+    if (fresh || (num_sub(wanted, along) <= s->margin)) {
+        m->nearest = along;
+        m->due = along;
+        m->since = 0U;
+        m->pushing = 0U;
+        m->pushed_from = d->tracking.theta_m;
+        m->travelled = false;
+        return;
+    }
+    m->due = num_add(m->due, s->due_per_sample);
+    m->pushing = (uint16_t)(m->pushing + ((m->pushing < UINT16_MAX) ? 1U : 0U));
+    m->since++;
+    if (num_sub(along, m->nearest) > num_mul(NEARER_SHARE, s->margin)) {
+        m->nearest = along;
+        m->since = 0U;
+    }
+    m->travelled |= angle_size(d->tracking.theta_m - m->pushed_from) >= s->way;
+    if (m->travelled && ((m->since >= time) || ((m->pushing >= time) && (along < m->due)))) {
+        if (!sees_right_zero(d, v)) {
+            drive_trip(d, FAULT_speed_deviation);
+        }
+        m->nearest = along;
+        m->due = along;
+        m->since = 0U;
+        m->pushing = 0U;
+    }
+}
+
+/* The speed asked for would have turned the shaft by now, and the encoder shows no motion: a blocked shaft, a stuck encoder, which
+ * its tracking filter does not notice, or a zero that is off by a quarter turn. */
+static void trip_on_stall(drive_t *d, bool at_limit)
+{
+    drive_motion_t *const             m = &d->motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
+    const angle_t                     now = d->tracking.theta_m;
+    const bool                        moves = ((now - m->stall_from) + s->stall_angle) > (2U * s->stall_angle); /* either way */
+
+    if (!at_limit || moves) {
+        m->stall_from = now;
+        m->stall_samples = 0U;
+        m->stall_travel = (num_t)0;
+        return;
+    }
+    m->stall_travel = num_add(m->stall_travel, num_abs(m->asked));
+    if (m->stall_samples < s->stall_samples) {
+        m->stall_samples++;
+    } else if (m->stall_travel >= s->stall_travel) {
+        drive_trip(d, FAULT_stall);
+    } else {
+        /* at so low a speed a shaft that turns stands for longer */
     }
 }
 
@@ -173,17 +271,28 @@ static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
 void drive_check_motion(drive_t *d)
 {
     drive_motion_t *const m = &d->motion;
-    const drive_mode_t    mode = drive_active_command(d)->mode;
+    const num_t           torque = d->current.ref.q;
 
     if (d->state != DRIVE_RUN) {
         m->held = false;
         m->against = 0U;
         m->samples = 0U;
+        m->stall_samples = 0U;
         return;
     }
     const voltage_t v = look_at_voltage(d);
-    if ((d->setup->motion.samples != 0U) && (mode != DRIVE_MODE_CURRENT)) {
-        trip_against_torque(d, &v, d->current.ref.q);
+    if (drive_active_command(d)->mode != DRIVE_MODE_CURRENT) {
+        const bool at_limit = num_abs(torque) > num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max);
+        if (d->setup->motion.samples != 0U) {
+            const bool  forwards = torque > (num_t)0;
+            const num_t along = forwards ? d->speed.meas : num_neg(d->speed.meas);
+            const bool  fresh = !at_limit || (forwards != m->forwards) || lacks_voltage(d, &v, forwards, along);
+            trip_without_approach(d, &v, fresh, forwards, along);
+            trip_against_torque(d, fresh, forwards, along);
+        }
+        if (d->setup->motion.stall_samples != 0U) {
+            trip_on_stall(d, at_limit);
+        }
     }
     if (d->setup->motion.zero) {
         trip_on_wrong_zero(d, &v);

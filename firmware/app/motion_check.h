@@ -8,12 +8,24 @@
  * to it, counts were lost or added: encoder_lost. Seen whatever the speed. A slip that takes n periods is seen when it is
  * larger than n times the limit.
  *
- * Torque, speed interrupt, speed and position mode. The current reference is at its limit, and after speed_deviation_s the speed
- * has moved against that torque by over_speed_rad_s / 256, or turns against it and has not become slower: speed_deviation. The
- * torque has the wrong sign, or the load is stronger than the drive, and the drive cannot know which: a load that overhauls it
- * trips as well, unless its speed changes so fast that the next check sees that the zero is right. Not counted: a speed that
- * comes nearer, a balance at the limit, standing (stall), swinging, and a drive that turns with its torque at its voltage limit.
- * Not seen: a zero that is off by a quarter turn within the few degrees in which friction decides; no torque is left then.
+ * Torque, speed interrupt, speed and position mode, while the current reference is at its limit (0.9 of iq_limit_a, or of what
+ * the d axis leaves of it). Margin: over_speed_rad_s / 256.
+ * - After speed_deviation_s the speed has moved against the torque by the margin and 1/32 of itself: speed_deviation. The torque has
+ *   the wrong sign, or the load is stronger than the drive, and the drive cannot know which: a load that overhauls it trips as well,
+ *   unless its speed changes so fast that the check of the zero sees that it is right, or so slowly that it stays within this.
+ * - For twice that the speed has come no nearer to the reference, by half a margin: speed_deviation. No torque is left (the zero is
+ *   off by about a quarter turn), or the load holds the balance, and only the back-EMF can tell: where it stands on the q axis, by
+ *   more than 0.3 of the resistive drop and 4 % of the dc link, the load is excused. For the default motor that is from 80 rad/s on;
+ *   a drive that is held in balance at its limit below that trips. A start under 20 times the rotor's inertia and 0.9 of the torque
+ *   does not.
+ * - For stall_s the shaft has not moved by 1.4 degrees: stall. Blocked, a stuck encoder, a zero off by a quarter turn at rest, or
+ *   static friction stronger than the drive: at its limit the current cannot grow any more, so waiting longer helps only where the
+ *   friction falls by itself; stall_s is longer for such a machine. Longer by itself where the reference would not have turned the
+ *   shaft by three times that motion yet, and with less than 256 counts a turn, where a motion is a count: by sqrt(256 / counts).
+ * Not counted: a drive whose speed is within the margin of its reference, swinging, and a drive that turns with its torque at its
+ * voltage limit. Together they leave a wrong zero 0.1 s at the limit without coming nearer, from rest and while running, at every
+ * angle, with 256 counts a turn or more. Not seen: a zero off by so little less than a quarter turn that the rest of the torque turns
+ * the shaft towards its reference; its drive gets there, slowly and hot.
  *
  * Electrical zero, speed interrupt, every mode. With the same current, the q voltage follows the speed, whatever the motor's
  * resistance, flux and load: dvq = p psi cos(error of the zero) dw. Where it falls while the speed rises, three times in a row,
@@ -40,13 +52,18 @@ typedef enum {
 
 /** From the parameters. */
 typedef struct {
-    angle_t  jump;          /**< Largest change of the step of the angle. */
-    num_t    margin;        /**< Speed that counts as a change. */
-    num_t    band;          /**< Currents that count as the same... */
-    num_t    band_per_volt; /**< ...and per volt of the dc link, where iq_limit_a is more than it brings into the motor. */
-    angle_t  way;           /**< Of a stretch of which the speed is known. */
-    uint16_t samples;       /**< At the limit, against the torque; 0: never judged. */
-    bool     zero;          /**< Judge the electrical zero. */
+    angle_t  jump;           /**< Largest change of the step of the angle. */
+    num_t    margin;         /**< Speed that counts as a change. */
+    num_t    band;           /**< Currents that count as the same... */
+    num_t    band_per_volt;  /**< ...and per volt of the dc link, where iq_limit_a is more than it brings into the motor. */
+    angle_t  way;            /**< Of a stretch of which the speed is known. */
+    uint16_t samples;        /**< At the limit, against the torque; 0: never judged. */
+    bool     zero;           /**< Judge the electrical zero. */
+    num_t    ohm, reactance; /**< Voltage per current, and that per speed. */
+    num_t    due_per_sample; /**< Least gain of speed at the limit. */
+    angle_t  stall_angle;    /**< A motion. */
+    uint16_t stall_samples;  /**< At the limit without one; 0: never judged. */
+    num_t    stall_travel;   /**< Sum of the speeds asked for over which a shaft that turns has moved. */
 } drive_motion_setup_t;
 
 typedef struct {
@@ -57,7 +74,17 @@ typedef struct {
     bool     held;           /**< There is an operating point to compare with: */
     ctl_dq_t current;
     num_t    speed, volt_q;
-    uint16_t against; /**< Comparisons in a row with the wrong sign. */
+    uint16_t against;       /**< Comparisons in a row with the wrong sign. */
+    num_t    nearest;       /**< Largest speed along the torque at the limit... */
+    uint16_t since;         /**< ...so many samples ago; */
+    num_t    due;           /**< the least that is expected by now... */
+    uint16_t pushing;       /**< ...after so many samples at the limit... */
+    angle_t  pushed_from;   /**< ...that began here... */
+    bool     travelled;     /**< ...and have turned the shaft so far that its speed is known. */
+    num_t    asked;         /**< Speed that the speed or position loop wants. */
+    angle_t  stall_from;    /**< Where the encoder stood when it seemed to stand still... */
+    uint16_t stall_samples; /**< ...for how many samples it has... */
+    num_t    stall_travel;  /**< ...and the sum of the speeds asked for in them. */
 } drive_motion_t;
 
 #endif

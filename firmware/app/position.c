@@ -137,6 +137,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
         /* ppi, rdc: no learning of the speed */
     }
     const num_t wanted = num_mac(feed, q->kp, o->error);
+    d->motion.asked = wanted;
     const num_t feedback = ctl_pi_output(&o->pi, num_sub(wanted, o->speed));
     num_t       torque = feedback;
     if (q->method == DRIVE_POSITION_RDC) {

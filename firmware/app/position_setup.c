@@ -4,8 +4,7 @@
 
 #define LEARN_LEAD 3U /* samples from a torque command to the velocity it changes */
 
-static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_profile_params_t *out,
-                             const drive_scale_t *scale)
+static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_profile_params_t *out, const drive_scale_t *scale)
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     out->speed = drive_turns_q32(speed_rad_s / DRIVE_TWO_PI * ts_s);
@@ -16,8 +15,7 @@ static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_pro
     out->smooth = p->profile_smooth_samples;
     out->speed_scale = num_from_float(DRIVE_TWO_PI / 65536.0f / ts_s * scale->inv_speed);
     out->accel_scale = num_from_float(DRIVE_TWO_PI / 1048576.0f / (ts_s * ts_s) * scale->inv_speed);
-    ctl_profile_t    trial;
-    const ctl_diag_t d = ctl_profile_init(&trial, out);
+    const ctl_diag_t d = ctl_profile_check(out);
     if (d.status == CTL_OK) {
         return PARAM_COUNT;
     }
@@ -81,8 +79,8 @@ static uint16_t rdc_culprit(uint16_t field)
 
 uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale, drive_position_setup_t *q)
 {
-    const float                   ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
-    const float                   per_speed = scale->speed_rad_s * scale->inv_current;
+    const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    const float per_speed = scale->speed_rad_s * scale->inv_current;
     const bool  observed = p->method >= (uint16_t)DRIVE_METHOD_DOB;
 
     q->method = (drive_position_method_t)p->position_method;
@@ -90,7 +88,7 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
     if (bad == (uint16_t)PARAM_COUNT) {
         const float speed = (p->homing_speed_rad_s < 0.0f) ? -p->homing_speed_rad_s : p->homing_speed_rad_s;
         bad = (make_profile(p, speed, &q->homing, scale) == (uint16_t)PARAM_COUNT) ? (uint16_t)PARAM_COUNT
-                                                                               : (uint16_t)PARAM_homing_speed_rad_s;
+                                                                                   : (uint16_t)PARAM_homing_speed_rad_s;
     }
     if (bad != (uint16_t)PARAM_COUNT) {
         return bad;

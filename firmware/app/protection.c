@@ -1,9 +1,6 @@
 #include "firmware/app/internal.h"
 #include "hal/hal_inverter.h"
 
-#define STALL_SHARE NUM_C(0.9f)                   /* of the current limit: noise must not hide a stall */
-#define STALL_ANGLE (UINT32_C(0xFFFFFFFF) / 256U) /* a motion, mechanical: 1.4 degrees; an elastic shaft gives way by less */
-
 void drive_trip(drive_t *d, drive_fault_t fault)
 {
     hal_inverter_disarm();
@@ -89,26 +86,4 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
         drive_trip(d, FAULT_under_voltage);
     }
     return true;
-}
-
-/* Wanted to turn, at the current limit, and by the encoder it does not move: a blocked shaft looks like this, and so does an
- * encoder that is stuck, which its tracking filter does not notice. A drive that holds at speed 0 is doing its work, and
- * position mode has following_error. */
-void drive_check_stall(drive_t *d)
-{
-    drive_speed_t *const         s = &d->speed;
-    const drive_command_t *const cmd = drive_active_command(d);
-    const angle_t                now = d->tracking.theta_m;
-    const bool                   moves = ((now - s->stall_from) + STALL_ANGLE) > (2U * STALL_ANGLE); /* either way */
-    const bool                   pushes =
-        (d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_SPEED) && (cmd->speed_ref_rad_s != 0.0f) &&
-        (num_abs(s->iq_ref) > num_mul(STALL_SHARE, num_min(d->setup->speed.pi.out_max, drive_active_order(d)->iq_max)));
-    if (!pushes || moves || (d->params->stall_samples == 0U)) {
-        s->stall_from = now;
-        s->stall_samples = 0U;
-    } else if (s->stall_samples < d->params->stall_samples) {
-        s->stall_samples++;
-    } else {
-        drive_trip(d, FAULT_stall);
-    }
 }

@@ -32,7 +32,6 @@ void drive_speed_step(drive_t *d)
     const drive_command_t *const cmd = drive_active_command(d);
     drive_speed_t *const         s = &d->speed;
 
-    drive_check_stall(d);
     s->meas = measure_speed(d);
     drive_check_motion(d);
     drive_position_measure(d);
@@ -50,6 +49,7 @@ void drive_speed_step(drive_t *d)
     }
     s->ref_rad_s = cmd->speed_ref_rad_s;
     const num_t ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
+    d->motion.asked = ref;
 
     s->error = num_mul(num_sub(ref, s->meas), d->setup->speed.error_scale);
     s->correction = ripple_correction(d, s->error, ref);
@@ -76,4 +76,31 @@ float drive_speed_rad_s(const drive_t *d)
                                            ? d->speed.meas
                                            : ((source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w);
     return num_to_float(speed) * d->scale.speed_rad_s;
+}
+
+static uint32_t rejected_current(const drive_current_t *c)
+{
+    return c->d.state.rejected + c->q.state.rejected + c->deadbeat.state.rejected;
+}
+
+static uint32_t rejected_speed(const drive_speed_t *v, const drive_speed_setup_t *s)
+{
+    return v->pi.state.rejected + (s->rc_used ? v->rc.state.rejected : 0U);
+}
+
+static uint32_t rejected_observer(const drive_observer_t *o, const drive_observer_setup_t *s)
+{
+    return (s->meter_used ? o->meter.state.rejected : 0U) +
+           (s->used ? (o->observer.state.rejected + o->observer.state.memory.state.rejected) : 0U);
+}
+
+static uint32_t rejected_position(const drive_position_t *o)
+{
+    return o->pi.state.rejected + o->ilc.state.rejected + o->learn.state.rejected + o->src.state.rejected + o->rdc.state.rejected;
+}
+
+uint32_t drive_rejected(const drive_t *d)
+{
+    return d->rejected + rejected_current(&d->current) + rejected_speed(&d->speed, &d->setup->speed) +
+           rejected_observer(&d->observer, &d->setup->observer) + rejected_position(&d->position);
 }

@@ -28,8 +28,12 @@ static inline bool drive_stop_waits(const drive_t *d) { return d->stop_wanted; }
 /** A changed parameter set that the current interrupt has not taken over yet. */
 static inline bool drive_change_waits(const drive_t *d) { return d->next_ready != 0U; }
 static inline bool drive_is_homed(const drive_t *d) { return d->position.homed; }
-/** What was learned is being saved. */
-static inline bool drive_is_saving(const drive_t *d) { return d->saving.active; }
+/** Something is being saved. */
+static inline bool drive_is_saving(const drive_t *d) { return d->storage.active; }
+/** What is saved through power-off, parameters and table alike. Main loop. */
+static inline store_t *drive_storage(drive_t *d) { return &d->storage; }
+/** How much of the stack the board has seen in use, for telemetry. Main loop. */
+static inline void drive_note_stack(drive_t *d, uint16_t words) { d->stack_used_words = words; }
 /** The newest command that was accepted. Main loop. */
 static inline const drive_command_t *drive_newest_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
 /** CPU cycles of a PWM period, and how long current interrupts take. */

@@ -1,4 +1,6 @@
 /* Requests that look: any client may, whatever its schema. */
+#include <stddef.h>
+
 #include "firmware/app/telemetry.h"
 #include "firmware/services/internal.h"
 #include "firmware/services/schema.h"
@@ -107,6 +109,9 @@ link_refusal_t request_text(services_t *s, codec_reader_t *in, codec_writer_t *o
     }
     const char *const text = schema_text(kind, index, part);
     uint16_t          total = 0U;
+    if (text == NULL) {
+        return LINK_NO_unsupported; /* this firmware carries none: the client has them */
+    }
     while (text[total] != '\0') {
         total++;
     }

@@ -104,7 +104,7 @@ static link_refusal_t save(services_t *s)
 {
     s->session.staging = false;
     s->staged = *services_params(s); /* what is saved must not change meanwhile */
-    switch (param_store_begin(&s->store, &s->staged, s->schema)) {
+    switch (param_store_begin(drive_storage(s->setup.drive), &s->staged, s->schema)) {
     case HAL_OK:
         s->session.storing = LINK_CMD_save;
         return LINK_LATER;
@@ -151,7 +151,7 @@ static link_refusal_t restore(services_t *s)
 {
     s->session.staging = false;
     s->staged = *services_params(s);
-    const link_refusal_t no = from_storage(s, param_store_load(&s->staged, s->schema));
+    const link_refusal_t no = from_storage(s, param_store_load(drive_storage(s->setup.drive), &s->staged, s->schema));
     return (no == LINK_FINE) ? take(s) : no;
 }
 

@@ -1,5 +1,8 @@
 #include "firmware/services/schema.h"
 
+#include <stddef.h>
+
+#include "firmware/app/doc_text.h"
 #include "firmware/app/telemetry.h"
 #include "firmware/link/crc.h"
 #include "firmware/link/protocol.h"
@@ -9,7 +12,7 @@ typedef struct {
 } command_info_t;
 
 static const command_info_t COMMANDS[LINK_COMMANDS] = {
-#define COMMAND(name, doc) {#name, doc},
+#define COMMAND(name, doc) {#name, DOC_TEXT(doc)},
 #include "firmware/link/protocol.def"
 };
 
@@ -53,6 +56,15 @@ void schema_record(uint16_t kind, uint16_t index, codec_writer_t *w)
     }
 }
 
+#ifdef EVENSPIN_NO_TEXTS
+const char *schema_text(uint16_t kind, uint16_t index, uint16_t part)
+{
+    (void)kind;
+    (void)index;
+    (void)part;
+    return NULL;
+}
+#else
 const char *schema_text(uint16_t kind, uint16_t index, uint16_t part)
 {
     switch (kind) {
@@ -66,6 +78,7 @@ const char *schema_text(uint16_t kind, uint16_t index, uint16_t part)
         return (part == 0U) ? COMMANDS[index].doc : "";
     }
 }
+#endif
 
 uint32_t schema_hash(void)
 {

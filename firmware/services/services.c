@@ -57,7 +57,6 @@ void services_start(services_t *s, const services_setup_t *setup)
     s->frames_bad = 0U;
     s->wire_count = 0U;
     s->wire_at = 0U;
-    s->store.active = false;
     frame_decoder_reset(&s->decoder);
     stream_init(&s->stream);
     recorder_init(&s->recorder[SERVICES_CAPTURE], setup->capture, setup->capture_values);
@@ -65,7 +64,8 @@ void services_start(services_t *s, const services_setup_t *setup)
 
     drive_t *const d = setup->drive;
     s->staged = *setup->defaults;
-    s->stored_taken = param_store_load(&s->staged, s->schema) == HAL_OK;
+    store_reset(drive_storage(d));
+    s->stored_taken = param_store_load(drive_storage(d), &s->staged, s->schema) == HAL_OK;
     drive_init(d, s->stored_taken ? &s->staged : setup->defaults);
     if (s->stored_taken && (drive_fault(d) == FAULT_configuration)) { /* a set that fits no drive must not lock the bench out */
         s->stored_taken = false;
@@ -101,7 +101,7 @@ link_refusal_t services_index(services_t *s, uint16_t index, uint16_t count)
     return (index < count) ? LINK_FINE : services_refuse(s, LINK_NO_index, index, 0.0f, (float)count - 1.0f);
 }
 
-bool services_saving(const services_t *s) { return s->store.active || drive_is_saving(s->setup.drive); }
+bool services_saving(const services_t *s) { return drive_is_saving(s->setup.drive); }
 
 uint16_t services_flags(const services_t *s)
 {
@@ -272,7 +272,7 @@ static void go_on_storing(services_t *s)
     if (!services_saving(s)) {
         return;
     }
-    const hal_status_t status = s->store.active ? param_store_step(&s->store) : drive_memory_save_step(d);
+    const hal_status_t status = drive_memory_save_step(d);
     if (!services_saving(s)) {
         s->session.stored = true;
         s->session.stored_status = status;

@@ -81,7 +81,6 @@ typedef struct services {
 
     session_t       session;
     drive_params_t  staged; /**< The set under construction, or the one being saved. */
-    param_store_t   store;
     refusal_t       refusal;
     drive_state_t   seen_state;
     drive_fault_t   seen_fault;

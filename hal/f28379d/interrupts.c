@@ -74,4 +74,5 @@ void port_background(void)
 {
     port_watchdog_service();
     port_driver_poll();
+    port_stack_look();
 }

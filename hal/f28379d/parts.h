@@ -12,6 +12,21 @@
 /* system.c */
 bool port_system_init(void);
 
+/* stack.c */
+void port_stack_start(void);                                            /* fill what is above the caller's frame */
+void port_stack_watch(uint16_t *from, uint16_t count, uint16_t in_use); /* any words, the first of them in use */
+void port_stack_look(void);                                             /* some words a pass */
+
+/* assertion.c: the first argument that driverlib has refused, in a debug build */
+typedef struct {
+    const char *file;
+    uint32_t    line;
+    uint16_t    count;
+} port_assertion_t;
+extern port_assertion_t port_assertion;
+void                    port_assertion_failed(const char *file, uint32_t line);
+void                    __error__(const char *filename, uint32_t line);
+
 /* pins.c: everything but the six gates; gates last, when the trip is armed */
 void port_pins_init(void);
 void port_pins_connect_gates(void);
@@ -36,6 +51,7 @@ bool port_trip_bridge_is_off(void);
 /* sampling.c, encoder.c */
 void port_sampling_init(void);
 void port_sampling_take(void);
+void port_sampling_resume(void);
 void port_encoder_init(void);
 void port_encoder_latch(void);
 

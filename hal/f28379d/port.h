@@ -54,6 +54,8 @@ void port_speed_end(void);
 
 void                        port_limits(port_limits_t *out);
 const port_driver_status_t *port_driver_status(void);
+/** Words of the stack that have been in use since the start, at the most; 0 where nobody counts them. */
+uint16_t port_stack_used(void);
 /** Why the last reset happened: bits of the reset cause register, as found by port_init. */
 uint32_t port_reset_cause(void);
 

@@ -44,6 +44,14 @@ BOARD_RAM_CODE void port_sampling_take(void)
     fresh = true;
 }
 
+/* The interrupts were kept away on purpose, with the bridge off: what the converter finished meanwhile is no lost sample. */
+BOARD_RAM_CODE void port_sampling_resume(void)
+{
+    ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
+    ADC_clearInterruptOverflowStatus(ADCA_BASE, ADC_INT_NUMBER1);
+    ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
+}
+
 static inline float current_a(uint32_t result)
 {
     return ((float)ADC_readResult(result, ADC_SOC_NUMBER0) * (BOARD_CURRENT_SIGN * BOARD_A_PER_CODE)) -

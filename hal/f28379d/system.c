@@ -27,15 +27,18 @@ static void enable_modules(void)
     SysCtl_delay(BOARD_US(1U));
 }
 
-/* Flash code itself: it makes the copies. */
+/* Flash code itself. The copies come before everything else of the program, so that no jump table is read before it is
+ * there: until here only the C start-up has run. The watchdog is off since codestart.asm. */
 bool port_system_init(void)
 {
+#ifdef _FLASH
+    (void)memcpy(&SwitchRunStart, &SwitchLoadStart, (size_t)&SwitchLoadSize);
+    (void)memcpy(&RamfuncsRunStart, &RamfuncsLoadStart, (size_t)&RamfuncsLoadSize);
+#endif
     SysCtl_disableWatchdog();
     reset_cause = SysCtl_getResetCause();
     SysCtl_clearResetCause(reset_cause);
 #ifdef _FLASH
-    (void)memcpy(&RamfuncsRunStart, &RamfuncsLoadStart, (size_t)&RamfuncsLoadSize);
-    (void)memcpy(&SwitchRunStart, &SwitchLoadStart, (size_t)&SwitchLoadSize);
     Flash_initModule(FLASH0CTRL_BASE, FLASH0ECC_BASE, BOARD_FLASH_WAITS); /* runs from RAM */
 #endif
     if (!SysCtl_setClock(BOARD_CLOCK_CONFIG)) {
@@ -44,6 +47,9 @@ bool port_system_init(void)
     SysCtl_setLowSpeedClock(SYSCTL_LSPCLK_PRESCALE_4);
     SysCtl_setEPWMClockDivider(SYSCTL_EPWMCLK_DIV_2); /* 100 MHz, the most an ePWM takes */
     enable_modules();
+#ifndef _FLASH
+    SysCtl_deviceCal(); /* a debugger's reset leaves out the boot ROM, which loads the trims of converters and oscillators */
+#endif
     return true;
 }
 
@@ -66,6 +72,7 @@ hal_reset_t hal_reset_cause(void)
 
 port_status_t port_init(void)
 {
+    port_stack_start();
     if (!port_system_init()) {
         return PORT_NO_CLOCK;
     }

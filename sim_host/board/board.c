@@ -222,6 +222,11 @@ void hal_limits(hal_limits_t *out) { *out = selected->limits; }
 
 /* ---- hal_storage ------------------------------------------------------------------------------------------------------------------ */
 
+static bool storage_is_blocks(uint16_t offset, uint16_t count)
+{
+    return ((offset % HAL_STORAGE_BLOCK_WORDS) == 0U) && ((count % HAL_STORAGE_BLOCK_WORDS) == 0U);
+}
+
 static bool storage_has(uint16_t page, uint16_t offset, uint16_t count)
 {
     return (page < SIM_STORAGE_PAGES) && ((uint32_t)offset + count <= SIM_STORAGE_WORDS);
@@ -241,7 +246,7 @@ hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, u
 
 hal_status_t hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count)
 {
-    if (!storage_has(page, offset, count)) {
+    if (!storage_has(page, offset, count) || !storage_is_blocks(offset, count)) {
         return HAL_UNSUPPORTED;
     }
     if (selected->armed) {

@@ -19,8 +19,8 @@
 
 #define SIM_CLOCK_HZ 200000000.0
 #define SIM_LINK_OCTETS 4096
-#define SIM_STORAGE_PAGES 10
-#define SIM_STORAGE_WORDS 1024
+#define SIM_STORAGE_PAGES 3 /* sectors of 8 k words, as on the chip */
+#define SIM_STORAGE_WORDS 8192
 
 /** Disturbances of the electronics, for tests and scenarios. */
 typedef struct {

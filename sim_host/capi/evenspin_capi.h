@@ -22,6 +22,42 @@ extern "C" {
 int         es_abi_version(void); /* raised when a prototype below changes */
 const char *es_numeric(void);     /* "float" or "fixed" */
 
+/* ---- refusals: why a call said false, as values; whoever shows them makes the sentence ------------------------------ */
+
+typedef enum {
+    ES_NONE,          /* nothing was refused */
+    ES_NO_OBJECT,     /* the handle was NULL, or a text was */
+    ES_NO_MEMORY,     /* `given` of `name` does not fit into memory */
+    ES_UNKNOWN,       /* `list` has nothing of this `name`; `other`: of which effect or block */
+    ES_OUT_OF_RANGE,  /* must be within min .. max, `above` and `below` without that end */
+    ES_NOT_WHOLE,     /* as ES_OUT_OF_RANGE, and a whole number */
+    ES_BREAKS_RULE,   /* within its range, but not what `rule` says */
+    ES_LIMITED,       /* must be within min .. max, which is what the parameter `other` says */
+    ES_BELOW_OTHER,   /* must be at least the parameter `other` */
+    ES_NUMERIC,       /* the numeric cannot hold it; with `other`: not over that parameter */
+    ES_TIMES,         /* of an input: no points, or times that are not finite or do not rise */
+    ES_BOARD,         /* the board allows at most max */
+    ES_OTHERS,        /* the other parameters leave min .. max */
+    ES_NO_FIT,        /* does not fit the other parameters */
+    ES_RUNNING,       /* cannot change while the drive runs */
+    ES_STARTED,       /* only before the start */
+    ES_WAITING,       /* an earlier change has not been taken over yet */
+    ES_TWO_SHAFTS,    /* the effects `name` and `other` are both on, and there is one shaft */
+    ES_NO_ANGLE_TABLE /* needs method = aro, as many values as cells within the limit, and a drive that does not run */
+} es_code_t;
+
+typedef struct {
+    es_code_t code;
+    const char
+        *list; /* what `name` is of: "model", "param", "effect", "effect_param", "input", "signal", "block", "block_param" */
+    char name[64];
+    const char *other; /* "" without; of an effect_param the effect, of a block_param the block */
+    double      given, min, max;
+    bool        above, below; /* min, max themselves are not allowed */
+    const char *unit;         /* "" without */
+    const char *rule;         /* of a block_param: "such that ..."; "" without */
+} es_error_t;
+
 /* ---- lists: drive parameters, signals, plant model, effects, faults --------------------------------------------- */
 
 typedef struct {
@@ -32,6 +68,8 @@ typedef struct {
     const char *choices;         /* for kind "choice": "a|b|c", value = position; otherwise "" */
     double      min, max, value; /* range and default */
     bool        at_rest;         /* drive parameters: only changes while the bridge is off */
+    bool        above, below;    /* parameters of blocks: min, max themselves are not allowed */
+    const char *rule;            /* parameters of blocks: what else it must be, "such that ..."; "" nothing */
 } es_field_t;
 
 typedef struct {
@@ -81,9 +119,9 @@ uint32_t es_schema_hash(void);                        /* of parameters, signals,
 
 typedef struct es_sim es_sim_t;
 
-es_sim_t   *es_sim_new(void);
-void        es_sim_free(es_sim_t *sim);
-const char *es_sim_error(const es_sim_t *sim); /* why the last call on this object said false: "name = value: limit" */
+es_sim_t         *es_sim_new(void);
+void              es_sim_free(es_sim_t *sim);
+const es_error_t *es_sim_error(const es_sim_t *sim); /* why the last call on this object said false; never NULL */
 
 /* For the next es_sim_start; inputs act at once. Each refuses an unknown name, a value that is not finite or out of range. */
 bool es_sim_set_model(es_sim_t *sim, const char *name, double value);
@@ -126,98 +164,57 @@ int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room);
 int  es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room);
 bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count);
 
-/* ---- blocks -------------------------------------------------------------------------------------------------------- */
+/* ---- blocks: what runs in the interrupts, one by one ---------------------------------------------------------------- */
 
-/* Coefficients A_0..A_order of z^-frac; out has room for 4. Returns how many were written, 0 when refused. */
-int    es_lagrange(int order, double frac, double *out);
-double es_fal(double e, double alpha, double delta);
-double es_fal_lambda(double e, double alpha, double delta);
+/* Functions without a memory. Those that may refuse say false and why; `error` may be NULL. */
+bool   es_lagrange(int order, double frac, double *out, es_error_t *error); /* A_0 .. A_order of z^-frac; out: order + 1 */
+bool   es_fal(double e, double alpha, double delta, double *out, es_error_t *error);
+bool   es_fal_lambda(double e, double alpha, double delta, double *out, es_error_t *error);
 void   es_sincos(double angle_rad, double *sine, double *cosine);
 double es_pow(double base, double exponent);
-bool   es_clarke(double a, double b, double c, double *alpha_beta);
+bool   es_clarke(double a, double b, double c, double *alpha_beta); /* false: not finite, or limited */
 bool   es_inverse_clarke(double alpha, double beta, double *abc);
 bool   es_park(double alpha, double beta, double angle_rad, double *dq);
 bool   es_inverse_park(double d, double q, double angle_rad, double *alpha_beta);
 bool   es_vector_limit(double d, double q, double limit, double *dq);
 bool   es_svm(double v_alpha, double v_beta, double v_dc, double *duty_abc);
+/* Coulomb and Stribeck friction at a speed, torque unit. */
+bool es_stribeck(double speed, double coulomb, double stat, double v_s, double shape, double *torque, es_error_t *error);
+/* Robust term for e = [integral of the angle error, angle error, speed error]. */
+bool es_rdc_robust_term(const double *e, const double *p_row, double inertia, double rho, double sigma, double *torque,
+                        es_error_t *error);
+/* Low-pass of the spatial repetitive controller at this speed, bilinear without prewarping: b[3], a[3]. */
+bool es_spatial_lowpass(double cutoff_per_rad, double speed, double ts, double *b, double *a, es_error_t *error);
 
-typedef struct es_rc es_rc_t;
-/* fal_at: 0 no fal, 1 at the memory input (A), 2 lambda at the output (B). memory: 0 keep, 1 clear, 2 angle.
- * NULL when refused; es_block_error() then says field, value and limit. */
-es_rc_t    *es_rc_new(double gain, int lead, double q_side, double q_centre, int order, int fal_at, double alpha, double delta,
-                      bool truncate, int memory, int capacity, double limit, double freeze_above, int freeze_samples);
-void        es_rc_free(es_rc_t *rc);
-void        es_rc_reset(es_rc_t *rc);
-double      es_rc_step(es_rc_t *rc, double error, double period_samples, double theta_e_rad);
-uint32_t    es_rc_rejected(const es_rc_t *rc);
-const char *es_block_error(void);
+/* Blocks with a memory: each is a file in sim_host/capi/blocks/, which lists its parameters and what can be done with it. */
+typedef struct {
+    const char *name;
+    const char *doc;
+    int         param_count, action_count;
+} es_block_info_t;
 
-typedef struct es_pi es_pi_t;
-es_pi_t             *es_pi_new(double kp, double ki_ts, double out_min, double out_max, int anti_windup);
-void                 es_pi_free(es_pi_t *pi);
-void                 es_pi_reset(es_pi_t *pi, double integrator);
-double               es_pi_output(es_pi_t *pi, double error);
-void                 es_pi_commit(es_pi_t *pi, double realised);
+typedef struct {
+    const char *name;    /* "step", "reset", ... */
+    const char *doc;     /* with what it takes and what it gives */
+    const char *inputs;  /* "a|b|c", with units as suffixes; "" none */
+    const char *outputs; /* the same */
+    int         input_count, output_count;
+} es_action_t;
 
-typedef struct es_pll es_pll_t;
-es_pll_t             *es_pll_new(double kp, double ki, double ts_s);
-void                  es_pll_free(es_pll_t *pll);
-void                  es_pll_reset(es_pll_t *pll, double angle_rad);
-double                es_pll_step(es_pll_t *pll, double angle_rad); /* returns speed, rad/s */
+typedef struct es_block es_block_t;
 
-typedef struct es_mt es_mt_t;
-es_mt_t             *es_mt_new(int counts_per_rev, double clock_hz, double ts_s);
-void                 es_mt_free(es_mt_t *mt);
-double               es_mt_step(es_mt_t *mt, int32_t edge_count, uint32_t edge_cyc, uint32_t now_cyc); /* rad/s */
-
-typedef struct es_angle_memory es_angle_memory_t;
-/* write: 0 one, 1 all, 2 hat; read: 0 linear, 1 cubic. Angles are unwrapped radians. */
-es_angle_memory_t *es_angle_memory_new(int cells, double gain, double forgetting, int write, int read, double limit);
-void               es_angle_memory_free(es_angle_memory_t *memory);
-void               es_angle_memory_write(es_angle_memory_t *memory, double theta_rad, double value);
-double             es_angle_memory_read(const es_angle_memory_t *memory, double theta_rad);
-int                es_angle_memory_cells(const es_angle_memory_t *memory, double *out, int room);
-uint32_t           es_angle_memory_rejected(const es_angle_memory_t *memory);
-
-typedef struct es_fir es_fir_t;
-/* Hamming low-pass; taps_out may be NULL or have room for order + 1. */
-es_fir_t *es_fir_new(int order, double cutoff_over_rate, double *taps_out);
-void      es_fir_free(es_fir_t *fir);
-double    es_fir_step(es_fir_t *fir, double x);
-double    es_fir_delay_samples(const es_fir_t *fir);
-
-typedef struct es_observer es_observer_t;
-/* Meter and observer as the drive has them; torque and reference in N m, SI throughout. kind: 0 dob, 1 ro, 2 aro.
- * age_samples 0: the true one. */
-es_observer_t *es_observer_new(int kind, double inertia_kgm2, double viscous_nms, double ts_s, int fir1_order, double fir1_hz,
-                               int fir2_order, double fir2_hz, double actuation_samples, double age_samples, double gain,
-                               double forgetting, int cells, int write, int read);
-void           es_observer_free(es_observer_t *observer);
-/* One sample: estimate of the disturbance torque when a reference of now acts, N m. seen: [speed rad/s, torque N m]. */
-double es_observer_step(es_observer_t *observer, double theta_m_rad, double ref_last_nm, double *seen);
-double es_observer_age_samples(const es_observer_t *observer);
-
-typedef struct es_deadbeat es_deadbeat_t;
-es_deadbeat_t             *es_deadbeat_new(double r_ohm, double ld_h, double lq_h, double psi_wb, int pole_pairs, double ts_s,
-                                           double correction);
-void                       es_deadbeat_free(es_deadbeat_t *deadbeat);
-/* in: [id, iq, id_ref, iq_ref, speed_m rad/s, vd_last, vq_last]; out: [vd, vq] */
-void es_deadbeat_step(es_deadbeat_t *deadbeat, const double *in, double *out);
-
-/* Coulomb and Stribeck friction at a speed, torque unit; false when refused. */
-bool es_stribeck(double speed, double coulomb, double stat, double stribeck, double shape, double *torque);
-/* Robust term for e = [integral of the angle error, angle error, speed error]; false when refused. */
-bool es_rdc_robust_term(const double *e, const double *p_row, double inertia, double rho, double sigma, double *torque);
-/* Low-pass of the spatial repetitive controller at this speed, bilinear without prewarping: b[3], a[3]; false when refused. */
-bool es_spatial_lowpass(double cutoff_per_rad, double speed_rad_s, double ts_s, double *b, double *a);
-
-typedef struct es_profile es_profile_t;
-/* Motion profile; acceleration 0: unlimited. smooth: samples of the mean that limits the jerk. */
-es_profile_t *es_profile_new(double speed_rad_s, double accel_rad_s2, int smooth, double ts_s);
-void          es_profile_free(es_profile_t *profile);
-void          es_profile_reset(es_profile_t *profile, double position_rad);
-/* One sample; out: [position rad, speed rad/s, acceleration rad/s^2]. Returns true at the target and at rest. */
-bool es_profile_step(es_profile_t *profile, double target_rad, double *out);
+int         es_block_count(void);
+bool        es_block_info(int index, es_block_info_t *out);
+bool        es_block_param_info(int block, int param, es_field_t *out);
+bool        es_block_action_info(int block, int action, es_action_t *out);
+es_block_t *es_block_new(const char *block, es_error_t *error); /* parameters as by default; NULL: no such block, no memory */
+void        es_block_free(es_block_t *block);
+bool        es_block_set(es_block_t *block, const char *param, double value, es_error_t *error); /* for the next start */
+bool        es_block_start(es_block_t *block, es_error_t *error); /* from rest, also when it ran before */
+/* Do action number `action` of the list; false before the start and for a number that is none. */
+bool es_block_do(es_block_t *block, int action, const double *in, double *out);
+/* The table of a block: its taps, or what it has learned. Returns the length, writes as many as there is room for. */
+int es_block_table(const es_block_t *block, double *out, int room);
 
 /* ---- measuring ------------------------------------------------------------------------------------------------------ */
 

@@ -8,6 +8,8 @@ Inside    Services do not look inside the drive.
 Layers    A folder includes only what LAYERS allows it to; a header of ours is named from the root.
 Target    In TARGET_FOLDERS nothing stands that the C28x does not have or cannot afford: types of 8 bits, double and
           what silently calculates in double, the heap, and the library's slow functions.
+Ports     Every folder of hal/ but include/ is the port of a board, under both rules from its first file on; it knows
+          the contract, itself and the vendor's headers of VENDOR; only its program, firmware/main_<port>.c, knows it.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 SUFFIXES = frozenset({".c", ".h", ".def"})
@@ -36,23 +38,27 @@ class Layer:
     system: frozenset[str] | None  # headers in <>; None: any
     vendor: frozenset[str] = frozenset()  # quoted headers that are not ours, such as a chip's driver library
     closed: tuple[str, ...] = ()  # folders below `own` that stay closed
+    port: str | None = None  # the one port, a folder of hal/, that it may know
 
+
+# Quoted headers that are not ours, for the port of each board that needs some.
+VENDOR = {"f28379d": frozenset({"driverlib.h", "device.h"})}
 
 # The first folder that a file is in decides.
 LAYERS = (
     Layer("control", ("control",), FREESTANDING),
     Layer("hal/include", ("hal",), FREESTANDING),
-    Layer("hal/f28379d", ("hal",), FREESTANDING | {"string.h"}, vendor=frozenset({"driverlib.h", "device.h"})),
-    Layer("hal", ("hal",), None),
+    Layer("hal", ("hal",), None),  # files of a port are in PORT_FILE
     Layer("firmware/link", ("firmware/link",), FREESTANDING),
+    Layer("firmware/storage", ("firmware/storage", "firmware/link", "hal"), FREESTANDING),
     Layer(
         "firmware/app",
         ("control", "hal", "firmware"),
         FREESTANDING | {"string.h"},
-        closed=("hal/f28379d", "firmware/link", "firmware/services"),
+        closed=("firmware/link", "firmware/services"),
     ),
-    Layer("firmware/services", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}, closed=("hal/f28379d",)),
-    Layer("firmware", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),  # a main knows its port
+    Layer("firmware/services", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),
+    Layer("firmware", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),
     Layer("sim_host/plant", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/effects", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/board", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
@@ -61,7 +67,10 @@ LAYERS = (
     Layer("sim_host", ("control", "sim_host"), None, closed=("sim_host/referee",)),
 )
 OUR_FOLDERS = frozenset({"control", "hal", "firmware", "sim_host", "tests", "tools"})
-TARGET_FOLDERS = ("control", "firmware", "hal/include", "hal/f28379d")
+TARGET_FOLDERS = ("control", "firmware", "hal")
+
+PORT_FILE = re.compile(r"hal/(?!include/)(?P<port>[^/]+)/.")
+PORT_PROGRAM = re.compile(r"firmware/main_(?P<port>\w+)\.c")
 
 DOUBLE_MATH = (
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs fdim floor fma "
@@ -123,7 +132,8 @@ def include_fault(layer: Layer, what: str) -> str | None:
     path = what[1:-1]
     if ".." in path.split("/"):
         return f"a header of ours is named from the root: {what}"
-    closed = any(is_below(path, folder) for folder in layer.closed)
+    port = PORT_FILE.match(path)
+    closed = any(is_below(path, folder) for folder in layer.closed) or (port is not None and port["port"] != layer.port)
     if not closed and any(is_below(path, folder) for folder in layer.own):
         return None
     if path.split("/")[0] in OUR_FOLDERS:
@@ -131,9 +141,21 @@ def include_fault(layer: Layer, what: str) -> str | None:
     return None if path in layer.vendor else f"a header of ours is named from the root: {what}"
 
 
+def layer_of(path: str) -> Layer | None:
+    """The layer that a file is in, given its path from the root; None for a file of no layer."""
+    if match := PORT_FILE.match(path):
+        port = match["port"]
+        system = FREESTANDING | {"string.h"}
+        return Layer(f"hal/{port}", ("hal",), system, vendor=VENDOR.get(port, frozenset()), port=port)
+    layer = next((layer for layer in LAYERS if is_below(path, layer.folder)), None)
+    if layer is not None and (program := PORT_PROGRAM.fullmatch(path)):
+        return replace(layer, port=program["port"])
+    return layer
+
+
 def violations(path: str, source: str) -> Iterator[tuple[int, str]]:
     """Line and rule of everything in a file, given its path from the root, that should not be there."""
-    layer = next((layer for layer in LAYERS if is_below(path, layer.folder)), None)
+    layer = layer_of(path)
     if layer is not None:
         text = without_comments(source)
         for match in INCLUDE.finditer(text):

@@ -28,12 +28,12 @@ ORDER = (
     ("native", "tableview", "build", "plausible"),
     ("model", "blocks", "effects", "output"),
     ("sim",),
-    ("log", "analysis", "doctor"),
+    ("log", "analysis", "doctor", "importer"),
     ("report", "cycles", "drive"),
     ("compare", "memory", "design"),
     ("identify",),
     ("bench", "reproduce", "run", "gap"),
-    ("scope",),
+    ("scope", "blind"),
     ("cli",),
 )
 

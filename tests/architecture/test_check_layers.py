@@ -59,6 +59,23 @@ class Includes(unittest.TestCase):
         self.assert_refused("firmware/main_f28379d.c", '"driverlib.h"')
         self.assert_refused("firmware/app/app.c", '"hal/f28379d/port.h"')
 
+    def test_a_second_board_is_guarded_from_its_first_file_on(self) -> None:
+        self.assert_allowed("hal/g474/pwm.c", '"hal/g474/board.h"')
+        self.assert_allowed("hal/g474/pwm.c", '"hal/hal_inverter.h"')
+        self.assert_allowed("firmware/main_g474.c", '"hal/g474/port.h"')
+        self.assert_refused("hal/g474/pwm.c", '"hal/f28379d/board.h"')
+        self.assert_refused("hal/g474/pwm.c", '"driverlib.h"')
+        self.assert_refused("hal/g474/pwm.c", '"firmware/app/app.h"')
+        self.assert_refused("hal/hal_sample.h", '"hal/g474/board.h"')
+        self.assert_refused("hal/include/hal/hal_sample.h", '"hal/g474/board.h"')
+        for path in (
+            "firmware/app/app.c",
+            "firmware/services/x.c",
+            "firmware/main_f28379d.c",
+            "sim_host/board/board.c",
+        ):
+            self.assert_refused(path, '"hal/g474/port.h"')
+
     def test_firmware_does_not_know_the_simulator(self) -> None:
         for include in ('"control/motor/pi.h"', '"hal/hal_sample.h"', '"firmware/app/app.h"'):
             self.assert_allowed("firmware/app/app.c", include)
@@ -105,7 +122,13 @@ class Includes(unittest.TestCase):
 
 class Target(unittest.TestCase):
     def assert_poison(self, code: str) -> None:
-        for path in ("control/motor/pi.c", "firmware/app/list.def", "hal/include/hal/hal_types.h", "hal/f28379d/pwm.c"):
+        for path in (
+            "control/motor/pi.c",
+            "firmware/app/list.def",
+            "hal/include/hal/hal_types.h",
+            "hal/f28379d/pwm.c",
+            "hal/g474/x.c",
+        ):
             self.assertEqual([line for line, _ in rules(path, f"int before;\n{code}\n")], [2], f"{path}: {code}")
 
     def test_clean_code_passes(self) -> None:

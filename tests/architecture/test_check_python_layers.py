@@ -48,6 +48,18 @@ class Order(unittest.TestCase):
         self.assertEqual(found, ["evenspin.model.parts", "evenspin.model"])
 
 
+class RealOrder(unittest.TestCase):
+    def test_only_the_command_line_knows_the_blind_bench(self) -> None:
+        found = list(layers.imports_of("import evenspin.blind\n", ["evenspin.blind"]))
+        others = {name for names in layers.ORDER for name in names} - {"blind", "cli"}
+        self.assertLess({"gap", "bench", "scope", "log"}, others)
+        for name in others:
+            self.assertEqual(
+                list(layers.order_faults(f"evenspin.{name}", found)), [(1, f"{name} does not import blind")]
+            )
+        self.assertEqual(list(layers.order_faults("evenspin.cli", found)), [])
+
+
 class Circles(unittest.TestCase):
     def test_a_circle_of_three_is_found_in_the_order_of_its_imports(self) -> None:
         graph = {"a": ["b", "d"], "b": ["c"], "c": ["a"], "d": []}

@@ -330,7 +330,7 @@ void test_current_isr_speed_loop_does_not_wind_up_beyond_what_it_gets(void)
 {
     drive_params_t p = bench_params();
     p.speed_inline = 1U;
-    p.stall_samples = 0U;
+    p.stall_s = 0.0f;
     p.id_limit_a = 10.0f;
     bench_run_with(&p);
     bench_command(DRIVE_MODE_SPEED, 20.0, 8.0, 0.0); /* 80 units: 2.9 A at once, 0.07 A more each sample, room for 6 A */

@@ -510,10 +510,10 @@ void test_drive_tune_refuses_what_only_changes_at_rest_while_the_bridge_is_armed
 
 void test_drive_tune_names_what_only_changes_at_rest(void)
 {
-    const uint16_t named[] = {PARAM_pole_pairs,   PARAM_encoder_counts,      PARAM_encoder_offset_rad, PARAM_encoder_reversed,
-                              PARAM_method,       PARAM_position_method,     PARAM_position_cells,     PARAM_aro_cells,
-                              PARAM_rc_order,     PARAM_observer_fir1_order, PARAM_speed_source,       PARAM_lost_sample_limit,
-                              PARAM_stall_samples};
+    const uint16_t named[] = {PARAM_pole_pairs, PARAM_encoder_counts,      PARAM_encoder_offset_rad, PARAM_encoder_reversed,
+                              PARAM_method,     PARAM_position_method,     PARAM_position_cells,     PARAM_aro_cells,
+                              PARAM_rc_order,   PARAM_observer_fir1_order, PARAM_speed_source,       PARAM_lost_sample_limit,
+                              PARAM_stall_s};
     bench_into(DRIVE_RUN);
     for (size_t k = 0; k < COUNT_OF(named); k++) {
         drive_params_t p = *drive.params;

@@ -223,7 +223,7 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_encoder_jump_periods,
                                     PARAM_lost_sample_limit,
                                     PARAM_non_finite_limit,
-                                    PARAM_stall_samples,
+                                    PARAM_stall_s,
                                     PARAM_speed_deviation_s,
                                     PARAM_zero_check,
                                     PARAM_position_min_turn,

@@ -213,17 +213,17 @@ static void provoke_speed_overrun(void)
 }
 
 /* 100 rad/s at standstill ask for more than the limit at once: 400 units of 0.0368 A. */
-static void push_without_motion(uint16_t stall_samples, double speed_ref_rad_s)
+static void push_without_motion(double stall_s, double speed_ref_rad_s)
 {
     drive_params_t p = bench_params();
-    p.stall_samples = stall_samples;
+    p.stall_s = (float)stall_s;
     bench_run_with(&p);
     bench_command(DRIVE_MODE_SPEED, speed_ref_rad_s, 0.0, 0.0);
 }
 
 static void provoke_stall(void)
 {
-    push_without_motion(20U, 100.0);
+    push_without_motion(0.02, 100.0);
     bench_periods(300U);
 }
 
@@ -629,7 +629,7 @@ void test_protection_interrupt_that_just_fits_its_period_is_no_overrun(void)
 /* The first sample of the speed loop makes the current, 20 count, and the next trips: in periods 1, 11 .. 201, 211. */
 void test_protection_stall_is_a_fault_after_its_samples_and_not_before(void)
 {
-    push_without_motion(20U, -100.0);
+    push_without_motion(0.02, -100.0);
     bench_periods(210U);
     ASSERT_NO_FAULT("20 samples without motion");
     bench_periods(1U);
@@ -641,7 +641,7 @@ void test_protection_stall_counts_anew_after_every_motion(void)
     const double move[] = {0.03, -0.03}; /* more than 1/256 turn, 0.0245 rad */
     for (size_t k = 0; k < COUNT_OF(move); k++) {
         bench_start();
-        push_without_motion(20U, 100.0);
+        push_without_motion(0.02, 100.0);
         for (int step = 1; step <= 10; step++) {
             bench_periods(150U);
             bench_angle(move[k] * step);
@@ -657,7 +657,7 @@ void test_protection_shaft_that_only_gives_way_is_a_stall(void)
     const double step_rad[] = {0.0005, -0.0005}; /* 0.015 rad in all */
     for (size_t k = 0; k < COUNT_OF(step_rad); k++) {
         bench_start();
-        push_without_motion(20U, 100.0);
+        push_without_motion(0.02, 100.0);
         for (int step = 1; step <= 30; step++) {
             bench_periods(10U);
             bench_angle(step_rad[k] * step);
@@ -666,15 +666,38 @@ void test_protection_shaft_that_only_gives_way_is_a_stall(void)
     }
 }
 
+/* One of 16 counts a turn, 0.393 rad, takes 79 ms at 5 rad/s and 561 ms at 0.7 rad/s; in between the encoder stands. */
+void test_protection_shaft_that_turns_slowly_between_coarse_counts_is_no_stall(void)
+{
+    const double speed[] = {5.0, -5.0, 0.7};
+    for (size_t k = 0; k < COUNT_OF(speed); k++) {
+        drive_params_t p = bench_params();
+        p.stall_s = 0.08f;
+        p.encoder_counts = 16.0f;
+        p.iq_limit_a = 0.05f; /* always at its limit */
+        bench_start();
+        bench_run_with(&p);
+        bench_command(DRIVE_MODE_SPEED, speed[k], 0.0, 0.0);
+        const uint32_t count_periods = (uint32_t)(TWO_PI / 16.0 / fabs(speed[k]) * 1e4);
+        for (int n = 1; n <= 6; n++) {
+            bench_periods(count_periods);
+            bench_angle(copysign(TWO_PI / 16.0 * n, speed[k]));
+        }
+        ASSERT_NO_FAULT(at("%g rad/s", speed[k]));
+        bench_periods(4U * count_periods + 3300U); /* 3 counts, and 4 * 0.08 s at least */
+        ASSERT_FAULT(FAULT_stall, at("stands, asked for %g rad/s", speed[k]));
+    }
+}
+
 void test_protection_no_stall_without_a_wish_to_turn_or_below_the_current_limit(void)
 {
-    push_without_motion(20U, 0.0);
+    push_without_motion(0.02, 0.0);
     bench_periods(1000U);
     ASSERT_NO_FAULT("speed 0");
 
     bench_start();
     drive_params_t p = bench_params();
-    p.stall_samples = 20U;
+    p.stall_s = 0.02f;
     p.speed_ki_a_per_unit_s = 0.0f;
     bench_run_with(&p);
     bench_command(DRIVE_MODE_SPEED, 60.0, 0.0, 0.0); /* 240 * 0.0368 = 8.83 A of 10 */
@@ -685,26 +708,25 @@ void test_protection_no_stall_without_a_wish_to_turn_or_below_the_current_limit(
     ASSERT_FAULT(FAULT_stall, "9.1 A");
 
     bench_start();
-    push_without_motion(20U, 100.0);
+    push_without_motion(0.02, 100.0);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 10.0);
     bench_periods(1000U);
     ASSERT_NO_FAULT("current mode");
 
     bench_start();
     p = bench_params();
-    p.stall_samples = 20U;
-    p.following_error_rad = 100.0f; /* position mode has a fault of its own */
+    p.stall_s = 0.02f;
+    p.following_error_rad = 100.0f;
     bench_run_with(&p);
     const drive_command_t far = {.mode = DRIVE_MODE_POSITION, .speed_ref_rad_s = 100.0f, .target_turns = 10};
     TEST_ASSERT_TRUE(drive_command(&drive, &far));
     bench_periods(20000U);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0, (double)telemetry_read(&drive, SIGNAL_iq_ref_a));
-    ASSERT_NO_FAULT("position mode");
+    ASSERT_FAULT(FAULT_stall, "position mode");
 
     bench_start();
-    push_without_motion(0U, 100.0);
+    push_without_motion(0.0, 100.0);
     bench_periods(1000U);
-    ASSERT_NO_FAULT("stall_samples = 0");
+    ASSERT_NO_FAULT("stall_s = 0");
 }
 
 /* ---- hardware ------------------------------------------------------------------------------------------------------- */

@@ -257,7 +257,8 @@ static const member_t MEMBERS[] = {
     MEMBER(observer_memory, CURRENT | SPEED | REST),
     /* the main loop's */
     MEMBER(timing.epoch, MAIN | REST),
-    MEMBER(saving, MAIN | REST),
+    MEMBER(storage, MAIN | REST),
+    MEMBER(saved_cells, MAIN | REST),
 };
 
 static const member_t *member_at(size_t offset)

@@ -115,6 +115,7 @@ hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, u
 hal_status_t hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count)
 {
     must((page < PAGES) && ((uint32_t)offset + count <= WORDS));
+    must(((offset % HAL_STORAGE_BLOCK_WORDS) == 0U) && ((count % HAL_STORAGE_BLOCK_WORDS) == 0U));
     for (uint16_t i = 0U; i < count; i++) {
         storage[page][offset + i] &= words[i];
     }

@@ -14,7 +14,7 @@ from pathlib import Path
 # Word addresses of CPU1: first word and the word after the last.
 BLOCKS = {
     "boot ROM's RAM": (0x000002, 0x000123),
-    "M0, M1": (0x000123, 0x000800),
+    "M0, M1": (0x000123, 0x000800),  # one piece: M1 begins where M0 ends
     "begin in RAM": (0x000000, 0x000002),
     "LS, D, GS": (0x008000, 0x01C000),
     "flash": (0x080000, 0x0C0000),
@@ -28,11 +28,15 @@ SECTIONS = (
 ).split()
 
 
+# What hal/f28379d/storage.c erases: nothing may be linked there.
+STORAGE = re.compile(r"FIRST_SECTOR UINT32_C\((0x\w+)\).*?SECTORS (\d+)U.*?SECTOR_WORDS (0x\w+)U", re.DOTALL)
+
+
 def without_comments(text: str) -> str:
     return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
 
 
-def faults(name: str, text: str, main: str, system: str, build: str) -> list[str]:
+def faults(name: str, text: str, main: str, system: str, build: str, storage: str) -> list[str]:
     found = []
     text = without_comments(text)
     regions = {
@@ -54,12 +58,27 @@ def faults(name: str, text: str, main: str, system: str, build: str) -> list[str
     for section, where in placed.items():
         named = re.findall(r"\b(?:RAM\w*|FLASH\w*)\b", where)
         found.extend(f"{section}: there is no region {region}" for region in named if region not in regions)
-    if regions["RAMM1"][1] > 0x10000:
+    first, count, words = (int(number, 0) for number in STORAGE.search(storage).groups())
+    for region, (low, high) in regions.items():
+        if low < first + count * words and first < high and region != "STORAGE":
+            found.append(f"{region}: reaches into the sectors that hal/f28379d/storage.c erases")
+    if "flash" in name and regions.get("STORAGE") != (first, first + count * words):
+        found.append("STORAGE: not the sectors of hal/f28379d/storage.c")
+    if any("STORAGE" in where for where in placed.values()):
+        found.append("STORAGE: something is placed there")
+    stack = regions["RAM_STACK"]
+    if stack[1] > 0x10000:
         found.append(".stack: above what a stack pointer of 16 bits reaches")
+    if stack[0] % 2:
+        found.append("RAM_STACK: must begin at an even address")
+    asked = int(re.search(r"--stack_size=(0x\w+)", build)[1], 16)
+    if asked > stack[1] - stack[0]:
+        found.append(f"RAM_STACK: smaller than --stack_size={asked:#x} of firmware/CMakeLists.txt")
     words = int(re.search(r"DRIVE_REGION_WORDS (0x\w+)U", main)[1], 16)
     if regions["RAM_DRIVE"][1] - regions["RAM_DRIVE"][0] != words:
         found.append("RAM_DRIVE: not the length that firmware/main_f28379d.c assumes")
-    values = int(re.search(r"MAIN_BLACK_BOX_VALUES (\d+)U", main)[1])
+    given = re.search(r"MAIN_BLACK_BOX_VALUES=(\d+)U", build)[1] if "flash" not in name else None
+    values = int(given or re.search(r"MAIN_BLACK_BOX_VALUES (\d+)U", main)[1])
     if regions["RAM_BOX"][1] - regions["RAM_BOX"][0] < 2 * values:
         found.append("RAM_BOX: too small for the black box of firmware/main_f28379d.c")
     given = re.search(r"MAIN_CAPTURE_VALUES=(\d+)U", build)[1] if "flash" not in name else None
@@ -79,8 +98,10 @@ def main(arguments: list[str]) -> int:
     program = (root / "firmware" / "main_f28379d.c").read_text(encoding="utf-8")
     system = (root / "hal" / "f28379d" / "system.c").read_text(encoding="utf-8")
     build = (root / "firmware" / "CMakeLists.txt").read_text(encoding="utf-8")
+    storage = (root / "hal" / "f28379d" / "storage.c").read_text(encoding="utf-8")
     files = sorted((root / "linker").glob("f28379d_*.cmd"))
-    found = [f for file in files for f in faults(file.name, file.read_text(encoding="utf-8"), program, system, build)]
+    sources = (program, system, build, storage)
+    found = [f for file in files for f in faults(file.name, file.read_text(encoding="utf-8"), *sources)]
     print("\n".join([*found, f"check_linker: {len(files)} files, {len(found)} faults"]))
     return 1 if found or not files else 0
 

@@ -60,6 +60,65 @@ void test_start_takes_200_mhz_from_the_crystal(void)
     TEST_ASSERT_EQUAL_UINT32(200000000U, hal_clock_hz());
 }
 
+/* Loaded by a debugger, the boot ROM has not run, and it is what copies the trims. A module without its clock ignores writes. */
+void test_start_in_ram_loads_the_trims_of_the_converters_when_they_are_clocked(void)
+{
+    const int trims = CALLED_AT_ALL("SysCtl_deviceCal");
+    BEFORE(CALLED("SysCtl_enablePeripheral", SYSCTL_PERIPH_CLK_ADCA), trims);
+    BEFORE(CALLED("SysCtl_enablePeripheral", SYSCTL_PERIPH_CLK_ADCB), trims);
+    BEFORE(CALLED("SysCtl_enablePeripheral", SYSCTL_PERIPH_CLK_ADCC), trims);
+    BEFORE(trims, CALLED_AT_ALL("ADC_setMode"));
+}
+
+/* The stack is one of the test's own: 300 words, of which 20 were in use when the pattern was written. */
+void test_start_the_deepest_that_the_stack_has_been_is_found_within_a_few_passes(void)
+{
+    static uint16_t area[301];
+    area[300] = 0x1234U;
+    for (uint16_t i = 0U; i < 20U; i++) {
+        area[i] = 0U;
+    }
+    port_stack_watch(area, 300U, 20U);
+    for (uint16_t pass = 0U; pass < 20U; pass++) {
+        port_stack_look();
+    }
+    TEST_ASSERT_EQUAL_UINT16(20U, port_stack_used());
+    TEST_ASSERT_EQUAL_HEX16(0U, area[19]);
+    TEST_ASSERT_EQUAL_HEX16(0x1234U, area[300]);
+
+    area[150] = 7U; /* what lies below may have been skipped by a frame: the highest counts */
+    for (uint16_t pass = 0U; pass < 20U; pass++) {
+        port_stack_look();
+    }
+    TEST_ASSERT_EQUAL_UINT16(151U, port_stack_used());
+    area[299] = 7U;
+    for (uint16_t pass = 0U; pass < 20U; pass++) {
+        port_stack_look();
+    }
+    TEST_ASSERT_EQUAL_UINT16(300U, port_stack_used());
+}
+
+/* The debug build of driverlib calls __error__ when an argument is wrong. */
+void test_start_an_assertion_of_driverlib_switches_the_bridge_off_and_keeps_its_place(void)
+{
+    period();
+    (void)hal_inverter_arm();
+    period();
+    chip.escape_set = true;
+    if (setjmp(chip.escape) == 0) {
+        __error__("epwm.h", 4711U);
+    }
+    chip.escape_set = false;
+
+    TEST_ASSERT_TRUE(all_gates_low());
+    TEST_ASSERT_TRUE(chip.intm);
+    TEST_ASSERT_FALSE(chip.watchdog_on);
+    port_assertion_failed("adc.h", 1U);
+    TEST_ASSERT_EQUAL_STRING("epwm.h", port_assertion.file);
+    TEST_ASSERT_EQUAL_UINT32(4711U, port_assertion.line);
+    TEST_ASSERT_EQUAL_UINT16(2U, port_assertion.count);
+}
+
 void test_start_without_a_clock_connects_nothing(void)
 {
     fake_power_on();

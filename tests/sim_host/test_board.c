@@ -308,22 +308,33 @@ void test_board_link_gives_what_has_arrived_and_never_waits(void)
 
 void test_board_storage_starts_erased_and_keeps_what_is_written(void)
 {
-    const uint16_t words[3] = {1U, 2U, 0xFFFFU};
-    uint16_t       back[4];
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(1U, 7U, words, 3U));
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(1U, 6U, back, 4U));
+    const uint16_t words[4] = {1U, 2U, 0xFFFFU, 4U};
+    uint16_t       back[5];
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(1U, 8U, words, 4U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(1U, 7U, back, 5U));
 
     TEST_ASSERT_EQUAL_HEX16(0xFFFFU, back[0]);
-    TEST_ASSERT_EQUAL_HEX16_ARRAY(words, &back[1], 3U);
+    TEST_ASSERT_EQUAL_HEX16_ARRAY(words, &back[1], 4U);
+}
+
+void test_board_storage_takes_whole_blocks_only(void)
+{
+    const uint16_t words[8] = {0U};
+    uint16_t       back = 0U;
+    TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, hal_storage_write(0U, 2U, words, 4U));
+    TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, hal_storage_write(0U, 4U, words, 3U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(0U, 4U, &back, 1U));
+    TEST_ASSERT_EQUAL_HEX16(0xFFFFU, back);
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 4U, words, 8U));
 }
 
 void test_board_storage_clears_bits_and_sets_none_until_erased(void)
 {
-    const uint16_t first = 0x0F0FU;
-    const uint16_t second = 0xFF00U;
+    const uint16_t first[4] = {0x0F0FU, 0U, 0U, 0U};
+    const uint16_t second[4] = {0xFF00U, 0U, 0U, 0U};
     uint16_t       back;
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, &first, 1U));
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, &second, 1U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, first, 4U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, second, 4U));
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(0U, 0U, &back, 1U));
     TEST_ASSERT_EQUAL_HEX16(0x0F00U, back);
 
@@ -334,14 +345,14 @@ void test_board_storage_clears_bits_and_sets_none_until_erased(void)
 
 void test_board_storage_erases_one_page_only(void)
 {
-    const uint16_t word = 0x1234U;
+    const uint16_t word[4] = {0x1234U, 0U, 0U, 0U};
     uint16_t       back;
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(1U, 0U, &word, 1U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(1U, 0U, word, 4U));
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_erase(0U));
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_erase(2U));
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(1U, 0U, &back, 1U));
 
-    TEST_ASSERT_EQUAL_HEX16(word, back);
+    TEST_ASSERT_EQUAL_HEX16(word[0], back);
 }
 
 void test_board_storage_refuses_what_is_outside_of_it(void)
@@ -359,22 +370,22 @@ void test_board_storage_refuses_what_is_outside_of_it(void)
 
 void test_board_storage_is_busy_while_the_bridge_is_armed(void)
 {
-    const uint16_t word = 0U;
+    const uint16_t word[4] = {0U};
     uint16_t       back;
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_inverter_arm());
-    TEST_ASSERT_EQUAL_INT(HAL_BUSY, hal_storage_write(0U, 0U, &word, 1U));
+    TEST_ASSERT_EQUAL_INT(HAL_BUSY, hal_storage_write(0U, 0U, word, 4U));
     TEST_ASSERT_EQUAL_INT(HAL_BUSY, hal_storage_erase(0U));
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_read(0U, 0U, &back, 1U));
     TEST_ASSERT_EQUAL_HEX16(0xFFFFU, back);
 
     hal_inverter_disarm();
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, &word, 1U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, word, 4U));
 }
 
 void test_board_start_forgets_everything(void)
 {
-    const uint16_t word = 0U;
-    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, &word, 1U));
+    const uint16_t word[4] = {0U};
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_storage_write(0U, 0U, word, 4U));
     TEST_ASSERT_EQUAL_INT(HAL_OK, hal_inverter_arm());
     board.disturbance.sample_lost = true;
     set(0.9f, 0.1f, 0.1f);

@@ -20,13 +20,16 @@ void setUp(void)
 }
 void tearDown(void) { es_sim_free(sim); }
 
-static void   start(void) { TEST_ASSERT_TRUE_MESSAGE(es_sim_start(sim), es_sim_error(sim)); }
+static void   start(void) { TEST_ASSERT_TRUE_MESSAGE(es_sim_start(sim), es_sim_error(sim)->name); }
 static void   run(int64_t periods) { TEST_ASSERT_EQUAL_INT64(0, es_sim_run(sim, periods, 1, NULL, 0)); }
 static double shown(const char *signal) { return es_sim_read(sim, signal); }
 
-static void assert_error_names(const char *what)
+static void assert_refused(es_code_t code, const char *list, const char *name)
 {
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(es_sim_error(sim), what), es_sim_error(sim));
+    const es_error_t *const e = es_sim_error(sim);
+    TEST_ASSERT_EQUAL_STRING(name, e->name);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(list, e->list, name);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(code, e->code, name);
 }
 
 /* ---- lists ---------------------------------------------------------------------------------------------------------- */
@@ -119,19 +122,20 @@ void test_capi_lists_faults_and_nothing_beyond(void)
 void test_capi_set_refuses_names_that_do_not_exist(void)
 {
     TEST_ASSERT_FALSE(es_sim_set_model(sim, "resistance", 1.0));
-    assert_error_names("resistance");
+    assert_refused(ES_UNKNOWN, "model", "resistance");
     TEST_ASSERT_FALSE(es_sim_set_param(sim, "kp", 1.0));
-    assert_error_names("kp");
+    assert_refused(ES_UNKNOWN, "param", "kp");
     TEST_ASSERT_FALSE(es_sim_set_effect(sim, "gremlins", "count", 1.0));
-    assert_error_names("gremlins");
+    assert_refused(ES_UNKNOWN, "effect", "gremlins");
     TEST_ASSERT_FALSE(es_sim_set_effect(sim, "cogging", "count", 1.0));
-    assert_error_names("count");
+    assert_refused(ES_UNKNOWN, "effect_param", "count");
+    TEST_ASSERT_EQUAL_STRING("cogging", es_sim_error(sim)->other);
     const double t = 0.0;
     TEST_ASSERT_FALSE(es_sim_set_input(sim, "wind", &t, &t, 1, false));
-    assert_error_names("wind");
+    assert_refused(ES_UNKNOWN, "input", "wind");
     const char *const signal[2] = {"iq_a", "noise"};
     TEST_ASSERT_FALSE(es_sim_record(sim, signal, 2));
-    assert_error_names("noise");
+    assert_refused(ES_UNKNOWN, "signal", "noise");
 }
 
 void test_capi_set_refuses_values_that_are_no_numbers_or_out_of_range_and_says_the_limits(void)
@@ -139,23 +143,28 @@ void test_capi_set_refuses_values_that_are_no_numbers_or_out_of_range_and_says_t
     const double bad[] = {NAN, INFINITY, -INFINITY, 1e30, -1e30};
     for (size_t k = 0; k < COUNT_OF(bad); k++) {
         TEST_ASSERT_FALSE(es_sim_set_model(sim, "resistance_ohm", bad[k]));
-        assert_error_names("resistance_ohm");
+        assert_refused(ES_OUT_OF_RANGE, "model", "resistance_ohm");
         TEST_ASSERT_FALSE(es_sim_set_param(sim, "over_current_a", bad[k]));
-        assert_error_names("0.1 .. 1000 A");
+        assert_refused(ES_OUT_OF_RANGE, "param", "over_current_a");
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.1, es_sim_error(sim)->min); /* a float */
+        TEST_ASSERT_EQUAL_DOUBLE(1000.0, es_sim_error(sim)->max);
+        TEST_ASSERT_EQUAL_STRING("A", es_sim_error(sim)->unit);
+        TEST_ASSERT_EQUAL_DOUBLE(bad[k], es_sim_error(sim)->given);
         TEST_ASSERT_FALSE(es_sim_set_effect(sim, "dead_time", "dead_time_s", bad[k]));
-        assert_error_names("dead_time_s");
+        assert_refused(ES_OUT_OF_RANGE, "effect_param", "dead_time_s");
+        TEST_ASSERT_EQUAL_STRING("dead_time", es_sim_error(sim)->other);
         const double t = 0.0;
         TEST_ASSERT_FALSE(es_sim_set_input(sim, "load_torque_nm", &t, &bad[k], 1, false));
-        assert_error_names("load_torque_nm");
+        assert_refused(ES_OUT_OF_RANGE, "input", "load_torque_nm");
     }
 }
 
 void test_capi_set_refuses_fractions_of_whole_numbers(void)
 {
     TEST_ASSERT_FALSE(es_sim_set_model(sim, "pole_pairs", 2.5));
-    assert_error_names("whole");
+    assert_refused(ES_NOT_WHOLE, "model", "pole_pairs");
     TEST_ASSERT_FALSE(es_sim_set_param(sim, "pole_pairs", 2.5));
-    assert_error_names("whole");
+    assert_refused(ES_NOT_WHOLE, "param", "pole_pairs");
     TEST_ASSERT_FALSE(es_sim_set_model(sim, "rotor_locked", 0.5));
 }
 
@@ -171,7 +180,7 @@ void test_capi_input_refuses_times_that_do_not_rise_and_lists_without_points(voi
     TEST_ASSERT_FALSE(es_sim_set_input(sim, "speed_ref_rad_s", twice, v, 3, false));
     TEST_ASSERT_FALSE(es_sim_set_input(sim, "speed_ref_rad_s", nan, v, 3, false));
     TEST_ASSERT_FALSE(es_sim_set_input(sim, "speed_ref_rad_s", never, v, 3, false));
-    assert_error_names("times");
+    assert_refused(ES_TIMES, "input", "speed_ref_rad_s");
     TEST_ASSERT_FALSE(es_sim_set_input(sim, "speed_ref_rad_s", good, v, 0, false));
     TEST_ASSERT_FALSE(es_sim_set_input(sim, "speed_ref_rad_s", good, v, -3, false));
     TEST_ASSERT_TRUE(es_sim_set_input(sim, "speed_ref_rad_s", good, v, 3, false));
@@ -181,13 +190,15 @@ void test_capi_start_refuses_what_does_not_fit_together_and_names_it(void)
 {
     TEST_ASSERT_TRUE(es_sim_set_param(sim, "under_voltage_v", 50.0));
     TEST_ASSERT_FALSE(es_sim_start(sim));
-    assert_error_names("under_voltage_v");
+    assert_refused(ES_OTHERS, "param", "under_voltage_v");
     TEST_ASSERT_TRUE(es_sim_set_param(sim, "under_voltage_v", 10.0));
     start();
 
     TEST_ASSERT_TRUE(es_sim_set_model(sim, "pwm_hz", 20e3));
     TEST_ASSERT_FALSE(es_sim_start(sim));
-    assert_error_names("pwm_hz");
+    assert_refused(ES_OUT_OF_RANGE, "model", "pwm_hz");
+    TEST_ASSERT_EQUAL_DOUBLE(10e3, es_sim_error(sim)->min);
+    TEST_ASSERT_EQUAL_DOUBLE(10e3, es_sim_error(sim)->max);
 }
 
 void test_capi_refused_start_leaves_nothing_that_runs(void)
@@ -224,7 +235,7 @@ void test_capi_is_total_for_no_object_and_no_text(void)
     double            y[1];
     const char *const s[1] = {"iq_a"};
     es_sim_free(NULL);
-    TEST_ASSERT_NOT_NULL(es_sim_error(NULL));
+    TEST_ASSERT_EQUAL_INT(ES_NO_OBJECT, es_sim_error(NULL)->code);
     TEST_ASSERT_FALSE(es_sim_set_model(NULL, "slots", 1.0));
     TEST_ASSERT_FALSE(es_sim_set_param(NULL, "rc_gain", 1.0));
     TEST_ASSERT_FALSE(es_sim_set_effect(NULL, "cogging", "order", 1.0));
@@ -513,7 +524,7 @@ void test_capi_tune_acts_while_running(void)
     start();
     run(20);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 10.0, shown("iq_ref_a"));
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_tune(sim, "iq_limit_a", 4.0), es_sim_error(sim));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_tune(sim, "iq_limit_a", 4.0), es_sim_error(sim)->name);
     run(20);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0, shown("iq_ref_a"));
 }
@@ -523,18 +534,18 @@ void test_capi_tune_refuses_and_says_why(void)
     start();
     run(20);
     TEST_ASSERT_FALSE(es_sim_tune(sim, "kp", 1.0));
-    assert_error_names("kp");
+    assert_refused(ES_UNKNOWN, "param", "kp");
     TEST_ASSERT_FALSE(es_sim_tune(sim, "rc_lead", 2.5));
-    assert_error_names("rc_lead");
+    assert_refused(ES_NOT_WHOLE, "param", "rc_lead");
     TEST_ASSERT_FALSE(es_sim_tune(sim, "iq_limit_a", NAN));
     TEST_ASSERT_FALSE(es_sim_tune(sim, "iq_limit_a", 500.0)); /* beyond over_current_a */
-    assert_error_names("iq_limit_a");
+    assert_refused(ES_BOARD, "param", "iq_limit_a");
+    TEST_ASSERT_EQUAL_DOUBLE(20.0, es_sim_error(sim)->max); /* over_current_a of the board */
     TEST_ASSERT_FALSE(es_sim_tune(sim, "pole_pairs", 3.0));
-    assert_error_names("pole_pairs");
-    TEST_ASSERT_NOT_NULL(strstr(es_sim_error(sim), "while the drive runs"));
+    assert_refused(ES_RUNNING, "param", "pole_pairs");
     TEST_ASSERT_TRUE(es_sim_tune(sim, "iq_limit_a", 5.0));
     TEST_ASSERT_FALSE(es_sim_tune(sim, "id_limit_a", 5.0));
-    assert_error_names("waits");
+    assert_refused(ES_WAITING, "param", "id_limit_a");
     run(20); /* the speed interrupt may be under way in the next period */
     TEST_ASSERT_TRUE(es_sim_tune(sim, "id_limit_a", 5.0));
 }
@@ -599,7 +610,8 @@ void test_capi_memory_refuses_senseless_sizes_and_a_running_drive(void)
     TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), 0));
     TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), -1));
     TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), 100000000));
-    assert_error_names("cells");
+    assert_refused(ES_NOT_WHOLE, "param", "cells");
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, es_sim_error(sim)->min);
     TEST_ASSERT_FALSE(es_sim_memory_write(sim, NULL, 200));
     TEST_ASSERT_FALSE(es_sim_memory_write(NULL, table, 200));
     TEST_ASSERT_FALSE(es_sim_memory_clear(NULL));

@@ -154,7 +154,7 @@ void tearDown(void) { es_sim_free(sim); }
 static void connect_and_run(float speed)
 {
     TEST_ASSERT_TRUE(es_sim_link_open(sim));
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_start(sim), es_sim_error(sim));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_start(sim), es_sim_error(sim)->name);
     codec_writer_t *const w = begin(LINK_hello);
     codec_put_u16(w, LINK_VERSION);
     codec_put_u32(w, es_schema_hash());

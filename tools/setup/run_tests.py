@@ -16,8 +16,9 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -246,12 +247,21 @@ def main(arguments: Sequence[str]) -> int:
         return 2
 
     RESULTS.mkdir(parents=True, exist_ok=True)
+    return run_parts((name, partial(step_of, name)) for name in arguments or DEFAULT)
+
+
+def step_of(name: str) -> Count:
+    return STEPS[name](Step(name))
+
+
+def run_parts(parts: Iterable[tuple[str, Callable[[], Count]]]) -> int:
+    """Run named parts one after the other and add up what they count: the exit status."""
     total = Count()
-    for name in arguments or DEFAULT:
+    for name, part in parts:
         print(f"[test] {name} ...", flush=True)
         start = time.monotonic()
         try:
-            count = STEPS[name](Step(name))
+            count = part()
             outcome = str(count) if count != Count() else "good"
         except StepFailed as failure:
             count = Count(failed=1)

@@ -20,7 +20,7 @@ from evenspin.model.machine import builtin_models, load_machine
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 
-CHECKED = ("encoder_lost", "speed_deviation", "electrical_zero")
+CHECKED = ("encoder_lost", "speed_deviation", "electrical_zero", "stall")
 RUN_S = 10.0
 STEP_PERIODS = 1000
 ECCENTRICITY_RAD = 0.02
@@ -36,6 +36,7 @@ class Case:
     drive: dict[str, float] = field(default_factory=dict)
     share: float = 0.8
     speed: float = 500.0
+    locks: bool = False  # can stand where the rounded angle leaves no torque: a stall is right then
 
 
 def encoder(counts: float) -> dict[str, dict[str, float]]:
@@ -52,8 +53,10 @@ CASES = (
     Case("guo2024", "light", LIGHT, {"speed_kp_a_per_unit": 0.00368, "speed_ki_a_per_unit_s": 0.092}),
     Case("guo2024", "light, with the gains of the heavy one: it oscillates", LIGHT),
     Case("guo2024", "heavy", {"inertia_kgm2": 7.06e-4}),
+    Case("guo2024", "20 times its inertia", {"inertia_kgm2": 1.412e-3}, share=0.9),
+    Case("servo", "20 times its inertia", {"inertia_kgm2": 0.016}, share=0.9),
     Case("guo2024", "pll", drive={"speed_source": 0.0}),
-    Case("guo2024", "16 counts", **encoder(16.0), share=0.2),  # a count is 90 degrees electrical
+    Case("guo2024", "16 counts", **encoder(16.0), share=0.2, locks=True),  # a count is 90 degrees electrical
     Case("guo2024", "64 counts", **encoder(64.0), share=0.6),
     Case("guo2024", "fal-forc", drive={"method": 3.0}),
     Case("servo", "aro", drive={"method": 6.0}),
@@ -170,7 +173,7 @@ def main() -> int:
     for one in outcomes(arguments.seed):
         driven_s += one.seconds
         ends[one.fault] += 1
-        if one.fault in CHECKED:
+        if one.fault in CHECKED and not (one.fault == "stall" and one.case.locks):
             false_trips += 1
             print(one)
         if sys.stderr.isatty():

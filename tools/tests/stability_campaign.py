@@ -109,7 +109,7 @@ def random_case(seed: int) -> Case:
         "over_voltage_v": 1000.0,
         "over_speed_rad_s": 20.0 * speed + 500.0,
         "encoder_jump_rad": 3.0,
-        "stall_samples": 0.0,
+        "stall_s": 0.0,
         "offset_calibration_periods": 0.0,
         "align_periods": 0.0,
         "auto_run": 1.0,

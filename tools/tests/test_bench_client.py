@@ -379,7 +379,7 @@ def test_a_limit_beyond_the_board_is_refused_with_value_and_maximum() -> None:
     [
         ("method", 2.0, "method = forc: cannot change from pi while the bridge is on; stop first"),
         ("encoder_counts", 16.0, "encoder_counts = 16: cannot change from 4000 while the bridge is on; stop first"),
-        ("stall_samples", 0.0, "stall_samples = 0: cannot change from 500 while the bridge is on; stop first"),
+        ("stall_s", 0.0, "stall_s = 0: cannot change from 0.08 while the bridge is on; stop first"),
     ],
 )
 def test_what_changes_at_rest_only_is_refused_while_it_runs_and_taken_after_a_stop(

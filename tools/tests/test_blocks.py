@@ -210,7 +210,7 @@ def test_an_angle_memory_is_right_at_the_new_speed():
         ({"gain": math.nan}, "gain"),
         ({"lead": 99}, "lead"),
         ({"order": 4}, "order"),
-        ({"q": (0.9, 0.1)}, "q"),
+        ({"q": (0.9, 0.1)}, "q_centre"),
         ({"fal": (0.0, 0.4)}, "alpha"),
         ({"fal": (0.6, -1.0)}, "delta"),
         ({"capacity": 3}, "capacity"),

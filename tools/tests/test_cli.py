@@ -229,3 +229,11 @@ def test_the_reference_pages_are_current(evenspin):
     said = evenspin("docs", "--check", "--out", ROOT / "docs")
 
     assert said.status == 0, said.err
+
+
+def test_a_method_is_a_choice_of_the_drive_and_a_misspelt_one_gets_a_hint(evenspin, tmp_path):
+    said = evenspin("run", "guo2024/first", "--method", "fal-frc", "--out", tmp_path / "x")
+
+    assert said.status == 2
+    assert said.err.startswith('run: --method = \'fal-frc\': must be "pi" or "crc" or')
+    assert said.err.rstrip().endswith("did you mean fal-forc?")

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 from evenspin.cli.main import main
-from evenspin.compare import Replay, Unit, case_gap
+from evenspin.compare import Replay, case_gap
 from evenspin.errors import InputError
 from evenspin.log.case import read_case
+from evenspin.log.unit import Unit
 
 CASES = Path(__file__).parents[2] / "tests" / "data" / "foreign_drive"
 FLOOR = (0.12, 0.165)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from evenspin.cycles import measure as measuring
 from evenspin.cycles.compare import UNITS, compare, read_measured, variant_of
-from evenspin.cycles.measure import Check, Result, Row
+from evenspin.cycles.measure import Check, Result, Row, base_of
 from evenspin.errors import InputError
 from said import Said
 
@@ -101,6 +101,14 @@ def test_drive_parameters_name_their_row(changed: dict[str, str], position: bool
     }  # fmt: skip
 
     assert variant_of({**drive, **changed}, position) == name
+
+
+@pytest.mark.parametrize(("variant", "base"), [
+    ("aro", "pi"), ("pi", "pi"), ("aro deadbeat", "pi deadbeat"), ("pi deadbeat", "pi deadbeat"),
+    ("fal-forc angle", "pi"), ("position rdc", "position ppi"),
+])  # fmt: skip
+def test_a_method_costs_more_than_the_drive_without_one_under_the_same_current_controller(variant, base):
+    assert base_of(variant) == base
 
 
 @pytest.fixture

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from evenspin import blocks
+from evenspin.design import sampled
 from evenspin.design.rc import Repetitive
 from evenspin.design.sampled import Sampled, sampled_loop
 from evenspin.design.source import loop_of
 from evenspin.design.stability import Verdict, judge, with_repetitive
+from evenspin.errors import InputError
 from evenspin.model import builtin_models, load_machine
 from evenspin.model.setup import InputCurve, Setup, Tune
 from evenspin.native import tables
@@ -16,7 +18,7 @@ from stability_campaign import SIGNALS, Case, designed, oscillates, random_case
 SPEED = 307.0 * np.pi / 30.0
 IDEAL = {"counts_per_rev": 0.0, "current_range_a": 1000.0, "current_noise_a": 0.0, "current_lsb_a": 0.0}
 WIDE = {"encoder_counts": 2.0**20, "iq_limit_a": 500.0, "over_current_a": 1000.0, "rc_limit_unit": 1e6}
-QUIET = {"offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0, "stall_samples": 0.0}
+QUIET = {"offset_calibration_periods": 0.0, "align_periods": 0.0, "auto_run": 1.0, "stall_s": 0.0}
 
 
 def drive_of(name, **changes):
@@ -164,3 +166,11 @@ def test_the_simulated_firmware_does_what_the_design_check_says(seed):
     verdict = designed(case).verdict
 
     assert verdict is Verdict.MARGINAL or oscillates(case) is (verdict is Verdict.UNSTABLE)
+
+
+def test_a_current_controller_without_equations_is_refused(monkeypatch):
+    plant, drive = drive_of("guo2024", current_controller=1.0)
+    monkeypatch.setattr(sampled, "CONTROLLERS", ("pi",))
+
+    with pytest.raises(InputError, match=r"current_controller = 'deadbeat': must be pi: there is no model"):
+        sampled_loop(plant, drive, 20.0)

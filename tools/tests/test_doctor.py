@@ -131,12 +131,40 @@ def test_the_library_needs_its_header_and_a_release_build(tmp_path: Path, monkey
     assert "no driverlib/f2837xd/driverlib/sysctl.h" in ti.check_library().found
 
     (device / "driverlib/sysctl.h").touch()
+    for name, word in ti.NEW_NAMES.items():
+        (device / "driverlib" / name).write_text(f"typedef enum {{ {word} }} a_t;\n")
     (device / "driverlib/ccs/Debug/driverlib_eabi.lib").touch()
     assert "no Release" in ti.check_library().found
 
     (device / "driverlib/ccs/Release").mkdir()
     (device / "driverlib/ccs/Release/driverlib_eabi.lib").touch()
     assert ti.check_library().good
+    assert "store neither parameters nor tables" in ti.check_library().found
+
+    (tmp_path / ti.FLASH_API).parent.mkdir(parents=True)
+    (tmp_path / ti.FLASH_API).touch()
+    assert ti.check_library().found == str(device)
+
+
+@pytest.mark.parametrize("name", ["spi.h", "gpio.h"])
+def test_a_library_from_before_5_00_is_too_old_for_the_port(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("C2000WARE_ROOT", str(tmp_path))
+    modules = tmp_path / "driverlib/f2837xd/driverlib"
+    (modules / "ccs/Release").mkdir(parents=True)
+    (modules / "ccs/Release/driverlib_eabi.lib").touch()
+    (tmp_path / "device_support/f2837xd/common/include").mkdir(parents=True)
+    (tmp_path / "device_support/f2837xd/common/include/driverlib.h").touch()
+    (modules / "sysctl.h").touch()
+    for other, word in ti.NEW_NAMES.items():
+        (modules / other).write_text("SPI_MODE_MASTER\n" if other == name else f"{word}\n")
+
+    finding = ti.check_library()
+
+    assert finding.state is State.OLD
+    assert f"{name}: no {ti.NEW_NAMES[name]}" in finding.found
+    assert "5.00 or newer" in finding.next_step
 
 
 # ---- Python and the library ----------------------------------------------------------------------------------------

@@ -88,4 +88,6 @@ def test_null_handles_are_harmless():
     assert not lib.es_sim_start(ffi.NULL)
     assert lib.es_param_info(-1, ffi.new("es_field_t *")) is False
     lib.es_sim_free(ffi.NULL)
-    lib.es_rc_free(ffi.NULL)
+    lib.es_block_free(ffi.NULL)
+    assert lib.es_block_new(b"pi", ffi.NULL) != ffi.NULL
+    assert not lib.es_block_start(ffi.NULL, ffi.NULL)

@@ -269,7 +269,7 @@ def test_the_measured_torque_is_the_one_that_acted_ten_and_a_half_samples_ago(ki
     observer = blocks.TorqueObserver(kind, J, B)
     measured = np.empty(samples)
     for k in range(samples):
-        observer.step(theta[k], B * 10.0)
+        observer.step(theta[k], B * 10.0, 10.0)
         measured[k] = observer.torque_nm
 
     def misfit(age):
@@ -312,7 +312,7 @@ def test_an_angle_observer_predicts_the_torque_of_the_place_that_comes():
     ({"inertia_kgm2": 0.0}, "inertia_kgm2"),
     ({"inertia_kgm2": math.nan}, "inertia_kgm2"),
     ({"gain": 3.0}, "gain"),
-    ({"fir1": (16, 1000.0)}, "fir1 order"),
+    ({"fir1": (16, 1000.0)}, "fir1_order"),
     ({"fir2": (10, 6000.0)}, "fir"),
     ({"age_samples": 32.0}, "age_samples"),
     ({"cells": 0}, "cells"),

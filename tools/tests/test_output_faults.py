@@ -53,6 +53,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     result = SimpleNamespace(finding=SimpleNamespace(unknown=False), name="small")
     monkeypatch.setattr("evenspin.gap.check.checked_case", lambda path: (None, []))
     monkeypatch.setattr("evenspin.gap.result.investigate", lambda *a, **k: result)
+    monkeypatch.setattr("evenspin.gap.verdict.verdict_json", lambda result: VERDICT)
     monkeypatch.setattr("evenspin.gap.folder.write_result", written)
     monkeypatch.setattr("evenspin.cli.gap._tell", lambda *a: None)
     monkeypatch.setattr(batch, "run_batch", lambda jobs, *a: [batch.solve(job) for job in jobs])

@@ -96,8 +96,8 @@ void test_limits_set_that_needs_rest_is_refused_while_running_with_value_and_the
     expect_set_refusal(LINK_NO_at_rest, PARAM_encoder_counts, 16.0f, 4000.0f);
     ask_set(PARAM_lost_sample_limit, 60000.0f);
     expect_set_refusal(LINK_NO_at_rest, PARAM_lost_sample_limit, 60000.0f, 3.0f);
-    ask_set(PARAM_stall_samples, 0.0f);
-    expect_set_refusal(LINK_NO_at_rest, PARAM_stall_samples, 0.0f, 500.0f);
+    ask_set(PARAM_stall_s, 1.0f);
+    expect_set_refusal(LINK_NO_at_rest, PARAM_stall_s, 1.0f, 0.0f);
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
     line_command(LINK_CMD_stop);
     line_run(3U);
@@ -147,7 +147,7 @@ void test_limits_setpoint_beyond_the_limits_in_force_is_refused_with_them(void)
 void test_limits_stored_set_beyond_the_board_is_not_taken(void)
 {
     static drive_params_t bad;
-    static param_store_t  store;
+    static store_t        store;
     bad = line_defaults;
     bad.over_current_a = 100.0f;
     TEST_ASSERT_EQUAL_INT(HAL_OK, param_store_begin(&store, &bad, services.schema));

@@ -599,7 +599,7 @@ void test_session_storage_that_fails_is_said_and_a_running_drive_does_not_save(v
 void test_session_stored_set_that_fits_no_drive_does_not_lock_the_bench_out(void)
 {
     static drive_params_t bad;
-    static param_store_t  store;
+    static store_t        store;
     bad = line_defaults;
     bad.position_min_turn = 5.0f;
     bad.position_max_turn = -5.0f;

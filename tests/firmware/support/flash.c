@@ -2,10 +2,21 @@
 
 #include <string.h>
 
+#include "hal/hal_storage.h"
 #include "mock_hal_storage.h"
 #include "unity.h"
 
+enum { ERASED = 0, PROGRAMMED, CUT, ERASE_CUT };
+
 flash_t flash;
+
+uint32_t flash_pick(uint32_t below)
+{
+    flash.chance = (flash.chance * 1664525U) + 1013904223U;
+    return (uint32_t)(((uint64_t)flash.chance * below) >> 32);
+}
+
+static uint16_t some_bits(void) { return (uint16_t)flash_pick(65536U); }
 
 static uint16_t pages(int calls)
 {
@@ -28,20 +39,20 @@ static hal_status_t reads(uint16_t page, uint16_t offset, uint16_t *words, uint1
 {
     (void)calls;
     check(page, offset, count);
-    (void)memcpy(words, &flash.word[page][offset], count * sizeof words[0]);
-    if ((page == flash.odd_page) && (offset <= flash.odd_word) && (flash.odd_word < ((uint32_t)offset + count))) {
-        uint16_t *const odd = &words[flash.odd_word - offset];
-        flash.chance = (flash.chance * 1664525U) + 1013904223U;
-        *odd = (uint16_t)((*odd & (uint16_t)~flash.stuck) ^ (flash.unsteady & (uint16_t)(flash.chance >> 16)));
+    const flash_cells_t *const c = &flash.cells;
+    bool                       lost = false;
+    for (uint16_t i = 0U; i < count; i++) {
+        const uint16_t at = (uint16_t)(offset + i);
+        words[i] = c->word[page][at];
+        if (c->unsure[page][at] != 0U) {
+            words[i] ^= (uint16_t)(c->unsure[page][at] & some_bits());
+            lost = lost || (flash.ecc && (flash_pick(4U) == 0U));
+        }
+        if ((page == flash.odd_page) && (at == flash.odd_word)) {
+            words[i] = (uint16_t)((words[i] & (uint16_t)~flash.stuck) ^ (flash.unsteady & some_bits()));
+        }
     }
-    return HAL_OK;
-}
-
-/* Bits that the failing power lets through. */
-static uint16_t some_bits(void)
-{
-    flash.torn = (flash.torn * 1664525U) + 1013904223U;
-    return (uint16_t)(flash.torn >> 16);
+    return lost ? HAL_SENSOR_FAULT : HAL_OK;
 }
 
 typedef enum { DONE, HALF, NOT_AT_ALL } power_t;
@@ -55,10 +66,8 @@ static power_t power(void)
         flash.until_power_fails--;
         return DONE;
     }
-    const bool half = flash.torn != 0U;
-    if (half) {
-        (void)some_bits();
-    }
+    const bool half = flash.torn;
+    flash.torn = false; /* and then it is dark */
     return half ? HALF : NOT_AT_ALL;
 }
 
@@ -68,26 +77,37 @@ static bool refuses(void)
     return (flash.until_error >= 0) && (flash.changes > (uint32_t)flash.until_error);
 }
 
+static void program(uint16_t page, uint16_t offset, const uint16_t *words, bool whole)
+{
+    flash_cells_t *const c = &flash.cells;
+    uint16_t *const      state = &c->state[page][offset / HAL_STORAGE_BLOCK_WORDS];
+    for (uint16_t i = 0U; i < HAL_STORAGE_BLOCK_WORDS; i++) {
+        uint16_t *const word = &c->word[page][offset + i];
+        uint16_t *const unsure = &c->unsure[page][offset + i];
+        if (*state == (uint16_t)CUT) {
+            TEST_ASSERT_EQUAL_HEX16_MESSAGE(c->meant[page][offset + i], words[i], "other words over a block that was cut");
+        } else {
+            TEST_ASSERT_EQUAL_INT_MESSAGE(ERASED, *state, "programmed without being erased");
+        }
+        c->meant[page][offset + i] = words[i];
+        *unsure = whole ? 0U : (uint16_t)(~words[i] & (*unsure | some_bits())); /* cells that do not hold enough charge yet */
+        *word = whole ? words[i] : (uint16_t)(*word & (words[i] | *unsure | some_bits()));
+    }
+    *state = whole ? (uint16_t)PROGRAMMED : (uint16_t)CUT;
+}
+
 static hal_status_t writes(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count, int calls)
 {
     (void)calls;
     check(page, offset, count);
-    TEST_ASSERT_EQUAL_UINT16_MESSAGE(1U, count, "the tests count single words");
+    TEST_ASSERT_EQUAL_UINT16_MESSAGE(0U, offset % HAL_STORAGE_BLOCK_WORDS, "not the beginning of a block");
+    TEST_ASSERT_EQUAL_UINT16_MESSAGE(HAL_STORAGE_BLOCK_WORDS, count, "the tests count single blocks");
     if (refuses()) {
         return HAL_BUSY;
     }
-    uint16_t *const to = &flash.word[page][offset];
-    switch (power()) {
-    case DONE:
-        TEST_ASSERT_EQUAL_HEX16_MESSAGE(0xFFFFU, *to, "programmed without being erased");
-        *to &= words[0];
-        break;
-    case HALF:
-        *to &= (uint16_t)(words[0] | some_bits());
-        flash.torn = 0U; /* and then it is dark */
-        break;
-    default:
-        break;
+    const power_t p = power();
+    if (p != NOT_AT_ALL) {
+        program(page, offset, words, p == DONE);
     }
     return HAL_OK;
 }
@@ -99,27 +119,39 @@ static hal_status_t erases(uint16_t page, int calls)
     if (refuses()) {
         return HAL_BUSY;
     }
-    const power_t p = power();
-    for (uint16_t i = 0U; (i < FLASH_WORDS) && (p != NOT_AT_ALL); i++) {
-        flash.word[page][i] |= (p == DONE) ? 0xFFFFU : some_bits();
-    }
-    if (p == HALF) {
-        flash.torn = 0U;
+    const power_t        p = power();
+    flash_cells_t *const c = &flash.cells;
+    if (p == DONE) {
+        (void)memset(c->word[page], 0xFF, sizeof c->word[page]);
+        (void)memset(c->unsure[page], 0, sizeof c->unsure[page]);
+        (void)memset(c->state[page], 0, sizeof c->state[page]);
+        c->erased[page]++;
+    } else if (p == HALF) {
+        const uint16_t share = some_bits(); /* how far it got */
+        for (uint16_t i = 0U; i < FLASH_WORDS; i++) {
+            c->unsure[page][i] |= (uint16_t)(~c->word[page][i] & (some_bits() | share));
+            c->state[page][i / HAL_STORAGE_BLOCK_WORDS] = ERASE_CUT;
+        }
+    } else {
+        /* dark */
     }
     return HAL_OK;
 }
 
+void flash_power_up(void)
+{
+    flash.until_power_fails = -1;
+    flash.torn = false;
+}
+
 void flash_start(void)
 {
-    (void)memset(flash.word, 0xFF, sizeof flash.word);
+    (void)memset(&flash, 0, sizeof flash);
+    (void)memset(flash.cells.word, 0xFF, sizeof flash.cells.word);
     flash.pages = FLASH_PAGES;
     flash.page_words = FLASH_WORDS;
-    flash.changes = 0U;
     flash.until_power_fails = -1;
-    flash.torn = 0U;
     flash.until_error = -1;
-    flash.stuck = 0U;
-    flash.unsteady = 0U;
     hal_storage_pages_Stub(pages);
     hal_storage_page_words_Stub(page_words);
     hal_storage_read_Stub(reads);

@@ -193,6 +193,7 @@ typedef enum { XBAR_TRIP4 = 0 } XBAR_TripNum;
 /* ---- System control ---- */
 
 void     SysCtl_disableWatchdog(void);
+void     SysCtl_deviceCal(void);
 void     SysCtl_enableWatchdog(void);
 void     SysCtl_serviceWatchdog(void);
 void     SysCtl_setWatchdogMode(SysCtl_WDMode mode);
@@ -363,5 +364,17 @@ void            SPI_setEmulationMode(uint32_t base, SPI_EmulationMode mode);
 /* ---- Flash ---- */
 
 void Flash_initModule(uint32_t ctrlBase, uint32_t eccBase, uint16_t waitstates);
+
+#define FLASHPUMPSEMAPHORE_BASE 0x00050024U
+#define EALLOW fake_eallow()
+#define EDIS fake_edis()
+typedef enum { FLASH_CPU1_WRAPPER = 0x2, FLASH_CPU2_WRAPPER = 0x1 } Flash_PumpOwnership;
+
+void fake_eallow(void);
+void fake_edis(void);
+void Flash_claimPumpSemaphore(uint32_t pumpSemBase, Flash_PumpOwnership wrapper);
+void Flash_releasePumpSemaphore(uint32_t pumpSemBase);
+void Flash_disableECC(uint32_t eccBase);
+void Flash_enableECC(uint32_t eccBase);
 
 #endif

@@ -1,6 +1,7 @@
 /* Calls that only leave a trace. */
 #include "fake_chip.h"
 
+void SysCtl_deviceCal(void) { RECORD_NONE(); }
 void SysCtl_setWatchdogMode(SysCtl_WDMode mode) { RECORD((uint32_t)mode); }
 void SysCtl_setWatchdogPrescaler(SysCtl_WDPrescaler prescaler) { RECORD((uint32_t)prescaler); }
 void SysCtl_clearResetCause(uint32_t rstCauses) { RECORD((uint32_t)rstCauses); }

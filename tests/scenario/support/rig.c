@@ -20,31 +20,31 @@ void rig_new(void)
 
 void rig_model(const char *name, double value)
 {
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_model(rig, name, value), es_sim_error(rig));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_model(rig, name, value), es_sim_error(rig)->name);
 }
 void rig_param(const char *name, double value)
 {
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_param(rig, name, value), es_sim_error(rig));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_param(rig, name, value), es_sim_error(rig)->name);
 }
 void rig_effect(const char *effect, const char *param, double value)
 {
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_effect(rig, effect, param, value), es_sim_error(rig));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_effect(rig, effect, param, value), es_sim_error(rig)->name);
 }
 
 void rig_input(const char *name, double value)
 {
     const double t = 0.0;
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_input(rig, name, &t, &value, 1, false), es_sim_error(rig));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_input(rig, name, &t, &value, 1, false), es_sim_error(rig)->name);
 }
 
 void rig_step(const char *name, double before, double at_s, double after)
 {
     const double t[2] = {0.0, at_s};
     const double v[2] = {before, after};
-    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_input(rig, name, t, v, 2, false), es_sim_error(rig));
+    TEST_ASSERT_TRUE_MESSAGE(es_sim_set_input(rig, name, t, v, 2, false), es_sim_error(rig)->name);
 }
 
-void rig_start(void) { TEST_ASSERT_TRUE_MESSAGE(es_sim_start(rig), es_sim_error(rig)); }
+void rig_start(void) { TEST_ASSERT_TRUE_MESSAGE(es_sim_start(rig), es_sim_error(rig)->name); }
 void rig_run(int64_t periods) { TEST_ASSERT_EQUAL_INT64(0, es_sim_run(rig, periods, 1, NULL, 0)); }
 
 double rig_read(const char *signal)

@@ -73,6 +73,11 @@ class Checking(unittest.TestCase):
         (line,) = self.faults("00008010  drive_current_isr", "00080a10  drive_current_isr")
         self.assertIn("drive_current_isr: at 0x080a10, must be in RAM", line)
 
+    def test_the_flash_api_in_flash_is_a_fault(self) -> None:
+        for address, count in (("00008908", 0), ("00080908", 1)):
+            lines = self.faults("00080908  drive_make_setup", f"{address}  Fapi_issueProgrammingCommand")
+            self.assertEqual(len(lines), count, lines)
+
     def test_a_missing_interrupt_is_a_fault(self) -> None:
         (line,) = self.faults("00008800  hal_sample_read ", "00008800  hal_sample_ride ")
         self.assertIn("hal_sample_read: not in the map", line)

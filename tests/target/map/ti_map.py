@@ -138,6 +138,11 @@ def faults(found: Map) -> list[str]:
             lines.append(f"{name}: not in the map: removed, or inlined into something else")
         elif not inside(address, RAM):
             lines.append(f"{name}: at {address:#08x}, must be in RAM: --ramfunc did not act")
+    lines += [
+        f"{name}: at {address:#08x}, must be in RAM: the flash API cannot run from the bank that it programs"
+        for name, address in sorted(found.symbols.items())
+        if name.startswith("Fapi_") and not inside(address, RAM)
+    ]
     stack = found.section(".stack")
     if stack is None or stack.load + stack.length > STACK_END:
         lines.append(f".stack: must end below {STACK_END:#08x}: the stack pointer has 16 bits")

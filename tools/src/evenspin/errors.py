@@ -15,6 +15,11 @@ class EvenspinError(Exception):
 
     exit_code = 2
 
+    @property
+    def bare(self) -> str:
+        """The text without the command or option in front, for a page that shows it beside the control."""
+        return str(self)
+
 
 class NativeError(EvenspinError):
     """The compiled library is missing, does not fit, or refused a value."""
@@ -51,7 +56,15 @@ class InputError(EvenspinError):
 
     def __str__(self) -> str:
         place = str(self.where) if self.line is None else f"{self.where}:{self.line}"
-        return one_line(f"{place}: {self.key} = {shown(self.value)}: must be {self.must}; {self.hint}")
+        return one_line(f"{place}: {self._said}")
+
+    @property
+    def _said(self) -> str:
+        return f"{self.key} = {shown(self.value)}: must be {self.must}; {self.hint}"
+
+    @property
+    def bare(self) -> str:
+        return str(self) if isinstance(self.where, Path) else one_line(self._said)
 
 
 class Missing:

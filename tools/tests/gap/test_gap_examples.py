@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evenspin.compare import GAP_SIGNALS, VALIDATION
 from evenspin.gap.batch import jobs_of, run_batch
 from evenspin.log import read_case
+from evenspin.log.experiments import VALIDATION
+from evenspin.log.gap import GAP_SIGNALS
 from evenspin.model import load_machine, load_scenario
 
 CASES = Path(__file__).parents[3] / "tests" / "data" / "foreign_drive"

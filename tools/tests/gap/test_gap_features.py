@@ -11,11 +11,11 @@ import pytest
 from evenspin.effects import Scale, hypotheses, known_orders
 from evenspin.effects.cogging import slot_order
 from evenspin.effects.hypothesis import by_roles
-from evenspin.gap.evidence import SOFT, Judge, Noise, robust_cost
+from evenspin.gap.evidence import OUTLIER_SIGMAS, Judge, Noise, robust_cost
 from evenspin.gap.features import SIGNALS, FeatureSet
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
 from evenspin.gap.screening import probe_points
-from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 
 RATE_HZ = 2000.0
@@ -30,7 +30,10 @@ def steady(speed_rad_s=20.0, rows=1600, orders=(1.0, 3.0, 6.0)):
 
 
 def named(features, values):
-    return {(label[1], label[3].split(":")[1]): value for label, value in zip(features.labels(), values, strict=True)}
+    def name(key):
+        return key.kind if key.order is None else f"{key.part}{key.order:g}"
+
+    return {(key.signal, name(key)): value for key, value in zip(features.keys(), values, strict=True)}
 
 
 def test_mean_trend_and_orders_of_a_steady_stretch_come_back_as_they_were_put_in():
@@ -57,11 +60,31 @@ def test_features_do_not_know_at_which_angle_a_stretch_began():
 def test_an_order_that_takes_less_than_a_turn_is_not_fitted():
     slow, theta = steady(speed_rad_s=2.0)  # 0.25 turns
 
-    names = {label[3] for label in slow.labels()}
+    names = {str(key) for key in slow.keys()}
 
-    assert len(slow.values(theta, np.zeros((len(theta), len(SIGNALS))))) == len(slow.labels())
-    assert "steady0:cos1" not in names
-    assert "steady0:cos6" in names
+    assert len(slow.values(theta, np.zeros((len(theta), len(SIGNALS))))) == len(slow.keys())
+    assert "staircase speed_rad_s steady0:cos1" not in names
+    assert "staircase speed_rad_s steady0:cos6" in names
+
+
+def test_a_key_is_written_with_its_record_its_signal_and_what_of_which_block():
+    layout = Layout(
+        "coast_down",
+        (Stretch(0, 800, 40.0, 0.0, coasting=True),),
+        (Bins("step", np.array([0, 5])), Bins("ramp", np.array([5, 9, 12]))),
+    )
+    names = [str(key) for key in FeatureSet(layout, (1.0, 2.5), RATE_HZ).keys() if key.signal == "iq_a"]
+
+    assert names == [
+        "coast_down iq_a coast0:mean",
+        "coast_down iq_a coast0:trend",
+        "coast_down iq_a coast0:curve",
+        "coast_down iq_a coast0:cos1",
+        "coast_down iq_a coast0:sin1",
+        "coast_down iq_a step0:0",
+        "coast_down iq_a ramp1:0",
+        "coast_down iq_a ramp1:1",
+    ]
 
 
 def test_bins_are_means_over_their_rows():
@@ -175,7 +198,9 @@ def test_a_tolerance_is_only_moved_as_far_as_its_prior_lets_it():
 
 def test_the_cost_of_small_residuals_is_chi_square_and_of_large_ones_their_logarithm():
     assert robust_cost(np.array([0.1])) == pytest.approx(0.01, rel=1e-3)
-    assert robust_cost(np.array([1e6])) == pytest.approx(2.0 * SOFT**2 * math.log(1e6 / SOFT), rel=1e-6)
+    assert robust_cost(np.array([1e6])) == pytest.approx(
+        2.0 * OUTLIER_SIGMAS**2 * math.log(1e6 / OUTLIER_SIGMAS), rel=1e-6
+    )
 
 
 # ---- hypotheses -------------------------------------------------------------------------------------------------
@@ -226,7 +251,7 @@ def test_every_module_of_an_effect_is_named_like_one():
 
 
 def test_every_effect_that_may_explain_a_log_says_how_it_shows_and_what_it_looks_like():
-    from evenspin.gap.check import EXPERIMENTS
+    from evenspin.log.experiments import EXPERIMENTS
 
     for name in EXPLANATIONS:
         effect = tables().effects[name]

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evenspin.effects import Coordinate, Hypothesis, Scale, hypotheses
-from evenspin.gap.candidate import Lead, Model, noise_price
+from evenspin.gap.candidate import Candidate, Model, noise_price
 from evenspin.gap.evidence import Judge, Noise
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.minima import NEAR, MinimaSearch, neighbours
+from evenspin.gap.minima import MinimaSearch, neighbours
 from evenspin.gap.strategies import Detents, Downhill, LocalMinima, strategy_for
-from evenspin.gap.tolerance import SIGMA
+from evenspin.gap.thresholds_evidence import NEIGHBOUR_SHARE
+from evenspin.log.tolerance import SIGMA
 
 T_S = np.linspace(0.0, 1.0, 400)
 RING_HZ, RAMP = 23.0, 0.7  # what the log of these tests has; the starts are at 15, 20 and 30 Hz
@@ -105,7 +106,7 @@ def test_neighbours_of_a_model_move_its_nonlinear_effects_only_and_by_what_a_sea
     near = neighbours(LIBRARY, z, 8)
 
     off = np.array([n["ring"][0] for n in near]) - 3.0
-    assert len(set(off)) == 8 and np.max(np.abs(off)) <= NEAR * 0.2
+    assert len(set(off)) == 8 and np.max(np.abs(off)) <= NEIGHBOUR_SHARE * 0.2
     assert off.min() < -0.02 and off.max() > 0.02  # both sides
     assert all(n["ramp"][0] == 0.4 for n in near)
     assert neighbours(LIBRARY, {"ramp": np.array([0.4])}, 8) == []
@@ -140,11 +141,11 @@ def test_each_lead_gets_the_strategy_that_its_effects_need(fitter):
     with_detent = replace(fitter, library={**LIBRARY, "cogging": detent})
     ramp, ring, cogging = ({name: np.zeros(1)} for name in ("ramp", "ring", "cogging"))
 
-    assert isinstance(strategy_for(with_detent, Lead(ramp, 1.0)), Downhill)
-    assert isinstance(strategy_for(with_detent, Lead(ramp | ring, 1.0)), LocalMinima)
-    assert isinstance(strategy_for(with_detent, Lead(ramp | cogging, 1.0)), Detents)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp, 1.0)), Downhill)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp | ring, 1.0)), LocalMinima)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp | cogging, 1.0)), Detents)
     # what was refined already keeps its phase
-    assert isinstance(strategy_for(with_detent, Lead(ramp | cogging, 1.0, frozenset({"ramp"}))), Downhill)
+    assert isinstance(strategy_for(with_detent, Candidate(ramp | cogging, 1.0, frozenset({"ramp"}))), Downhill)
 
 
 def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaft():
@@ -152,7 +153,7 @@ def test_play_repeats_least_with_all_friction_on_the_rotor_and_there_is_one_shaf
     backlash = library["backlash"]
     place = np.array(backlash.starts[0])
 
-    wildest = backlash.to_params(backlash.as_wild_as_can_be(place))
+    least_repeatable = backlash.to_params(backlash.least_repeatable(place))
 
-    assert wildest == {**backlash.to_params(place), "load_friction_share": 0.0}
+    assert least_repeatable == {**backlash.to_params(place), "load_friction_share": 0.0}
     assert {name for name, h in library.items() if h.is_shaft} == {"backlash", "two_mass"}

@@ -14,21 +14,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evenspin.compare import Unit
 from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.gap import investigate as core
-from evenspin.gap.acceptance import Floor
+from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
 from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
-from evenspin.gap.outcome import Validation, floor_gap
+from evenspin.gap.outcome import Validation
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
 from evenspin.gap.story import page_of, tables_of
-from evenspin.gap.tolerance import SIGMA
 from evenspin.gap.verdict import verdict_json
 from evenspin.gap.where import heat_map, ranked
 from evenspin.log import write_case
+from evenspin.log.gap import gap_of_records
+from evenspin.log.tolerance import SIGMA
+from evenspin.log.unit import Unit
 from evenspin.model import load_machine
 
 TORQUE_NM = 0.06
@@ -132,7 +133,7 @@ def test_the_verdict_is_json_with_the_keys_of_the_result_format(result: CaseResu
 
 def test_the_gap_closes_to_the_noise_floor_of_the_found_machine(result: CaseResult) -> None:
     # one second of five noisy signals: their rms is known to a few percent
-    assert result.after.gap == pytest.approx(floor_gap(result.floor), rel=0.1)
+    assert result.after.gap == pytest.approx(gap_of_records(result.noise_floor), rel=0.1)
     assert result.closed == pytest.approx(1.0, abs=0.1)
 
 
@@ -387,14 +388,14 @@ def test_a_batch_of_nothing_is_one_line(evenspin: Callable[..., Any], tmp_path: 
     assert (said.status, said.err.count("\n")) == (2, 1)
 
 
-SOUND = Floor(mean=6800.0, sigma=200.0)
+HEALTHY = ExpectedCost(mean=6800.0, sigma=200.0)
 
 
 def sure(result: CaseResult, weights: dict[str, float], cost: float = 6800.0, **changes: Any) -> dict[str, float]:
     finding = replace(
         result.finding,
         model=replace(result.finding.model, cost=cost),
-        floor=SOUND,
+        expected_cost=HEALTHY,
         named=tuple(weights),
         weights=weights,
         **changes,
@@ -411,7 +412,7 @@ def test_a_second_effect_that_adds_next_to_nothing_is_given_little_confidence(re
 
 
 def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseResult) -> None:
-    at, beyond = (6800.0 + share * SOUND.limit for share in (0.99, 3.0))
+    at, beyond = (6800.0 + share * HEALTHY.limit for share in (0.99, 3.0))
 
     assert sure(result, {"inertia": 5000.0}, at)["inertia"] < 0.55
     assert sure(result, {"inertia": 5000.0})["inertia"] > 0.95
@@ -419,13 +420,13 @@ def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseR
 
 
 def test_more_than_noise_is_said_before_it_makes_a_verdict_unknown() -> None:
-    """Known effects of another simulator left 1.37 times the cost of sound units, foreign ones without a line twice."""
-    floor = Floor(7000.0, 300.0)
+    """Times the cost of healthy units: known effects of another simulator left 1.37, foreign ones without a line 2."""
+    expected = ExpectedCost(7000.0, 300.0)
 
-    assert not floor.is_significant(7000.0 + 6 * 299.0)
-    assert floor.is_significant(1.37 * 7000.0)
-    assert floor.excess(1.37 * 7000.0) < floor.limit < floor.excess(2.0 * 7000.0)
-    assert Floor(7000.0, 1000.0).limit == 6000.0
+    assert not expected.is_significant(7000.0 + 6 * 299.0)
+    assert expected.is_significant(1.37 * 7000.0)
+    assert expected.excess(1.37 * 7000.0) < expected.limit < expected.excess(2.0 * 7000.0)
+    assert ExpectedCost(7000.0, 1000.0).limit == 6000.0
 
 
 def test_another_explanation_that_does_without_the_name_takes_its_weight(result: CaseResult) -> None:

@@ -155,10 +155,16 @@ class Drive:
                 found += got
             entries.append(found)
         parameters, signals, faults, commands = entries
-        faults = [
-            Fault(fault.name, self._text(2, number, 0), self._text(2, number, 1)) for number, fault in enumerate(faults)
-        ]
+        faults = [self._explained_fault(number, fault.name) for number, fault in enumerate(faults)]
         return Schema({f.name: f for f in parameters}, {f.name: f for f in signals}, tuple(faults), tuple(commands))
+
+    def _explained_fault(self, number: int, name: str) -> Fault:
+        """With the drive's own words; a firmware that carries none is explained in those of this package."""
+        try:
+            return Fault(name, self._text(2, number, 0), self._text(2, number, 1))
+        except RefusedError:
+            known = next((fault for fault in own_schema().faults if fault.name == name), None)
+            return known or Fault(name, "", "")
 
     def _text(self, kind: int, index: int, part: int) -> str:
         octets = b""
@@ -313,7 +319,7 @@ class Drive:
             except RefusedError as error:
                 if error.parameter:
                     raise self._explained(error, values) from None
-                if "(busy)" not in str(error) or self.link.transport.clock() > until_s:
+                if not error.busy or self.link.transport.clock() > until_s:
                     raise
                 self.sleep(0.005)
 
@@ -325,7 +331,7 @@ class Drive:
             text = why_not(self.parameters, self.get(), values, error.parameter, state=now, numeric=numeric)
         except NativeError:  # firmware of another kind than this computer has
             return error
-        told = RefusedError(f"set: {text}")
+        told = RefusedError(text, "set")
         told.parameter = error.parameter
         return told
 

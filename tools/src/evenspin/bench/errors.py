@@ -5,7 +5,19 @@ from __future__ import annotations
 from evenspin.errors import EvenspinError
 
 
-class NoDeviceError(EvenspinError):
+class PlacedError(EvenspinError):
+    """`place`: the command or option that it is about, in front of the text."""
+
+    def __init__(self, text: str, place: str = "") -> None:
+        super().__init__(f"{place}: {text}" if place else text)
+        self.text = text
+
+    @property
+    def bare(self) -> str:
+        return self.text
+
+
+class NoDeviceError(PlacedError):
     """There is no drive where one was looked for, or it does not answer."""
 
     exit_code = 3
@@ -15,10 +27,11 @@ class LinkLostError(NoDeviceError):
     """The connection broke while it was in use."""
 
 
-class RefusedError(EvenspinError):
+class RefusedError(PlacedError):
     """The drive understood and said no. `parameter`: the one whose rule was broken, when the drive named one."""
 
     parameter: str = ""
+    busy: bool = False  # an earlier change is under way: asking again will do
 
 
 class ReadOnlyError(RefusedError):

@@ -17,64 +17,26 @@ linear = false                        # true: straight lines between the points
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 import pydantic
 import tomlkit
 
 from evenspin.errors import InputError
+from evenspin.log.experiments import CURVES, Experiment
+from evenspin.log.plan import Sizes, eight_experiments
 from evenspin.model import InputCurve, Machine
 from evenspin.model.document import read_document
 from evenspin.model.machine import RATINGS, SIMULATED, find_model, load_machine
 from evenspin.model.schema import Real, Strict, check, within
 from evenspin.native import tables
 
-LOG_HZ, STEPS_HZ = 2000.0, 10_000.0
 TOP_PART = 0.22  # of the speed at which the back-EMF fills the dc link: the voltage limit stays out of the experiments
 OVER_SPEED_PART = 0.7
-STAIRS = (0.1, 0.2, 1 / 3, 0.5, 2 / 3, 5 / 6, 1.0)  # of the top speed
-SLOW_STAIRS = 2  # so many of them rest longer: ripple needs turns
-SLOW_S, FAST_S = 1.3, 0.8
-LOAD_STAIRS = ((0.1, 1.3), (1 / 3, 0.9), (0.75, 0.9))
 LOAD_PART = 0.5  # of the rated torque
-STEPS = (0.0, 0.15, 0.3, 0.6, 0.9, 0.0, -0.3, -0.6, 0.0)  # of the rated current
-STEP_S, VALIDATION_STEP_S = 0.06, 0.03
-STEPS_PART = 0.85
-COAST_FROM_S = 1.2
 SEED = 2024  # of the random references: the same list for everybody
-
-CURVES = ("speed_ref_rad_s", "id_ref_a", "iq_ref_a", "load_torque_nm")
-
-
-@dataclass(frozen=True, slots=True)
-class Experiment:
-    """One record. Curves begin at 0 s; what has none is 0. `current_from_s`: current mode from then on."""
-
-    name: str
-    mode: Literal["speed", "current"]
-    duration_s: float
-    log_rate_hz: float
-    curves: Mapping[str, InputCurve] = field(default_factory=dict)
-    rotor_locked: bool = False
-    current_from_s: float | None = None
-
-    @property
-    def needs_load_machine(self) -> bool:
-        return "load_torque_nm" in self.curves
-
-    def value(self, name: str, t_s: float) -> float:
-        """A curve at a time."""
-        curve = self.curves.get(name)
-        if curve is None:
-            return 0.0
-        if curve.linear:
-            return float(np.interp(t_s, curve.t_s, curve.value))
-        at = int(np.searchsorted(curve.t_s, t_s + 1e-9, side="right")) - 1
-        return curve.value[max(at, 0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,98 +63,16 @@ def plan(machine: Machine, top_rad_s: float | None = None) -> tuple[Experiment, 
         raise InputError("bench plan", "--top-speed", top_rad_s, must, "leave it out for a speed that fits the model")
     load_nm = LOAD_PART * plant["rated_torque_nm"]
     current_a = min(plant["rated_current_a"], drive["iq_limit_a"], drive["id_limit_a"])
-    return (
-        _staircase(top_rad_s),
-        _staircase_load(top_rad_s, load_nm),
-        _load_step(top_rad_s, load_nm),
-        _reversal(top_rad_s),
-        _coast_down(top_rad_s),
-        _standstill_steps(current_a),
-        _validation(top_rad_s, load_nm),
-        _validation_steps(current_a),
-    )
+    return tuple(_rounded(each) for each in eight_experiments(Sizes(top_rad_s, load_nm, current_a), SEED))
 
 
-def _held(steps: list[tuple[float, float]]) -> tuple[InputCurve, float]:
-    """(value, for how long): the curve and its end."""
-    ends = np.round(np.cumsum([seconds for _, seconds in steps]), 6)
-    curve = InputCurve((0.0, *(float(t) for t in ends[:-1])), tuple(round(float(value), 6) for value, _ in steps))
-    return curve, float(ends[-1])
-
-
-def _staircase(top: float) -> Experiment:
-    one_way = [(part * top, SLOW_S if number < SLOW_STAIRS else FAST_S) for number, part in enumerate(STAIRS)]
-    curve, end_s = _held(one_way + [(-speed, seconds) for speed, seconds in one_way])
-    return Experiment("staircase", "speed", end_s, LOG_HZ, {"speed_ref_rad_s": curve})
-
-
-def _staircase_load(top: float, load_nm: float) -> Experiment:
-    one_way = [(part * top, seconds) for part, seconds in LOAD_STAIRS]
-    curve, end_s = _held(one_way + [(-speed, seconds) for speed, seconds in one_way])
-    curves = {"speed_ref_rad_s": curve, "load_torque_nm": InputCurve((0.0,), (load_nm,))}
-    return Experiment("staircase_load", "speed", end_s, LOG_HZ, curves)
-
-
-def _load_step(top: float, load_nm: float) -> Experiment:
-    load, _ = _held([(0.0, 0.7), (load_nm, 0.7), (0.0, 0.7), (-load_nm, 0.7), (0.0, 0.8)])
-    curves = {"speed_ref_rad_s": InputCurve((0.0,), (0.5 * top,)), "load_torque_nm": load}
-    return Experiment("load_step", "speed", 3.6, LOG_HZ, curves)
-
-
-def _reversal(top: float) -> Experiment:
-    t_s = (0.0, 0.2, 1.2, 1.6, 3.6, 4.0, 4.6, 5.9, 7.2)
-    part = (0.0, 0.0, 0.5, 0.5, -0.5, -0.5, 0.1, -0.1, 0.1)
-    curve = InputCurve(t_s, tuple(round(top * p, 6) for p in part), linear=True)
-    return Experiment("reversal", "speed", 7.2, LOG_HZ, {"speed_ref_rad_s": curve})
-
-
-def _coast_down(top: float) -> Experiment:
-    curves = {"speed_ref_rad_s": InputCurve((0.0,), (top,))}
-    return Experiment("coast_down", "speed", 5.2, LOG_HZ, curves, current_from_s=COAST_FROM_S)
-
-
-def _standstill_steps(current_a: float) -> Experiment:
-    axis = [(part * current_a, STEP_S) for part in STEPS]
-    still = [(0.0, STEP_S)] * len(STEPS)
-    id_ref, end_s = _held(axis + still)
-    iq_ref, _ = _held(still + axis)
-    curves = {"id_ref_a": id_ref, "iq_ref_a": iq_ref}
-    return Experiment("standstill_steps", "current", end_s, STEPS_HZ, curves, rotor_locked=True)
-
-
-def _validation(top: float, load_nm: float) -> Experiment:
-    """Speeds by chance, half of them reached on a ramp; loads by chance, at other times."""
-    dice = np.random.default_rng(SEED)
-    end_s, ramp_rad_s2 = 6.0, 6.5 * top
-    t_s, value = [0.0], [float(dice.uniform(0.3, 1.0)) * top]
-    at_s = 0.0
-    while True:
-        at_s += float(dice.uniform(0.45, 0.8))
-        if at_s > end_s - 0.3:
-            break
-        speed = float(dice.uniform(-1.0, 1.0)) * top
-        takes_s = abs(speed - value[-1]) / ramp_rad_s2 if dice.random() < 0.5 else 0.001
-        t_s += [at_s, at_s + takes_s]
-        value += [value[-1], speed]
-        at_s += takes_s
-    speed_ref = InputCurve(tuple(round(t, 3) for t in t_s), tuple(round(v, 6) for v in value), linear=True)
-    loads, load_s = [], 0.0
-    while load_s < end_s:
-        seconds = round(float(dice.uniform(0.4, 0.9)), 3)
-        loads.append((float(dice.uniform(-1.0, 1.0)) * load_nm, seconds))
-        load_s += seconds
-    load, _ = _held(loads)
-    return Experiment("validation", "speed", end_s, LOG_HZ, {"speed_ref_rad_s": speed_ref, "load_torque_nm": load})
-
-
-def _validation_steps(current_a: float) -> Experiment:
-    dice = np.random.default_rng(SEED + 1)
-    count = 20
-    curves = {}
-    for name in ("id_ref_a", "iq_ref_a"):
-        values = dice.uniform(-STEPS_PART, STEPS_PART, count) * current_a
-        curves[name], end_s = _held([(float(value), VALIDATION_STEP_S) for value in values])
-    return Experiment("validation_steps", "current", end_s, STEPS_HZ, curves, rotor_locked=True)
+def _rounded(experiment: Experiment) -> Experiment:
+    """With values of six decimals, which a person can read."""
+    curves = {
+        name: replace(curve, value=tuple(round(value, 6) for value in curve.value))
+        for name, curve in experiment.curves.items()
+    }
+    return replace(experiment, curves=curves)
 
 
 # ---- the file

@@ -243,21 +243,23 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
     fields = list(schema.parameters.values()) if schema is not None else []
     about = fields[int(field)] if int(field) < len(fields) else None
     if about is not None and (code in (5, 14, 15) or (code == 4 and request == Ask.SET)):
-        error = RefusedError(f"{what}: {_about_parameter(int(code), about, low, high)}")
+        error = RefusedError(_about_parameter(int(code), about, low, high), what)
         error.parameter = about.name if code == 5 else ""  # of a relation: the client finds the other parameter
         return error
     if code == 4:
         at = int(field)
         name = SETPOINT_FIELDS[at] if request == Ask.SETPOINT and at < len(SETPOINT_FIELDS) else f"field {at}"
-        return RefusedError(f"{what}: {name}: must be within {low:g} .. {high:g}, the limits in force")
+        return RefusedError(f"{name}: must be within {low:g} .. {high:g}, the limits in force", what)
     if code == 13:
-        return RefusedError(f"{what}: {field} is more than there is room for: at most {high:g}")
+        return RefusedError(f"{field} is more than there is room for: at most {high:g}", what)
     if code == 7:
         state = State(int(field)).name.lower() if field < len(State) else str(field)
-        return RefusedError(f"{what}: the drive refuses that while its state is {state}")
+        return RefusedError(f"the drive refuses that while its state is {state}", what)
     name, text = _REFUSALS.get(int(code), (f"code {code}", "this"))
     kind = ReadOnlyError if code == 8 else RefusedError
-    return kind(f"{what}: the drive refuses {text} ({name})")
+    refused = kind(f"the drive refuses {text} ({name})", what)
+    refused.busy = name == "busy"
+    return refused
 
 
 def _about_parameter(code: int, field: Field, low: float, high: float) -> str:

@@ -50,9 +50,10 @@ def choose_port(given: str | None) -> str:
     if len(found) == 1:
         return found[0].name
     if not found:
-        raise NoDeviceError("--port: no virtual drive and no serial port on USB is there; start `evenspin drive --pty`")
+        why = "no virtual drive and no serial port on USB is there; start `evenspin drive --pty`"
+        raise NoDeviceError(why, "--port")
     names = ", ".join(f"{port.name} ({port.what})" for port in found)
-    raise NoDeviceError(f"--port: {len(found)} drives were found, say which: {names}")
+    raise NoDeviceError(f"{len(found)} drives were found, say which: {names}", "--port")
 
 
 def open_transport(name: str) -> Transport:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from evenspin.bench.client import Drive
 from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesError
-from evenspin.bench.experiments import CURVES, Experiment, ExperimentList
+from evenspin.bench.experiments import ExperimentList
 from evenspin.bench.hand import Hand
 from evenspin.bench.numbers import Mode, State, Trigger
 from evenspin.bench.raw import RawWriter
@@ -29,6 +29,8 @@ from evenspin.bench.stream import Block
 from evenspin.bench.watch import Watch, trip_of
 from evenspin.errors import EvenspinError, InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
+from evenspin.log.controller import FORMAT_CONTROLLER
+from evenspin.log.experiments import CURVES, Experiment
 from evenspin.log.meta import meta_of
 from evenspin.model import Setup
 from evenspin.native import tables
@@ -36,14 +38,8 @@ from evenspin.sim.record import Record
 
 STREAMED = tuple(name for name in LOG_COLUMNS if name not in ("t_s", "load_torque_nm"))
 CAPTURED = ("id_ref_a", "iq_ref_a", "id_a", "iq_a", "ia_a", "ib_a", "vd_v", "vq_v")  # of a locked rotor; 8 fit
-LOG_CONTROLLER = {
-    "method": "pi",
-    "current_controller": "pi",
-    "speed_source": "pll",
-    "speed_inline": "true",
-    "observer_hold": "false",
-    "voltage_limit_v": "0",
-}
+# Beside what the format describes: a drive on a bench may have changed these.
+LOG_CONTROLLER = {**FORMAT_CONTROLLER, "observer_hold": "false", "voltage_limit_v": "0"}
 SETPOINT_S = 0.005  # between two points of a ramp
 SYNC_S = 0.1
 LINE_LOAD = 0.9  # of a serial line, for a stream

@@ -27,8 +27,8 @@ def compare(
 
     Example: `evenspin compare tests/data/foreign_drive/example_clean`
     """
-    from evenspin.compare import GAP_SIGNALS, case_gap
-    from evenspin.compare.gap import GAP_UNITS
+    from evenspin.compare import case_gap
+    from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS
     from evenspin.tableview import TableView, print_table
 
     result = case_gap(case, parse_effects(effect or []))

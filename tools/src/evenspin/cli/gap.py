@@ -63,10 +63,15 @@ def register(parent: typer.Typer) -> None:
 
 @app.command(ONE)
 def case(
-    path: Annotated[Path, typer.Argument(metavar="CASE_DIR|LOG.csv", help="Folder with meta.json, or one log.")],
+    path: Annotated[
+        Path, typer.Argument(metavar="CASE_DIR|LOG", help="Folder with meta.json, or one log of any drive.")
+    ],
     out: OutFolder,
     model: Annotated[
-        str | None, typer.Option(metavar="M", help="LOG.csv only: a model file or built-in model it is held against.")
+        str | None, typer.Option(metavar="M", help="LOG only: a model file or built-in model it is held against.")
+    ] = None,
+    map_file: Annotated[
+        Path | None, typer.Option("--map", metavar="MAP.toml", help="LOG only: how its columns are read.")
     ] = None,
     workers: Workers = None,
     check: Check = False,
@@ -76,15 +81,17 @@ def case(
     """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
 
     DIR gets verdict.json, model.toml, scenario.toml, report.html and the traces before and after. A file instead of a
-    folder is a log of any drive: a torque balance in ampere equivalents.
+    folder is a log of any drive: a torque balance in ampere equivalents. Its columns are found by names and data, as
+    `evenspin log map` does; MAP.toml in DIR says how.
 
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
     _must_exist(path)
     if path.is_file():
-        _balance(path, model, out, as_json, check, force)
+        _balance(path, model, map_file, out, as_json, check, force)
         return
-    _refuse_model(model)
+    _refuse("--model", model)
+    _refuse("--map", map_file)
     result = _investigated(path, out, force, workers, steps=False)
     _tell(result, out, as_json)
     _check(check, result.finding.unknown, result.name)
@@ -228,7 +235,7 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
 
     made = origin(path)
     output = OutputFolder(out, made, force=force)
-    loaded, said = checked_case(path)
+    loaded, messages = checked_case(path)
     from evenspin.gap.folder import write_result, write_steps  # they take a second to load
     from evenspin.gap.result import investigate
     from evenspin.sim.progress import progress_bar
@@ -239,7 +246,7 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
             bar.say(what)
             bar.update(share)
 
-        result = investigate(loaded, workers, tell, said)
+        result = investigate(loaded, workers, tell, messages)
         tell("drawing", 0.97)
         with output as folder:
             write_result(folder, result, made.command)
@@ -263,17 +270,24 @@ def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
         write_json(verdict_json(result), STDOUT)
 
 
-def _balance(path: Path, model: str | None, out: Path, as_json: bool, check: bool, force: bool) -> None:
+def _balance(
+    path: Path, model: str | None, map_file: Path | None, out: Path, as_json: bool, check: bool, force: bool
+) -> None:
+    from evenspin.cli.log import imported_from, is_native, keep, show
     from evenspin.gap.balance import run_balance
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    made = origin(path, model)
+    made = origin(path, model, map_file)
     output = OutputFolder(out, made, force=force)
-    with output as folder, progress_bar("balancing torque", 1.0) as bar:
-        result = run_balance(path, model, folder, bar, made.command)
     screen = console(STDOUT if as_json else None)
+    imported = None if map_file is None and is_native(path) else imported_from(path, map_file)
+    with output as folder, progress_bar("balancing torque", 1.0) as bar:
+        log = path if imported is None else keep(imported, path, folder)
+        result = run_balance(log, model, folder, bar, made.command)
+    if imported is not None:
+        show(imported, screen)
     for view in result.tables:
         print_table(view, screen)
     for sentence in result.summary:
@@ -291,14 +305,14 @@ def _must_exist(path: Path) -> None:
         words = [command.name or "" for command in app.registered_commands if command.name != ONE]
         close = did_you_mean(str(path), words) if str(path).isidentifier() else ""
         hint = close if close.startswith("did you mean") else f"sub-commands are {', '.join(words)}, blind"
-        raise InputError("gap", "CASE_DIR|LOG.csv", str(path), "an existing folder or file", hint)
+        raise InputError("gap", "CASE_DIR|LOG", str(path), "an existing folder or file", hint)
 
 
-def _refuse_model(model: str | None) -> None:
+def _refuse(option: str, value: object) -> None:
     from evenspin.errors import InputError
 
-    if model is not None:
-        raise InputError("gap", "--model", model, "left out for a case folder", "its meta.json is the model")
+    if value is not None:
+        raise InputError("gap", option, value, "left out for a case folder", "its meta.json says it")
 
 
 def _no_model(model: str) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -40,9 +41,9 @@ def make(
 
     Example: `evenspin gap blind make --out out/blind --count 40 --kind single`
     """
+    from evenspin.blind.cases import make_set, plan_cases
+    from evenspin.blind.truth import write_truth
     from evenspin.errors import InputError
-    from evenspin.gap.blind.cases import make_set, plan_cases
-    from evenspin.gap.blind.truth import write_truth
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
 
@@ -83,10 +84,10 @@ def score(
 
     Example: `evenspin gap blind score --truth out/blind_truth.json --results out/verdicts`
     """
+    from evenspin.blind import calibration as calibrating
+    from evenspin.blind import score as scoring
+    from evenspin.blind.truth import read_truth
     from evenspin.errors import CheckFailedError, InputError
-    from evenspin.gap.blind import calibration as calibrating
-    from evenspin.gap.blind import score as scoring
-    from evenspin.gap.blind.truth import read_truth
     from evenspin.output import OutputFile
 
     page = OutputFile(markdown, origin(truth, results), option="--markdown", force=force) if markdown else None
@@ -109,8 +110,8 @@ def score(
 
 
 def _names(effects: str) -> list[str]:
+    from evenspin.blind.vocabulary import EFFECTS, OUTSIDE
     from evenspin.errors import InputError, did_you_mean
-    from evenspin.gap.blind.vocabulary import EFFECTS, OUTSIDE
 
     known = [*EFFECTS, *OUTSIDE]
     names = [name.strip() for name in effects.split(",") if name.strip()]
@@ -122,8 +123,8 @@ def _names(effects: str) -> list[str]:
 
 def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> None:
     """Refuse a choice of names from which the wanted kinds cannot be drawn."""
+    from evenspin.blind.vocabulary import EFFECTS, OUTSIDE, go_together
     from evenspin.errors import InputError
-    from evenspin.gap.blind.vocabulary import EFFECTS, EXCLUSIVE, OUTSIDE
 
     if not names:
         return
@@ -133,14 +134,14 @@ def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> Non
         raise InputError("--effects", "names", effects, "of the vocabulary for singles", hint)
     if counts.get("outside") and not any(name in OUTSIDE for name in names):
         raise InputError("--effects", "names", effects, "outside of the vocabulary for that kind", hint)
-    if counts.get("pair") and (len(within) < 2 or within in EXCLUSIVE):
+    if counts.get("pair") and not any(map(go_together, itertools.combinations(within, 2))):
         raise InputError("--effects", "names", effects, "two or more that go together for pairs", hint)
 
 
 def _counts(kind: str, count: int | None) -> dict[str, int]:
     """How many of each kind."""
+    from evenspin.blind.cases import KINDS, MIX
     from evenspin.errors import InputError
-    from evenspin.gap.blind.cases import KINDS, MIX
 
     if "=" in kind:
         counts = {}
@@ -164,7 +165,7 @@ def _counts(kind: str, count: int | None) -> dict[str, int]:
 
 
 def _json(result: Any) -> dict[str, Any]:
-    from evenspin.gap.blind.score import parameter_table, size_table
+    from evenspin.blind.score import parameter_table, size_table
 
     def number(value: float) -> float | None:
         return None if value != value else value
@@ -198,7 +199,7 @@ def _json(result: Any) -> dict[str, Any]:
 
 
 def _print(result: Any) -> None:
-    from evenspin.gap.blind.score import GOALS, SAYS, parameter_table, percent, size_table
+    from evenspin.blind.score import GOALS, SAYS, parameter_table, percent, size_table
     from evenspin.tableview import TableView, print_table
 
     screen = console()

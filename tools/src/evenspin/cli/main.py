@@ -22,6 +22,7 @@ from evenspin.cli import (
     gap,
     identify,
     lists,
+    log,
     memory,
     pages,
     reproduce,
@@ -53,7 +54,7 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, memory, drive, bench, scope, lists, demo, benchmark, cycles,
+    run, reproduce, design, identify, compare, gap, log, memory, drive, bench, scope, lists, demo, benchmark, cycles,
     doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
@@ -81,14 +82,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads any more: nothing to say
         sys.exit(0)
     except OSError as error:
-        place = f"{error.filename}: " if error.filename else ""
-        fail(f"{place}{error.strerror or error}", 2)
+        place = error.filename or "evenspin"
+        fail(f"{place}: {error.strerror or error}", 2)
     except MemoryError:
-        fail("out of memory: shorten duration_s or lower log_rate_hz", 2)
+        fail("evenspin: out of memory: shorten duration_s or lower log_rate_hz", 2)
     except KeyboardInterrupt:
-        fail("interrupted", 130)
+        fail("evenspin: interrupted", 130)
 
 
 def fail(text: str, status: int) -> None:
-    print(f"evenspin: {one_line(text)}" if ": " not in text else one_line(text), file=sys.stderr)
+    print(one_line(text), file=sys.stderr)
     sys.exit(status)

@@ -9,18 +9,6 @@ from typing import Annotated
 import typer
 
 
-class Method(StrEnum):
-    """Ripple suppression beside the speed controller."""
-
-    PI = "pi"
-    CRC = "crc"
-    FORC = "forc"
-    FAL_FORC = "fal-forc"
-    DOB = "dob"
-    RO = "ro"
-    ARO = "aro"
-
-
 class Numeric(StrEnum):
     """Which build of the firmware."""
 
@@ -28,6 +16,15 @@ class Numeric(StrEnum):
     FIXED = "fixed"
 
 
+# Not an enumeration: the methods stand in the drive's list of parameters, which is read when a command needs it.
+MethodOption = Annotated[
+    str | None,
+    typer.Option(
+        "--method",
+        metavar="METHOD",
+        help="Instead of the method in the file: a choice of the parameter method, see `evenspin parameters`.",
+    ),
+]
 NumericOption = Annotated[Numeric, typer.Option(help="Arithmetic of the firmware: single precision or fixed point.")]
 JsonFlag = Annotated[bool, typer.Option("--json", help="Print JSON on stdout; text for people goes to stderr.")]
 JsonFile = Annotated[

@@ -23,24 +23,6 @@ class Paper(StrEnum):
     YEH2024 = "yeh2024"
 
 
-class Method(StrEnum):
-    """What the papers compare."""
-
-    PI = "pi"
-    CRC = "crc"
-    FORC = "forc"
-    FAL_FORC = "fal-forc"
-    ARO = "aro"
-    ARO_BEYOND = "aro-beyond"
-    RO = "ro"
-    DOB = "dob"
-    PPI = "ppi"
-    SILC = "silc"
-    SRC = "src"
-    RDC = "rdc"
-    RDC_BEYOND = "rdc-beyond"
-
-
 class Numerics(StrEnum):
     FLOAT = "float"
     FIXED = "fixed"
@@ -65,7 +47,9 @@ def reproduce(
             "yeh2024: position control P-PI, SILC, SRC, RDC."
         ),
     ],
-    method: Annotated[list[Method] | None, typer.Option(help="Only these methods; may be repeated.")] = None,
+    method: Annotated[
+        list[str] | None, typer.Option(metavar="METHOD", help="Only these methods of the paper; may be repeated.")
+    ] = None,
     set_: Annotated[
         list[Set] | None,
         typer.Option("--set", help="guo2024: only these scenarios, 150-295, 300-488 or 900-1200 rpm; may be repeated."),
@@ -103,7 +87,7 @@ def reproduce(
 
 
 def _guo2024(
-    method: Sequence[Method] | None, set_: Sequence[Set] | None, builds: Sequence[str], json_file: str | None
+    method: Sequence[str] | None, set_: Sequence[Set] | None, builds: Sequence[str], json_file: str | None
 ) -> None:
     from evenspin.reproduce.guo2024 import METHODS, SETS
     from evenspin.reproduce.guo2024 import reproduce as run_all
@@ -130,7 +114,7 @@ def _guo2024(
 
 
 def _tang2020(
-    method: Sequence[Method] | None,
+    method: Sequence[str] | None,
     builds: Sequence[str],
     sweep: bool,
     out: Path | None,
@@ -173,7 +157,7 @@ def _tang2020(
 
 
 def _yeh2024(
-    method: Sequence[Method] | None, builds: Sequence[str], out: Path | None, force: bool, json_file: str | None
+    method: Sequence[str] | None, builds: Sequence[str], out: Path | None, force: bool, json_file: str | None
 ) -> None:
     from evenspin.log.case import write_json as write_file
     from evenspin.output import OutputFolder
@@ -209,13 +193,13 @@ def _yeh2024(
     _judge([check for result in results for check in result.checks])
 
 
-def _chosen(given: Sequence[Method] | None, known: Sequence[str]) -> list[str]:
+def _chosen(given: Sequence[str] | None, known: Sequence[str]) -> list[str]:
     """The methods of this paper that were asked for, in its order."""
     from evenspin.errors import InputError, did_you_mean
 
     for each in given or ():
         if each not in known:
-            raise InputError("reproduce", "--method", each.value, "a method of this paper", did_you_mean(each, known))
+            raise InputError("reproduce", "--method", each, "a method of this paper", did_you_mean(each, known))
     return [each for each in known if not given or each in given]
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from evenspin.cli.options import Force, JsonFlag, Method, Numeric, NumericOption, OutFolder
+from evenspin.cli.options import Force, JsonFlag, MethodOption, Numeric, NumericOption, OutFolder
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
 
@@ -22,7 +22,7 @@ def register(app: typer.Typer) -> None:
 def run(
     scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file .toml, or a built-in scenario.")],
     out: OutFolder,
-    method: Annotated[Method | None, typer.Option(help="Instead of the method in the file.")] = None,
+    method: MethodOption = None,
     numeric: NumericOption = Numeric.FLOAT,
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Instead of the seed in the file.")] = None,
     memory: Annotated[
@@ -47,7 +47,6 @@ def run(
     """
     from evenspin.errors import NativeError
     from evenspin.memory import write_table
-    from evenspin.native import tables
     from evenspin.output import OutputFile, OutputFolder
     from evenspin.run import assumed, run_signals, segment_table, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
@@ -56,7 +55,7 @@ def run(
     from evenspin.tableview import print_table
 
     loaded = _load(scenario)
-    drive = {} if method is None else {"method": tables().params["method"].to_number(method.value)}
+    drive = {} if method is None else {"method": _method(method)}
     drive |= {"observer_hold": 1.0} if freeze_learning else {}
     setup = loaded.with_changes(drive, seed)
     known = table_for(setup, memory) if memory is not None else None
@@ -98,6 +97,16 @@ def run(
         write_json(summary, STDOUT)
     if outcome["result"] != "ran":
         raise typer.Exit(1)
+
+
+def _method(word: str) -> float:
+    from evenspin.errors import InputError, did_you_mean
+    from evenspin.native import tables
+
+    field = tables().params["method"]
+    if word not in field.choices:
+        raise InputError("run", "--method", word, field.allowed(), did_you_mean(word, field.choices))
+    return field.to_number(word)
 
 
 def _load(name: str) -> Scenario:

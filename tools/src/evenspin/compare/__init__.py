@@ -1,17 +1,6 @@
 """Hold a log against the simulator: the same drive re-simulated from the log's references alone."""
 
-from evenspin.compare.gap import GAP_SIGNALS, CaseGap, RecordGap, case_gap, record_gap
-from evenspin.compare.resimulate import LOCKED, VALIDATION, Replay, Unit, resimulate
+from evenspin.compare.gap import CaseGap, case_gap, record_gap
+from evenspin.compare.resimulate import Replay, resimulate
 
-__all__ = [
-    "GAP_SIGNALS",
-    "LOCKED",
-    "VALIDATION",
-    "CaseGap",
-    "RecordGap",
-    "Replay",
-    "Unit",
-    "case_gap",
-    "record_gap",
-    "resimulate",
-]
+__all__ = ["CaseGap", "Replay", "case_gap", "record_gap", "resimulate"]

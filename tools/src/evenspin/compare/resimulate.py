@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,30 +13,19 @@ from numpy.typing import NDArray
 from evenspin.compare.load import reading_noise, steady_load
 from evenspin.errors import InputError, NativeError
 from evenspin.log.case import META
+from evenspin.log.controller import NO_LIMIT
+from evenspin.log.experiments import LOCKED
 from evenspin.log.meta_numbers import HINT, MetaNumbers
+from evenspin.log.nominal import Nominal
+from evenspin.log.unit import Effects, Unit
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 from evenspin.sim.record import Record
 
-VALIDATION = ("validation", "validation_steps")
-LOCKED = ("standstill_steps", "validation_steps")  # rotor held, current mode
-NO_LIMIT = 1e3  # protection of a drive that is only re-simulated: out of the way
-MACHINE = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
 RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
 
-Effects = Mapping[str, Mapping[str, float]]
 _Inputs = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
-
-
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """One machine of the kind: what it adds to the nominal one, and the chances of one recording."""
-
-    effects: Effects = field(default_factory=dict)
-    factors: Mapping[str, float] = field(default_factory=dict)  # of the numbers of the machine model
-    noise_seed: int | None = None  # None: no noise
-    count_part: float = 0.5  # true start angle over the encoder's reading, in counts, 0..1
 
 
 class Replay:
@@ -52,12 +40,8 @@ class Replay:
         self.t_s = record["t_s"] - record["t_s"][0]
         pwm_hz = numbers.number("pwm_hz")
         self.decimate = max(1, round(pwm_hz * float(np.median(np.diff(record["t_s"])))))
-        self.counts_per_rev = numbers.number("encoder", "counts_per_rev")
         self._start_rad = float(record["theta_m_rad"][0])
-        self.current_noise_a = numbers.number("current_noise_a")
-        self.machine = {key: numbers.number("motor", key) for key in MACHINE}
-        self.setup = {key: numbers.number(key) for key in ("dc_link_v", "pwm_hz", "current_lsb_a")}
-        self.drive = _drive(numbers, self.counts_per_rev)
+        self.nominal = Nominal.of(numbers)
         self._inputs = self._references(record)
 
     def run(self, signals: tuple[str, ...], unit: Unit = Unit()) -> NDArray[np.float64]:  # noqa: B008 (frozen)
@@ -94,22 +78,23 @@ class Replay:
         return inputs
 
     def _configure(self, simulation: Simulation, unit: Unit) -> None:
-        for key, value in self.machine.items():
+        for key, value in self.nominal.machine.items():
             simulation.set_model(key, value * unit.factors.get(key, 1.0))
-        for key, value in self.setup.items():
+        for key, value in self.nominal.supply.items():
             simulation.set_model(key, value)
-        simulation.set_model("counts_per_rev", self.counts_per_rev)
+        counts_per_rev = self.nominal.counts_per_rev
+        simulation.set_model("counts_per_rev", counts_per_rev)
         simulation.set_model("current_range_a", NO_LIMIT)
         simulation.set_model("rotor_locked", float(self.locked))
         # the encoder cuts to whole counts: the true start angle is half a count larger on average
-        part = unit.count_part * 2.0 * math.pi / self.counts_per_rev if self.counts_per_rev > 0.0 else 0.0
+        part = unit.count_part * 2.0 * math.pi / counts_per_rev if counts_per_rev > 0.0 else 0.0
         simulation.set_model("initial_angle_rad", self._true_start_rad(self._start_rad + part, unit.effects))
         inputs = self._inputs
         if unit.noise_seed is not None:
-            simulation.set_model("current_noise_a", self.current_noise_a)
+            simulation.set_model("current_noise_a", self.nominal.current_noise_a)
             simulation.set_seed(unit.noise_seed)
             inputs = self._with_load_noise(unit.noise_seed)
-        for key, value in self.drive.items():
+        for key, value in self.nominal.drive.items():
             simulation.set_param(key, value)
         for effect, params in unit.effects.items():
             for param, value in params.items():
@@ -125,7 +110,7 @@ class Replay:
         for _ in range(START_PASSES if errors else 0):
             probe = Simulation("float")
             probe.set_model("counts_per_rev", 0.0)
-            probe.set_model("pole_pairs", self.machine["pole_pairs"])
+            probe.set_model("pole_pairs", self.nominal.machine["pole_pairs"])
             probe.set_model("rotor_locked", 1.0)
             probe.set_model("initial_angle_rad", true)
             for effect, params in errors.items():
@@ -155,32 +140,3 @@ def resimulate(
 ) -> NDArray[np.float64]:
     """One row per row of the record. `effects`: what the model adds to the nominal machine. `folder` names errors."""
     return Replay(folder, meta, name, record).run(signals, Unit(effects or {}))
-
-
-def _drive(meta: MetaNumbers, counts: float) -> dict[str, float]:
-    """The controller that the format describes, with the numbers of this drive."""
-    return {
-        "pole_pairs": meta.number("motor", "pole_pairs"),
-        "encoder_counts": counts if counts > 0.0 else 65536.0,
-        "current_kp_v_per_a": meta.number("current_loop", "kp_v_per_a"),
-        "current_ki_v_per_as": meta.number("current_loop", "ki_v_per_as"),
-        "voltage_limit_v": meta.voltage_limit_v(),
-        "angle_advance_periods": meta.number("current_loop", "angle_advance_periods"),
-        "speed_source": 0.0,
-        "pll_kp_per_s": meta.number("speed_filter", "kp"),
-        "pll_ki_per_s2": meta.number("speed_filter", "ki"),
-        "speed_divider": round(meta.number("speed_loop", "ts_s") * meta.number("pwm_hz")),
-        "speed_inline": 1.0,
-        "speed_error_gain": 1.0,
-        "speed_kp_a_per_unit": meta.number("speed_loop", "kp_a_per_rad_s"),
-        "speed_ki_a_per_unit_s": meta.number("speed_loop", "ki_a_per_rad"),
-        "iq_limit_a": meta.number("speed_loop", "iq_limit_a"),
-        "id_limit_a": NO_LIMIT,
-        "over_current_a": NO_LIMIT,
-        "over_voltage_v": NO_LIMIT,
-        "under_voltage_v": 0.0,
-        "over_speed_rad_s": 2000.0,
-        "offset_calibration_periods": 0.0,
-        "align_periods": 0.0,
-        "auto_run": 1.0,
-    }

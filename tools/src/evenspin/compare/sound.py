@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.compare.resimulate import LOCKED, Replay
+from evenspin.compare.resimulate import Replay
 from evenspin.errors import InputError
 from evenspin.log.case import META, Case
 from evenspin.log.columns import LOG_COLUMNS
+from evenspin.log.experiments import ALWAYS_LOADED, LOCKED
 from evenspin.log.meta_numbers import MetaNumbers
 from evenspin.plausible.currents import check_currents, wrong_pole_pairs
 from evenspin.plausible.dead import dead_record, unusable_columns
@@ -27,7 +28,6 @@ WILD = 3.0  # times the limit: a drive with such a current has lost control, and
 NOT_SPEEDS = ("speed_ref_rad_s", "id_a", "iq_a", "vd_v", "vq_v", "iq_ref_a", "load_torque_nm")
 OPTIONAL = ("vdc_v", "load_torque_nm")  # nan in every row where they were not measured
 NEEDED = tuple(name for name in LOG_COLUMNS if name not in OPTIONAL)
-ALWAYS_LOADED = ("staircase_load",)
 
 
 def drive_of(path: Path, meta: Mapping[str, Any]) -> Drive:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from evenspin.cycles.costs import ISR_FRAME
-from evenspin.cycles.measure import Result
+from evenspin.cycles.measure import PLAIN_CONTROLLER, Result
 from evenspin.errors import MISSING, InputError, did_you_mean
 from evenspin.log import read_csv
 from evenspin.sim import Record
@@ -136,7 +136,8 @@ def variant_of(drive: Mapping[str, Any], position: bool) -> str:
         name += " angle"
     if name == "aro" and drive["aro_read"] == "cubic":
         name += " extended"
-    return f"{name} deadbeat" if drive["current_controller"] == "deadbeat" else name
+    controller = str(drive["current_controller"])
+    return name if controller == PLAIN_CONTROLLER else f"{name} {controller}"
 
 
 def variant_beside(log: Path) -> str | None:

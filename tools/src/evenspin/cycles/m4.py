@@ -60,8 +60,9 @@ def build(root: Path, work: Path) -> Path:
         call(COMPILER, *OPTIONS, *include, "-c", source, "-o", done)
         return done
 
+    more = (root / "firmware/link/crc.c", root / "tests/target/m4/target.c")
     with ThreadPoolExecutor(os.cpu_count() or 2) as pool:
-        objects = list(pool.map(compiled, [*code_sources(root), root / "tests/target/m4/target.c"]))
+        objects = list(pool.map(compiled, [*code_sources(root), *more]))
     driver = work / "driver.m4.o"
     # main among the other functions, not in a section of its own
     apart = ("-fno-reorder-functions", "-DCOUNT_INSTRUCTIONS")

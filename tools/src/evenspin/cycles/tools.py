@@ -26,7 +26,8 @@ def include_options(root: Path) -> list[str]:
 
 def code_sources(root: Path) -> list[Path]:
     """What runs on the chip but for the port, and what its headers define inline as functions of their own."""
-    own = sorted((root / "control").glob("*/*.c")) + sorted((root / "firmware/app").glob("*.c"))
+    folders = ("control/*", "firmware/app", "firmware/storage")
+    own = [source for folder in folders for source in sorted(root.glob(f"{folder}/*.c"))]
     return [*own, root / "tests/target/cycles/inlined.c"]
 
 

@@ -37,6 +37,7 @@ POSITIVE_PLANT = ("resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "p
 POSITIVE_DRIVE = ("speed_kp_a_per_unit", "speed_error_gain")
 STATES = ("xd", "xq", "cd", "cq", "x", "edge_before")  # that a drive may not have
 ANGLES = ("ahead", "pll_th", "theta_before", "edge_before")
+CONTROLLERS = ("pi", "deadbeat")  # of the currents, that this file has equations for
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,11 @@ class _Walk:
         self.ts_s = 1.0 / self.plant["pwm_hz"]
         self.divider = int(self.drive["speed_divider"])
         self.source = params["speed_source"].to_text(self.drive["speed_source"])
-        self.deadbeat = params["current_controller"].to_text(self.drive["current_controller"]) == "deadbeat"
+        controller = params["current_controller"].to_text(self.drive["current_controller"])
+        if controller not in CONTROLLERS:
+            must = f"{' or '.join(CONTROLLERS)}: there is no model of another one here"
+            raise InputError("design rc", "current_controller", controller, must, "choose one of them in [drive]")
+        self.deadbeat = controller == "deadbeat"
         self.inline = self.drive["speed_inline"] > 0.0
         self.taps = np.zeros(1)
         if self.source == "fir":

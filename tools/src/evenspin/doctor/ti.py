@@ -14,7 +14,15 @@ COMPILER_LEAST = "22.6"
 COMPILER_FOR = "compiles for the F28379D"
 LIBRARY_FOR = "driverlib, on which the port stands"
 GET_COMPILER = "install TI C2000 code generation tools (ti.com, free) and set C2000ROOT to the folder with bin/cl2000"
-GET_LIBRARY = "install C2000Ware (ti.com, free) and set C2000WARE_ROOT to the folder with driverlib/f2837xd"
+GET_LIBRARY = (
+    "install C2000Ware 5.00 or newer (ti.com, free) and set C2000WARE_ROOT to the folder with driverlib/f2837xd"
+)
+LIBRARY_LEAST = "5.00"
+# Names that the port uses and that came with that version; hal/f28379d/CMakeLists.txt asks for the same.
+MODULES = Path("driverlib/f2837xd/driverlib")
+NEW_NAMES = {"spi.h": "SPI_MODE_CONTROLLER", "gpio.h": "GPIO_setControllerCore"}
+# In the installer of C2000Ware, not in the clone of its core SDK; hal/f28379d/CMakeLists.txt builds without it, too.
+FLASH_API = "libraries/flash_api/f2837xd/lib/F021_API_F2837xD_FPU32_EABI.lib"
 HEADERS = ("device_support/f2837xd/common/include/driverlib.h", "driverlib/f2837xd/driverlib/sysctl.h")
 
 
@@ -57,7 +65,14 @@ def check_library() -> Finding:
     for header in HEADERS:
         if not Path(root, header).is_file():
             return finding(State.BROKEN, f"{root}: no {header}", "install C2000Ware again, with device_support")
+    for name, word in NEW_NAMES.items():
+        path = Path(root) / MODULES / name
+        if not path.is_file() or word not in path.read_text(encoding="utf-8", errors="replace"):
+            found = f"{path}: no {word}, which came with {LIBRARY_LEAST}"
+            return finding(State.OLD, found, f"install C2000Ware {LIBRARY_LEAST} or newer")
     if not any("Release" in path.parts for path in device.glob("**/*driverlib_eabi.lib")):
         step = "build driverlib with its project in ccs/, configuration Release (EABI)"
         return finding(State.BROKEN, f"{device}: no Release/driverlib_eabi.lib", step)
+    if not Path(root, FLASH_API).is_file():
+        return finding(State.OK, f"{device}; no {FLASH_API}: the drive will store neither parameters nor tables")
     return finding(State.OK, str(device))

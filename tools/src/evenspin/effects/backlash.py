@@ -17,7 +17,7 @@ def hypothesis(scale: Scale) -> Hypothesis:
             Coordinate("log_odds", 0.15, -3.0, 3.0, 0.8),
             Coordinate("log_f_res", 0.2, log(20.0), log(900.0), 0.7),
             Coordinate("log_damping", 0.5, log(0.002), log(0.9), 0.8),
-            Coordinate("load_friction_share", 0.3, 0.0, 1.0, 0.35, wildest=0.0),
+            Coordinate("load_friction_share", 0.3, 0.0, 1.0, 0.35, least_repeatable=0.0),
         ),
         lambda z: {
             "gap_rad": exp(float(z[0])),

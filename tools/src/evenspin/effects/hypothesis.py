@@ -29,7 +29,9 @@ class Coordinate:
     low: float = -math.inf
     high: float = math.inf
     spread: float = 0.0  # half the pitch of the grid of starts, for effects that are not linear
-    wildest: float | None = None  # where the logs of an effect repeat least, if that depends on this coordinate
+    least_repeatable: float | None = (
+        None  # where the logs of an effect repeat least, if that depends on this coordinate
+    )
     beside: int | None = None  # probed beside this coordinate, to which it is relative
 
 
@@ -47,12 +49,14 @@ class Hypothesis:
 
     @property
     def is_shaft(self) -> bool:
-        """There is one shaft: two of these are not looked for together."""
+        """There is one shaft: two of these are not searched together."""
         return tables().effects[self.name].acts_on == "shaft"
 
-    def as_wild_as_can_be(self, z: Array) -> Array:
-        """Where its logs repeat least: there what does not repeat is known to be noise."""
-        least = [x if c.wildest is None else c.wildest for x, c in zip(z, self.coordinates, strict=True)]
+    def least_repeatable(self, z: Array) -> Array:
+        """The point where its logs repeat least: there what does not repeat is known to be noise."""
+        least = [
+            x if c.least_repeatable is None else c.least_repeatable for x, c in zip(z, self.coordinates, strict=True)
+        ]
         return np.array(least, dtype=np.float64)
 
     def clip(self, z: Array) -> Array:

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from evenspin.effects import Hypothesis
-from evenspin.gap.candidate import Lead, Model
-from evenspin.gap.thresholds import (
+from evenspin.gap.candidate import Candidate, Model
+from evenspin.gap.thresholds_effects import (
     DECISIVE_SHARE,
     EXCESS_SHARE,
     EXCESS_SIGMAS,
@@ -24,12 +24,12 @@ from evenspin.gap.thresholds import (
     UNKNOWN_SHARE,
     WEAK_GAIN,
 )
-from evenspin.gap.tolerance import TOLERANCE_EFFECTS
+from evenspin.log.tolerance import TOLERANCE_EFFECTS
 
 
 @dataclass(frozen=True, slots=True)
-class Floor:
-    """Cost that a right model has: over healthy units, simulated."""
+class ExpectedCost:
+    """The cost expected of a correct model: over simulated healthy units."""
 
     mean: float
     sigma: float
@@ -62,27 +62,27 @@ class Acceptance:
         """Every effect is larger than what tolerance and format call no effect."""
         return all(self.library[name].magnitude(z) > 1.0 for name, z in model.z.items())
 
-    def promises(self, lead: Lead, model: Model, floor: Floor) -> bool:
+    def promises(self, candidate: Candidate, model: Model, expected: ExpectedCost) -> bool:
         """Worth a refinement: while nothing explains the log almost anything is, afterwards only what may be named."""
-        if floor.is_significant(model.cost):
-            return lead.gain > PROMISE_UNEXPLAINED * GAIN_MIN
+        if expected.is_significant(model.cost):
+            return candidate.gain > PROMISE_UNEXPLAINED * GAIN_MIN
         large = all(
             self.library[name].magnitude(z) > (PROMISE_SIZE_TOLERANCE if name in self.tolerated else PROMISE_SIZE)
-            for name, z in lead.z.items()
+            for name, z in candidate.z.items()
         )
-        return large and lead.gain > PROMISE_EXPLAINED * self.least_gain(set(lead.z) - set(model.z))
+        return large and candidate.gain > PROMISE_EXPLAINED * self.least_gain(set(candidate.z) - set(model.z))
 
-    def earns(self, without: Model, with_it: Model, floor: Floor) -> bool:
+    def earns(self, without: Model, with_it: Model, expected: ExpectedCost) -> bool:
         """What is new explains enough of what was left, and is large enough."""
         least = self.least_gain(set(with_it.z) - set(without.z))
         if least == GAIN_MIN:
-            least = max(least, SHARE_MIN * floor.excess(without.cost))
+            least = max(least, SHARE_MIN * expected.excess(without.cost))
         return without.cost - with_it.cost > least and self.all_large(with_it)
 
-    def is_decisive(self, without: Model, with_it: Model, floor: Floor) -> bool:
+    def is_decisive(self, without: Model, with_it: Model, expected: ExpectedCost) -> bool:
         """What takes most of an excess away needs no validation record: where a loop rings, none could confirm it."""
         gain = without.cost - with_it.cost
-        return floor.is_significant(without.cost) and gain > DECISIVE_SHARE * floor.excess(without.cost)
+        return expected.is_significant(without.cost) and gain > DECISIVE_SHARE * expected.excess(without.cost)
 
     def is_remainder(self, without: Model, with_it: Model, explained: float) -> bool:
         """What is new is no more than what the imperfect model of a large effect leaves; `explained`: its gain."""
@@ -93,23 +93,23 @@ class Acceptance:
         more = set(model.z) - set(without.z)
         return all(name in self.tolerated and self.library[name].magnitude(model.z[name]) > FAR_OFF for name in more)
 
-    def needs_second_look(self, name: str, gain: float) -> bool:
+    def needs_recheck(self, name: str, gain: float) -> bool:
         """The gain is enough, but so small that a search may have picked it by chance."""
         return self.least_gain({name}) <= gain <= WEAK_GAIN and name not in self.tolerated
 
     def holds(self, name: str, gain: float) -> bool:
         return gain >= self.least_gain({name})
 
-    def holds_at_second_look(self, name: str, gain: float) -> bool:
+    def holds_on_recheck(self, name: str, gain: float) -> bool:
         """`gain`: in simulations that no fit has seen."""
         return gain > SECOND_SHARE * self.least_gain({name})
 
-    def simpler(self, model: Model) -> list[Lead]:
-        """Leads without the part of an effect that makes it another one: a twisting shaft without its backlash."""
+    def simpler(self, model: Model) -> list[Candidate]:
+        """Candidates without the part of an effect that makes it another one: a twisting shaft without its backlash."""
         out = []
         for name, z in model.z.items():
             twin = self.library[name].simpler
             if twin is not None and twin[0] in self.library:
                 rest = {other: x for other, x in model.z.items() if other != name}
-                out.append(Lead({**rest, twin[0]: z[list(twin[1])]}, 0.0))
+                out.append(Candidate({**rest, twin[0]: z[list(twin[1])]}, 0.0))
         return out

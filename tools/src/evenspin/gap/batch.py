@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
@@ -14,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from evenspin.errors import EvenspinError, InputError, one_line
-from evenspin.gap.verdict import VERDICT
 from evenspin.log.case import META
 from evenspin.output import Origin, OutputFolder
 from evenspin.tableview import TableView
@@ -70,19 +68,20 @@ def solve(job: Job) -> dict[str, Any]:
     from evenspin.gap.check import checked_case
     from evenspin.gap.folder import write_result
     from evenspin.gap.result import investigate
+    from evenspin.gap.verdict import verdict_json
 
     if _stopped:
         return {"case": job.name, "error": "interrupted"}
     try:
         output = OutputFolder(job.out, job.origin, force=job.force)
-        case, said = checked_case(job.case)
-        result = investigate(case, 1, warnings=said)
+        case, messages = checked_case(job.case)
+        result = investigate(case, 1, warnings=messages)
+        content = verdict_json(result)
         with output as folder:
             write_result(folder, result, f"evenspin gap {job.case}")
-        content = json.loads((job.out / VERDICT).read_text(encoding="utf-8"))
     except EvenspinError as error:
         return {"case": job.name, "error": str(error)}
-    except Exception as error:  # a case must not end the others; what happened is told
+    except Exception as error:  # a case must not end the others; what happened is in its line
         return {"case": job.name, "error": one_line(f"{type(error).__name__}: {error}")}
     return {"case": job.name, **{key: content[key] for key in KEYS}, "seconds": content["details"]["seconds"]}
 

@@ -40,7 +40,7 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True)
-class Lead:
+class Candidate:
     """A starting point worth refining: effects with their coordinates, and the gain that a linear fit expects."""
 
     z: Z

@@ -1,4 +1,4 @@
-"""What the log says against a model: residuals in units of their noise, and what a sound unit may add to them."""
+"""What the log says against a model: residuals in units of their noise, and what a healthy unit may add to them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.forward import Forward
-from evenspin.gap.tolerance import SIGMA, prior_of, unit_of
+from evenspin.gap.thresholds_evidence import OUTLIER_SIGMAS, SIMULATOR_RANGE_SHARE, SIMULATOR_SHARE
+from evenspin.log.tolerance import SIGMA, prior_of, unit_of
 
 Array = NDArray[np.float64]
 Effects = dict[str, dict[str, float]]
 REPEATS = 16  # simulated units behind the noise level
 POOL = 4.0  # weight, in repeats, of a feature group's common level in the level of one feature
-MODEL_SHARE = 0.003  # of the change within a bin group: two honest simulators differ by about that
-SOFT = 6.0  # residuals beyond so many sigmas count with the logarithm (Cauchy)
 PASSES = 6  # of reweighting
 PROBES = ((11, 0.25), (12, 0.75))  # noise seed and start angle in a count of the simulations behind a model
 
@@ -31,7 +30,7 @@ class Noise:
 
 
 def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = None, seed: int = 5) -> Noise:
-    """Spread of the features over sound units, noise and start angles within a count, pooled over like features.
+    """Spread of the features over healthy units, noise and start angles within a count, pooled over like features.
 
     What a unit's deviations add in proportion is left out (`nuisance`, see nuisance_columns): the fit finds that. What
     stays is noise and what does not follow in proportion, such as an encoder's rounding that locks in at some speeds.
@@ -42,33 +41,33 @@ def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = Non
     runs = np.array(forward.many(units)) - deltas @ nuisance.T
     variance = runs.var(axis=0, ddof=1)
     members: dict[tuple[str, str, str], list[int]] = defaultdict(list)
-    for i, label in enumerate(forward.labels):
-        members[label[:3]].append(i)
+    for i, key in enumerate(forward.keys):
+        members[key.group].append(i)
     names = tuple(members)
-    group = np.empty(len(forward.labels), dtype=np.int64)
-    sigma = np.empty(len(forward.labels))
-    floor = _model_floor(forward, runs.mean(axis=0))
+    group = np.empty(len(forward.keys), dtype=np.int64)
+    sigma = np.empty(len(forward.keys))
+    spread = _simulator_spread(forward, runs.mean(axis=0))
     for index, name in enumerate(names):
         rows = members[name]
         group[rows] = index
         common = float(np.mean(variance[rows]) + np.median(variance[rows])) / 2.0
         sigma[rows] = np.sqrt(((REPEATS - 1.0) * variance[rows] + POOL * common) / (REPEATS - 1.0 + POOL))
     used = sigma > 0.0
-    return Noise(np.sqrt(sigma**2 + floor**2), used, group, names)
+    return Noise(np.sqrt(sigma**2 + spread**2), used, group, names)
 
 
-def _model_floor(forward: Forward, mean: Array) -> Array:
+def _simulator_spread(forward: Forward, mean: Array) -> Array:
     """A share of how much a signal changes among neighbouring bins: there small differences show large."""
-    floor = np.zeros(len(mean))
-    runs: dict[tuple[str, str, str], list[int]] = defaultdict(list)
-    for i, (record, signal, kind, detail) in enumerate(forward.labels):
-        if kind in ("step", "ramp", "coast"):
-            runs[(record, signal, detail.split(":")[0])].append(i)
+    spread = np.zeros(len(mean))
+    runs: dict[tuple[str, str, int], list[int]] = defaultdict(list)
+    for i, key in enumerate(forward.keys):
+        if key.bin is not None:
+            runs[(key.record, key.signal, key.block)].append(i)
     for rows in runs.values():
         x = mean[rows]
         change = np.abs(np.gradient(x)) if len(x) > 1 else np.zeros(len(x))
-        floor[rows] = MODEL_SHARE * (change + 0.05 * float(np.ptp(x)))
-    return floor
+        spread[rows] = SIMULATOR_SHARE * (change + SIMULATOR_RANGE_SHARE * float(np.ptp(x)))
+    return spread
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +104,7 @@ class Judge:
         prior[: len(SIGMA)] = prior_of(known)
         x = np.zeros(a.shape[1])
         for _ in range(PASSES):
-            w = 1.0 / (1.0 + ((r - a @ x) / SOFT) ** 2)
+            w = 1.0 / (1.0 + ((r - a @ x) / OUTLIER_SIGMAS) ** 2)
             normal = (a * w[:, None]).T @ a + np.diag(prior)
             diagonal = np.diag(normal).copy()
             diagonal[: len(SIGMA)] *= 1e-10
@@ -118,7 +117,7 @@ class Judge:
 
 
 def robust_cost(whitened: Array) -> float:
-    return float(np.sum(SOFT**2 * np.log1p((whitened / SOFT) ** 2)))
+    return float(np.sum(OUTLIER_SIGMAS**2 * np.log1p((whitened / OUTLIER_SIGMAS) ** 2)))
 
 
 def model_features(forward: Forward, units: Sequence[Effects], probes: int = len(PROBES)) -> list[Array]:

@@ -9,29 +9,54 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.gap.layout import Bins, Layout, Stretch
+from evenspin.gap.thresholds_evidence import COAST_ORDER_MAX, ORDER_CYCLES
 
 SIGNALS = ("speed_rad_s", "id_a", "iq_a", "vd_v", "vq_v")
-Label = tuple[str, str, str, str]  # record, signal, kind, detail
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureKey:
+    """What one feature is about."""
+
+    record: str
+    signal: str
+    kind: str  # "mean", "trend", "curve" or "order" of a stretch; "step", "ramp" or "coast": a bin
+    block: int  # which of the layout's steady stretches, or of its runs of bins
+    coasting: bool = False  # the stretch
+    order: float | None = None  # mechanical
+    part: str = ""  # "cos" or "sin" of the order
+    bin: int | None = None  # of the run of bins
+
+    @property
+    def group(self) -> tuple[str, str, str]:
+        """Features that have a noise level in common."""
+        return self.record, self.signal, self.kind
+
+    def __str__(self) -> str:
+        if self.bin is not None:
+            return f"{self.record} {self.signal} {self.kind}{self.block}:{self.bin}"
+        what = self.kind if self.order is None else f"{self.part}{self.order:g}"
+        return f"{self.record} {self.signal} {'coast' if self.coasting else 'steady'}{self.block}:{what}"
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureSet:
-    """What one record is boiled down to, always in the same order."""
+    """What one record is reduced to, always in the same order."""
 
     layout: Layout
     orders: tuple[float, ...]
     rate_hz: float
 
-    def labels(self) -> list[Label]:
+    def keys(self) -> list[FeatureKey]:
+        """One a value, in their order."""
         record = self.layout.record
-        out: list[Label] = []
-        for i, stretch in enumerate(self.layout.steady):
-            where = f"{'coast' if stretch.coasting else 'steady'}{i}"
-            names = self._columns(stretch)
-            out += [(record, signal, _kind(name), f"{where}:{name}") for name in names for signal in SIGNALS]
+        out: list[FeatureKey] = []
+        for i, s in enumerate(self.layout.steady):
+            for kind, order, part in self._columns(s):
+                out += [FeatureKey(record, signal, kind, i, s.coasting, order, part) for signal in SIGNALS]
         for i, bins in enumerate(self.layout.bins):
             for k in range(len(bins.edges) - 1):
-                out += [(record, signal, bins.kind, f"{bins.kind}{i}:{k}") for signal in SIGNALS]
+                out += [FeatureKey(record, signal, bins.kind, i, bin=k) for signal in SIGNALS]
         return out
 
     def values(self, theta_m_rad: NDArray[np.float64], signals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -40,20 +65,23 @@ class FeatureSet:
         parts += [_bin_means(bins, signals) for bins in self.layout.bins]
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def _columns(self, stretch: Stretch) -> list[str]:
-        base = ["mean", "trend", "curve"] if stretch.coasting else ["mean", "trend"]
-        return base + [f"{part}{k:g}" for k in self._visible(stretch) for part in ("cos", "sin")]
+    def _columns(self, stretch: Stretch) -> list[tuple[str, float | None, str]]:
+        """Kind, order and part of each column of the fit to a stretch."""
+        shape = ("mean", "trend", "curve") if stretch.coasting else ("mean", "trend")
+        return [(kind, None, "") for kind in shape] + [
+            ("order", k, part) for k in self._visible(stretch) for part in ("cos", "sin")
+        ]
 
     def _visible(self, stretch: Stretch) -> list[float]:
         """Orders that can be told from one another, from a trend, and from their own mirror image in this stretch."""
         if stretch.coasting:
-            return [k for k in self.orders if k <= 2.0]
+            return [k for k in self.orders if k <= COAST_ORDER_MAX]
         turns = abs(stretch.speed_rad_s) * (stretch.end - stretch.start) / self.rate_hz / (2.0 * math.pi)
         chosen: list[float] = []
         for k in self.orders:
             cycles = _folded(k * turns, (stretch.end - stretch.start) / 2.0)
-            if cycles >= 0.8 and all(
-                abs(cycles - _folded(c * turns, (stretch.end - stretch.start) / 2.0)) >= 0.8 for c in chosen
+            if cycles >= ORDER_CYCLES and all(
+                abs(cycles - _folded(c * turns, (stretch.end - stretch.start) / 2.0)) >= ORDER_CYCLES for c in chosen
             ):
                 chosen.append(k)
         return chosen
@@ -73,10 +101,6 @@ class FeatureSet:
 def _folded(cycles: float, nyquist: float) -> float:
     rest = cycles % (2.0 * nyquist)
     return min(rest, 2.0 * nyquist - rest)
-
-
-def _kind(name: str) -> str:
-    return "order" if name.startswith(("cos", "sin")) else name
 
 
 def _bin_means(bins: Bins, signals: NDArray[np.float64]) -> NDArray[np.float64]:

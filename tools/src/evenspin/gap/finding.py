@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from evenspin.gap.acceptance import Floor
+from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.leftover import Line
-from evenspin.gap.thresholds import ALTERNATIVE_COST
+from evenspin.gap.thresholds_effects import ALTERNATIVE_COST
+from evenspin.gap.thresholds_evidence import ALTERNATIVE_LEAST
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +18,7 @@ class Finding:
     named: tuple[str, ...]  # strongest first; empty: nothing missing, or unknown
     unknown: bool
     before: float  # cost of the nominal machine
-    floor: Floor
+    expected_cost: ExpectedCost
     lines: tuple[Line, ...]
     tried: tuple[Model, ...]
     steps: tuple[Model, ...] = ()  # nothing, then one effect more each: how it was found
@@ -40,4 +41,4 @@ def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:
     }
     total = 1.0 + sum(odds.values())
     ranked = sorted(odds.items(), key=lambda item: -item[1])
-    return [(tuple(best[key].z), weight / total) for key, weight in ranked if weight / total > 1e-3]
+    return [(tuple(best[key].z), weight / total) for key, weight in ranked if weight / total > ALTERNATIVE_LEAST]

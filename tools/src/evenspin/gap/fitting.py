@@ -13,10 +13,10 @@ from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model, Z
 from evenspin.gap.evidence import Effects, Judge, Noise, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
-from evenspin.gap.tolerance import unit_of
+from evenspin.log.tolerance import unit_of
 
 Array = NDArray[np.float64]
-FRESH, FRESH_SEED = 8, 400  # simulations of a second look
+FRESH, FRESH_SEED = 8, 400  # simulations of a check that no fit has seen
 STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation; all of it where logs do not repeat
 DAMPING_START, DAMPING_MIN, DAMPING_TRIES = 1e-3, 1e-6, 3
 GAIN_STOP, GAIN_STOP_SHARE = 0.2, 2e-4  # of cost, and of its share: a step that gains less is the last one
@@ -107,7 +107,7 @@ class Fitter:
                 break
         return model
 
-    def second_look(self, *models: Model) -> list[float]:
+    def fresh_costs(self, *models: Model) -> list[float]:
         """Cost of each model by simulations that no fit has seen.
 
         Small changes of a machine make an encoder round elsewhere, and a search picks those that happen to fit: what

@@ -8,9 +8,9 @@ from evenspin.gap.model_file import write_model
 from evenspin.gap.outcome import write_traces
 from evenspin.gap.result import CaseResult, Step
 from evenspin.gap.story import page_of, summary_of
-from evenspin.gap.tolerance import unit_of
 from evenspin.gap.verdict import VERDICT, verdict_json
 from evenspin.log.case import write_json
+from evenspin.log.tolerance import unit_of
 from evenspin.report.page import write_page
 
 
@@ -18,7 +18,7 @@ def write_result(folder: Path, result: CaseResult, command: str) -> None:
     """verdict.json, traces before and after, model.toml, scenario.toml, report.html; into an existing, empty folder."""
     write_json(folder / VERDICT, verdict_json(result))
     write_traces(folder, _file_name(result), {"before": result.before, "after": result.after})
-    write_model(folder, result.case, result.replay, result.effects, result.delta, result.unit, summary_of(result))
+    write_model(folder, result.case, result.nominal, result.effects, result.delta, result.unit, summary_of(result))
     write_page(folder, page_of(result, command))
 
 
@@ -53,4 +53,4 @@ def _file_name(result: CaseResult) -> str:
 def _step_model(place: Path, result: CaseResult, step: Step) -> None:
     unit = unit_of(step.effects, step.delta)
     notes = [f"with {' and '.join(step.names)}: the gap on validation records is {step.outcome.gap:.4f}"]
-    write_model(place, result.case, result.replay, step.effects, step.delta, unit, notes)
+    write_model(place, result.case, result.nominal, step.effects, step.delta, unit, notes)

@@ -9,17 +9,19 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import VALIDATION, Replay, Unit
+from evenspin.compare import Replay
 from evenspin.effects import Scale, known_orders
-from evenspin.gap.features import SIGNALS, FeatureSet, Label
+from evenspin.gap.features import SIGNALS, FeatureKey, FeatureSet
 from evenspin.gap.layout import layout_of
 from evenspin.log.case import Case
+from evenspin.log.experiments import VALIDATION
+from evenspin.log.unit import Unit
 
 READ = ("theta_m_rad", *SIGNALS)
 
 
 class Forward:
-    """The fit records of a case. `features(unit)` is what such a unit would have logged, boiled down."""
+    """The fit records of a case. `features(unit)` is what such a unit would have logged, reduced to features."""
 
     def __init__(self, case: Case, workers: int | None = None) -> None:
         self.case = case
@@ -37,8 +39,8 @@ class Forward:
             self.replays.append(replay)
             self.sets.append(features)
             self._measured_rows.append(np.ascontiguousarray(record.pick(READ).values))
-        self.labels: list[Label] = [label for features in self.sets for label in features.labels()]
-        self.measured = self.boiled_down(self._measured_rows)
+        self.keys: list[FeatureKey] = [key for features in self.sets for key in features.keys()]
+        self.measured = self.reduced(self._measured_rows)
         self._pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
         self.simulations = 0
 
@@ -52,9 +54,9 @@ class Forward:
         return [replay.run(READ, unit) for replay in self.replays]
 
     def features(self, unit: Unit) -> NDArray[np.float64]:
-        return self.boiled_down(self.simulate(unit))
+        return self.reduced(self.simulate(unit))
 
-    def boiled_down(self, records: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    def reduced(self, records: list[NDArray[np.float64]]) -> NDArray[np.float64]:
         parts = [
             features.values(rows[:, 0], np.ascontiguousarray(rows[:, 1:]))
             for features, rows in zip(self.sets, records, strict=True)

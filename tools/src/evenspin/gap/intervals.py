@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.tolerance import SIGMA, unit_of
+from evenspin.gap.thresholds_evidence import INFLATION_MIN, PARAMETER_SHARE, PHASE_KNOWN_RAD
+from evenspin.log.tolerance import SIGMA, unit_of
 from evenspin.native import tables
 from evenspin.native.tables import EffectParam
 
 Array = NDArray[np.float64]
-UNITS = 10  # sound units with the same effects, simulated
-LEAST_INFLATION = 1.0
+UNITS = 10  # healthy units with the same effects, simulated
 Z95 = 1.96
+SCATTER_MAX = 1e4  # of one unit over the covariance, squared: a fit that has run away does not count more
 EXACT = ("order", "sign")  # roles of parameters without an interval
-MODEL_SHARE = 0.02  # of a parameter (rad of a phase): two honest simulators of one effect differ by that
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,25 +49,25 @@ class Intervals:
         return tuple(interval for interval in self.parameters if interval.effect == effect)
 
     def warnings(self) -> list[str]:
-        """Parameters that this log does not tell."""
-        said = []
+        """Parameters that this log does not determine."""
+        messages = []
         for effect in dict.fromkeys(interval.effect for interval in self.parameters):
             mine = self.of(effect)
             for interval in mine:
                 if interval.half > _size(interval, mine) and not interval.field.optional:
-                    said.append(
+                    messages.append(
                         f"{effect}.{interval.parameter} = {interval.value:.3g} +- {interval.half:.2g} (95 %): "
                         "not identifiable from this log"
                     )
-        return said
+        return messages
 
 
 def intervals(fitter: Fitter, model: Model) -> Intervals:
     """95 % intervals of the vocabulary's parameters of every effect in the model.
 
-    Features repeat one another, so that the covariance of the fit is too small. Sound units with the same effects are
+    Features repeat one another, so that the covariance of the fit is too small. Healthy units with the same effects are
     simulated and fitted linearly; their scatter over the covariance is the factor that all intervals are widened by.
-    What the model of an effect may be off itself comes on top (MODEL_SHARE).
+    What the model of an effect may be off itself comes on top (PARAMETER_SHARE).
     """
     if not model.z:
         return Intervals((), 1.0)
@@ -94,7 +94,7 @@ def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) 
     for run in fitter.forward.many(units):
         amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns).amount
         scatter.append(amount**2 / np.diag(covariance))
-    return max(LEAST_INFLATION, math.sqrt(float(np.mean(np.minimum(scatter, 1e4)))))
+    return max(INFLATION_MIN, math.sqrt(float(np.mean(np.minimum(scatter, SCATTER_MAX)))))
 
 
 def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
@@ -109,7 +109,7 @@ def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
 def with_model_share(found: list[Interval]) -> list[Interval]:
     """Wider by what the simulation of an effect may be off itself, which no repeat of it shows."""
     return [
-        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, MODEL_SHARE * _size(i, tuple(found))))
+        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, PARAMETER_SHARE * _size(i, tuple(found))))
         for i in found
     ]
 
@@ -132,10 +132,10 @@ def _difference(param: EffectParam, a: float, b: float) -> float:
 
 
 def _size(interval: Interval, all_of_effect: tuple[Interval, ...]) -> float:
-    """What an interval has to be narrower than to tell anything."""
+    """What an interval has to be narrower than to mean anything."""
     field = interval.field
     if field.role == "phase":
-        return 1.0
+        return PHASE_KNOWN_RAD
     together = [i for i in all_of_effect if i.field.vector] if field.vector else [interval]
     off = field.default if field.role == "factor" else 0.0
     return max(abs(other.value - off) for other in together)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.effects import Scale, hypotheses
-from evenspin.gap.acceptance import Acceptance, Floor
-from evenspin.gap.candidate import Lead, Model
+from evenspin.gap.acceptance import Acceptance, ExpectedCost
+from evenspin.gap.candidate import Candidate, Model
 from evenspin.gap.evidence import model_features
 from evenspin.gap.finding import Finding
 from evenspin.gap.fitting import Fitter
@@ -20,26 +20,29 @@ from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
 from evenspin.gap.search import Search
-from evenspin.gap.slotting import heard_order
-from evenspin.gap.thresholds import (
+from evenspin.gap.slotting import detected_order
+from evenspin.gap.thresholds_effects import (
+    CANDIDATES,
+    CANDIDATES_BESIDE,
+    EFFECTS_MAX,
+    FIRST_KEPT,
     GAIN_MIN,
     LINE_RATIO,
     LINES_MIN,
     NEAR_GAIN,
     NONLINEAR_GAIN,
+    PAIR_GAIN,
     SETTLED_SHARE,
     SURE_GAIN,
     TOLERATED,
     WORSE_SHARE,
 )
-from evenspin.gap.tolerance import SIGMA, unit_of
 from evenspin.log.case import Case
+from evenspin.log.tolerance import SIGMA, unit_of
 
-EFFECTS_MAX = 3
-LEADS = 6  # refined per stage
 SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
-BEAM = 2  # first explanations that are carried on
-HEALTHY_UNITS = 8  # simulated units within tolerance that say what cost a right model has
+LINE_REPEATS, LINE_NEIGHBOURS = 6, 8  # simulations of the model, and beside it, that a left-over line is held against
+HEALTHY_UNITS = 8  # simulated units within tolerance from which the cost expected of a correct model is taken
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]  # what is being done, share done
@@ -58,46 +61,47 @@ class Investigation:
         self.say("noise and tolerance", 0.02)
         fitter = Fitter.nominal(self.forward, hypotheses(Scale.of(motor, counts)))
         nothing = fitter.model({})
-        heard = heard_order(motor, self.forward.labels, nothing.residual)
-        self.library = hypotheses(Scale.of(motor, counts, heard))
+        order = detected_order(motor, self.forward.keys, nothing.residual)
+        self.library = hypotheses(Scale.of(motor, counts, order))
         self.search = Search(replace(fitter, library=self.library), nothing)
         self.rules = Acceptance(self.library)
         self.validation = Validation(case)
         self.tried: list[Model] = []
-        self.beam: list[Model] = []  # first explanations, best first
+        self.first_explanations: list[Model] = []  # first explanations, best first
         self.pairs: list[Model] = []  # pairs that were refined on the way
 
     def run(self) -> Finding:
         search = self.search
         nothing = search.nothing
-        floor = self.floor(nothing)
+        expected = self.expected_cost(nothing)
         self.say("screening", 0.10)
-        best = self._first(nothing, floor)
+        best = self._first(nothing, expected)
         steps = [nothing]
         if best.z:
             self.say("noise around the first explanation", 0.35)
-            best, floor = self._settled(best)
-            steps += [m for m in self.beam if len(best.z) > 1 and set(m.z) < set(best.z)][:1]  # how it went there
+            best, expected = self._settled(best)
+            if len(best.z) > 1:  # the single effect that led there
+                steps += [m for m in self.first_explanations if set(m.z) < set(best.z)][:1]
             steps.append(best)
             for stage in range(len(best.z) + 1, EFFECTS_MAX + 1):
-                better = self._next(best, floor, 0.3 + 0.15 * stage)
+                better = self._next(best, expected, 0.3 + 0.15 * stage)
                 if better is None:
                     break
                 best = better
-                best, floor = self._settled(best)
+                best, expected = self._settled(best)
                 steps.append(best)
         self.say("dropping and weighing", 0.85)
-        best, weights = self._drop(best, floor)
+        best, weights = self._drop(best, expected)
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
-        unknown = floor.excess(best.cost) > floor.limit or _has_unknown_lines(lines)
+        unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines)
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
         return Finding(
             best,
             () if unknown else named,
             unknown,
             before,
-            floor,
+            expected,
             lines,
             tuple(self.tried),
             tuple(steps),
@@ -107,64 +111,67 @@ class Investigation:
 
     # ---- stages ------------------------------------------------------------------------------------------------------
 
-    def _settled(self, model: Model) -> tuple[Model, Floor]:
+    def _settled(self, model: Model) -> tuple[Model, ExpectedCost]:
         """The model refined under the noise level and the tolerances around itself; again while that still helps."""
         cost = math.inf
         for _ in range(SETTLE_MAX):
             self.search.reconsider(model)
             found = self.search.refine(self.search.fitter.judged(model), 4)
             still = all(np.array_equal(z, model.z[name]) for name, z in found.z.items())
-            model, floor = found, self.floor(found)
-            if still or not floor.is_significant(model.cost) or model.cost > SETTLED_SHARE * cost:
+            model, expected = found, self.expected_cost(found)
+            if still or not expected.is_significant(model.cost) or model.cost > SETTLED_SHARE * cost:
                 break
             cost = model.cost
-        return model, floor
+        return model, expected
 
-    def _first(self, nothing: Model, floor: Floor) -> Model:
+    def _first(self, nothing: Model, expected: ExpectedCost) -> Model:
         """The best single effect or pair to go on from; nothing when none earns a place."""
-        leads = [lead for lead in self.search.leads(nothing, 1, LEADS) if self.rules.promises(lead, nothing, floor)]
-        if floor.is_significant(nothing.cost):
-            leads += [lead for lead in self.search.leads(nothing, 2, 3) if lead.gain > 2.0 * GAIN_MIN]
-        models = self._refined(leads, floor, 0.12, 0.33)
-        singles = [m for m in models if len(m.z) == 1 and self.rules.earns(nothing, m, floor)]
+        alone = self.search.candidates(nothing, 1, CANDIDATES)
+        candidates = [c for c in alone if self.rules.promises(c, nothing, expected)]
+        if expected.is_significant(nothing.cost):
+            in_pairs = self.search.candidates(nothing, 2, CANDIDATES_BESIDE)
+            candidates += [c for c in in_pairs if c.gain > PAIR_GAIN * GAIN_MIN]
+        models = self._refined(candidates, expected, 0.12, 0.33)
+        singles = [m for m in models if len(m.z) == 1 and self.rules.earns(nothing, m, expected)]
         pairs = [m for m in models if len(m.z) == 2]
         if not singles:
-            both = [m for m in pairs if self.rules.all_large(m) and nothing.cost - m.cost > 2.0 * GAIN_MIN]
+            both = [m for m in pairs if self.rules.all_large(m) and nothing.cost - m.cost > PAIR_GAIN * GAIN_MIN]
             return min(both, key=lambda m: m.likelihood_cost, default=nothing)
-        self.beam = sorted(singles, key=lambda m: m.likelihood_cost)[:BEAM]
+        self.first_explanations = sorted(singles, key=lambda m: m.likelihood_cost)[:FIRST_KEPT]
         self.pairs = pairs
-        single = self.beam[0]
-        whole = [m for m in pairs if not floor.is_significant(m.own_cost) and self.rules.earns(single, m, floor)]
-        if whole and floor.is_significant(single.own_cost):
+        single = self.first_explanations[0]
+        whole = [m for m in pairs if not expected.is_significant(m.own_cost) and self.rules.earns(single, m, expected)]
+        if whole and expected.is_significant(single.own_cost):
             return min(whole, key=lambda m: m.likelihood_cost)
         return single
 
-    def _next(self, best: Model, floor: Floor, share: float) -> Model | None:
+    def _next(self, best: Model, expected: ExpectedCost, share: float) -> Model | None:
         """One more effect, from the best explanation and from its runner-up."""
         roots = [best]
-        unexplained = floor.is_significant(best.cost)
+        unexplained = expected.is_significant(best.cost)
         if len(best.z) == 1 and unexplained:
-            roots += [m for m in self.beam if set(m.z) != set(best.z)]
-        leads: list[Lead] = []
+            roots += [m for m in self.first_explanations if set(m.z) != set(best.z)]
+        candidates: list[Candidate] = []
         if not unexplained and not any(
-            self.rules.promises(lead, best, floor) for lead in self.search.leads(best, 1, LEADS, borrowed=True)
+            self.rules.promises(candidate, best, expected)
+            for candidate in self.search.candidates(best, 1, CANDIDATES, borrowed=True)
         ):
             return None
         for root in roots:
-            more = self.search.leads(root, 1, LEADS if root is best else 3)
-            leads += [lead for lead in more if self.rules.promises(lead, best, floor)]
+            more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE)
+            candidates += [candidate for candidate in more if self.rules.promises(candidate, best, expected)]
         if len(best.z) == 1 and unexplained:
-            leads += [Lead(m.z, 0.0) for m in self.pairs]
-        unique = {frozenset(lead.z): lead for lead in reversed(leads)}
-        models = self._refined(list(unique.values()), floor, share, share + 0.14)
-        good = [m for m in models if self.rules.earns(best, m, floor) and self.rules.all_large(m)]
+            candidates += [Candidate(m.z, 0.0) for m in self.pairs]
+        unique = {frozenset(candidate.z): candidate for candidate in reversed(candidates)}
+        models = self._refined(list(unique.values()), expected, share, share + 0.14)
+        good = [m for m in models if self.rules.earns(best, m, expected) and self.rules.all_large(m)]
         found = min(good, key=lambda m: m.likelihood_cost, default=None)
         if found is None:
             return None
         explained = self.search.fitter.judged(self.search.nothing).cost - best.cost
         if not unexplained and self.rules.is_remainder(best, found, explained):
             return None
-        trusted = self.rules.is_decisive(best, found, floor) or self._validates(best, found)
+        trusted = self.rules.is_decisive(best, found, expected) or self._validates(best, found)
         return found if trusted else None
 
     def _validates(self, without: Model, with_it: Model) -> bool:
@@ -174,21 +181,21 @@ class Investigation:
         before, after = (self.validation.outcome(unit).gap for unit in units)
         return not after > before * (1.0 + WORSE_SHARE)
 
-    def _refined(self, leads: list[Lead], floor: Floor, start: float, end: float) -> list[Model]:
-        """Each lead with the simulation in the loop, small sets first; once one explains the log, only close rivals."""
+    def _refined(self, candidates: list[Candidate], expected: ExpectedCost, start: float, end: float) -> list[Model]:
+        """Each candidate refined, small sets first; once one explains the log, only its close rivals."""
         out: list[Model] = []
         best = math.inf
         start_cost = self.search.nothing.cost
-        leads = sorted(leads, key=lambda lead: (len(lead.z), -lead.gain))
-        for i, lead in enumerate(leads):
-            explained = bool(out) and not floor.is_significant(best)
-            if explained and (lead.gain < NEAR_GAIN * leads[0].gain or len(lead.z) > len(out[0].z)):
+        candidates = sorted(candidates, key=lambda candidate: (len(candidate.z), -candidate.gain))
+        for i, candidate in enumerate(candidates):
+            explained = bool(out) and not expected.is_significant(best)
+            if explained and (candidate.gain < NEAR_GAIN * candidates[0].gain or len(candidate.z) > len(out[0].z)):
                 continue
-            nonlinear = any(not self.library[name].linear for name in lead.z)
-            if nonlinear and out and (explained or lead.gain < NONLINEAR_GAIN * (start_cost - best)):
+            nonlinear = any(not self.library[name].linear for name in candidate.z)
+            if nonlinear and out and (explained or candidate.gain < NONLINEAR_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
-            self.say(f"trying {' + '.join(lead.z)}", start + (end - start) * i / max(1, len(leads)))
-            found = self.search.refine(lead, beat=best + floor.mean)
+            self.say(f"trying {' + '.join(candidate.z)}", start + (end - start) * i / max(1, len(candidates)))
+            found = self.search.refine(candidate, beat=best + expected.mean)
             simpler = [self.search.refine(twin, downhill=True) for twin in self.rules.simpler(found)]
             out += [found, *simpler]
             best = min(best, *(m.own_cost for m in (found, *simpler)))
@@ -196,13 +203,13 @@ class Investigation:
         return out
 
     def _stands(self, name: str, gain: float, without: Model, with_it: Model) -> bool:
-        """What an effect takes off the cost is enough, also at a second look where it is little."""
-        if not self.rules.needs_second_look(name, gain):
+        """What an effect takes off the cost is enough, also in simulations that no fit has seen where it is little."""
+        if not self.rules.needs_recheck(name, gain):
             return self.rules.holds(name, gain)
-        before, after = self.search.fitter.second_look(without, with_it)
-        return self.rules.holds_at_second_look(name, before - after)
+        before, after = self.search.fitter.fresh_costs(without, with_it)
+        return self.rules.holds_on_recheck(name, before - after)
 
-    def _drop(self, best: Model, floor: Floor) -> tuple[Model, dict[str, float]]:
+    def _drop(self, best: Model, expected: ExpectedCost) -> tuple[Model, dict[str, float]]:
         """Take out what is not needed; what each of the rest takes away from the cost."""
         weights: dict[str, float] = {}
         names = list(best.z)
@@ -216,34 +223,35 @@ class Investigation:
             return (best, {names[0]: gain}) if keep else (empty, {})
         for name in names:
             rest = {k: z for k, z in best.z.items() if k != name}
-            without = self.search.refine(Lead(rest, 0.0), 5, downhill=True)
+            without = self.search.refine(Candidate(rest, 0.0), 5, downhill=True)
             if without.cost - best.cost < SURE_GAIN:
-                without = min(without, self.search.refine(Lead(rest, 0.0), 5), key=lambda m: m.cost)
+                without = min(without, self.search.refine(Candidate(rest, 0.0), 5), key=lambda m: m.cost)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
             if not self._stands(name, weights[name], without, best) or not self.rules.all_large(best):
-                return self._drop(without, floor)
+                return self._drop(without, expected)
         return best, weights
 
     # ---- what is left -----------------------------------------------------------------------------------------------
 
-    def floor(self, model: Model) -> Floor:
+    def expected_cost(self, model: Model) -> ExpectedCost:
         fitter = self.search.fitter
         effects = fitter.effects(model.z)
         random = np.random.default_rng(29)
         deltas = random.normal(0.0, SIGMA, (HEALTHY_UNITS, len(SIGMA)))
         units = [unit_of(effects, d, 7000 + i, float(random.random())) for i, d in enumerate(deltas)]
         (probes,) = model_features(self.forward, [effects])
-        expected = probes.mean(axis=0)
-        costs = [fitter.judge.fit(run - expected, fitter.nuisance).cost for run in self.forward.many(units)]
-        return Floor(float(np.mean(costs)), float(np.std(costs, ddof=1)))
+        features = probes.mean(axis=0)
+        costs = [fitter.judge.fit(run - features, fitter.nuisance).cost for run in self.forward.many(units)]
+        return ExpectedCost(float(np.mean(costs)), float(np.std(costs, ddof=1)))
 
     def lines(self, model: Model) -> tuple[Line, ...]:
         fitter = self.search.fitter
         effects = fitter.effects(model.z)
-        units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / 6.0) for i in range(6)]
-        near = neighbours(self.library, model.z, 8)  # a limit cycle may begin a little beside the point that was found
-        units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / 8.0) for i, z in enumerate(near)]
+        units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / LINE_REPEATS) for i in range(LINE_REPEATS)]
+        # a limit cycle may begin a little beside the point that was found
+        near = enumerate(neighbours(self.library, model.z, LINE_NEIGHBOURS))
+        units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / LINE_NEIGHBOURS) for i, z in near]
         return tuple(leftover_lines(self.forward, units))
 
 

@@ -1,4 +1,7 @@
-"""Where to look in a record: steady stretches, bins after a step, bins along a ramp. Follows from the log alone."""
+"""The parts of a record that are compared: steady stretches, bins after a step, bins along a ramp.
+
+They follow from the log alone.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +13,14 @@ from numpy.typing import NDArray
 
 from evenspin.compare import Replay
 from evenspin.compare.load import WINDOW, steady_stretches
+from evenspin.gap.thresholds_records import COAST_SHARE, COAST_TURNS, MOVING_RAD_S, SETTLE_S, STEADY_MIN_S
 from evenspin.sim.record import Record
 
-SETTLE_S = 0.3  # a speed loop of some hertz has settled; shorter stretches lose 40 %
-MIN_STEADY_S = 0.25
+SETTLE_SHARE = 0.4  # of a stretch that is too short to settle
 STEP_BINS_MS = (0, 2, 4, 6, 8, 10, 15, 20, 30, 40, 50, 65, 80, 100, 130, 160, 200, 250, 300)
-AT_REST_RAD_S = 0.02
 FORGET_S = 0.1
 RAMP_BIN_S = 0.025
 COAST_WINDOW_S = 0.4
-COAST_SHARE = 0.15  # of the speed at release
-COAST_TURNS = 1.2  # fewer tell a first order from a curve too badly
 LOCKED_SAMPLES = 24  # one by one after a current step...
 LOCKED_BINS = (24, 30, 40, 50, 75, 100, 150, 200, 300, 400, 500, 600, 800, 1000)  # ...then together
 
@@ -60,7 +60,7 @@ def layout_of(replay: Replay, record: Record) -> Layout:
     cuts, ramps = _cuts(record["speed_ref_rad_s"][:end], load[:end], rate_hz)
     steady: list[Stretch] = []
     bins: list[Bins] = []
-    turning = abs(float(record["speed_rad_s"][0])) > AT_REST_RAD_S
+    turning = abs(float(record["speed_rad_s"][0])) > MOVING_RAD_S
     for start, stop in zip(cuts, cuts[1:], strict=False):
         if any(first < stop and start < last for first, last in ramps):
             bins.append(Bins("ramp", _even(start, stop, RAMP_BIN_S * rate_hz)))
@@ -71,8 +71,8 @@ def layout_of(replay: Replay, record: Record) -> Layout:
         if len(edges) > 1:
             bins.append(Bins("step", edges))
         length = stop - start
-        settled = start + min(round(SETTLE_S * rate_hz), round(0.4 * length))
-        if stop - settled >= MIN_STEADY_S * rate_hz:
+        settled = start + min(round(SETTLE_S * rate_hz), round(SETTLE_SHARE * length))
+        if stop - settled >= STEADY_MIN_S * rate_hz:
             ref = float(record["speed_ref_rad_s"][start])
             steady.append(Stretch(settled, stop, ref, float(np.median(load[settled:stop]))))
     if end < len(record):

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import Unit
 from evenspin.gap.features import SIGNALS
 from evenspin.gap.forward import Forward
+from evenspin.gap.thresholds_evidence import REPEAT_PEAK_SHARE, SPECTRUM_FLOOR_SHARE
+from evenspin.log.unit import Unit
 
 SMOOTH_BINS = 5
 SKIP_BINS = 2  # trend and window
@@ -60,7 +61,7 @@ def leftover_lines(forward: Forward, model_units: list[Unit], keep: int = 12) ->
                 continue
             power = np.array([run[at] for run in repeats])
             # what a bin and its neighbours have in any repeat; a line that the model has shows there too
-            level = _spread(np.maximum(power.mean(axis=0), 0.5 * power.max(axis=0)))
+            level = _spread(np.maximum(power.mean(axis=0), REPEAT_PEAK_SHARE * power.max(axis=0)))
             lines += _lines(
                 features.layout.record, s.speed_rad_s, (s.end - s.start) / features.rate_hz, measured[at], level
             )
@@ -83,8 +84,8 @@ def _lines(record: str, speed: float, seconds: float, measured: Array, level: Ar
         base = level[:, column]
         if not np.any(base > 0.0):
             continue
-        floor = np.maximum(base, 0.2 * float(np.median(base[base > 0.0])))
-        ratio = measured[:, column] / floor
+        noise = np.maximum(base, SPECTRUM_FLOOR_SHARE * float(np.median(base[base > 0.0])))
+        ratio = measured[:, column] / noise
         ratio[:SKIP_BINS] = 0.0
         peak = int(np.argmax(ratio))
         hz = peak / seconds

@@ -18,14 +18,14 @@ from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Z
 from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
+from evenspin.gap.thresholds_evidence import NEIGHBOUR_SHARE
 
 Array = NDArray[np.float64]
-SEEDS = 3  # of the starts are looked around
+SEEDS = 3  # of the starts are searched around
 AROUND = 2  # points per coordinate
 SEED_WIDTH = 0.8  # in shares of the grid's pitch
 WIDTHS = (0.5, 0.35, 0.2)  # around the best, one after the other
 DAMPINGS = (0.03, 0.3, 3.0)  # of the proposals, relative to what the log says
-NEAR = 0.5  # of the pitch: how well a search knows the coordinates of a nonlinear effect
 REACH = 1.5  # widths that a proposal may go
 
 
@@ -67,7 +67,7 @@ class MinimaSearch:
         return self._z(best.x, best.amount)
 
     def _starts(self) -> list[Array]:
-        """The starts of each effect, the others where the lead has them."""
+        """The starts of each effect, the others where the candidate has them."""
         home = self._x(self.base)
         starts = [home]
         for name in self.nonlinear:
@@ -142,6 +142,6 @@ def neighbours(library: Mapping[str, Hypothesis], z: Z, count: int) -> list[Z]:
         for name in nonlinear:
             spread = np.array([c.spread for c in library[name].coordinates])
             off = qmc.Halton(len(spread), seed=100 + i).random(1)[0] * 2.0 - 1.0
-            near[name] = library[name].clip(z[name] + NEAR * spread * off)
+            near[name] = library[name].clip(z[name] + NEIGHBOUR_SHARE * spread * off)
         out.append(near)
     return out

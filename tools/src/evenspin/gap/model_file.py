@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.compare import Replay, Unit
-from evenspin.gap.tolerance import TOLERANCES
 from evenspin.log.case import Case
+from evenspin.log.nominal import Nominal
+from evenspin.log.tolerance import TOLERANCES
+from evenspin.log.unit import Unit
 from evenspin.native import Field, tables
 
 MODEL, SCENARIO = "model.toml", "scenario.toml"
@@ -22,33 +23,33 @@ SPEEDS = (0.1, 0.4, 1.0)  # of the fastest reference in the log
 def write_model(
     folder: Path,
     case: Case,
-    replay: Replay,
+    nominal: Nominal,
     effects: Mapping[str, Mapping[str, float]],
     delta: np.ndarray[Any, np.dtype[np.float64]],
     unit: Unit,
     notes: list[str],
 ) -> None:
-    """`effects` and `delta` are what `unit` is made of; they tell what is named and what is tolerance."""
+    """`effects` and `delta` are what `unit` is made of; they say what is named and what is tolerance."""
     name = str(case.meta.get("case", case.path.name))
     lines = [f"# {note}" for note in notes]
     lines += [f"name = {_quoted(name + '-found')}", 'description = "nominal machine with what its log showed"', ""]
-    lines += ["[plant]", *_plant(replay, unit, delta), "", "[drive]", *_table(replay.drive, tables().params)]
+    lines += ["[plant]", *_plant(nominal, unit, delta), "", "[drive]", *_table(nominal.drive, tables().params)]
     for effect, params in unit.effects.items():
         added = f"added: {tables().effects[effect].signature}"
-        about = added if effect in effects else "residual error of a sound unit"
+        about = added if effect in effects else "residual error of a healthy unit"
         if effect in effects and any(t.sensor and t.sensor[0] == effect for t in TOLERANCES):
-            about += "; with the residual error of a sound unit"
+            about += "; with the residual error of a healthy unit"
         lines += ["", f"[effects.{effect}] # {about}", *_table(params, tables().effects[effect].params)]
     (folder / MODEL).write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / SCENARIO).write_text(_scenario(name, case), encoding="utf-8")
 
 
-def _plant(replay: Replay, unit: Unit, delta: Any) -> list[str]:
+def _plant(nominal: Nominal, unit: Unit, delta: Any) -> list[str]:
     numbers = {
-        **replay.machine,
-        **replay.setup,
-        "counts_per_rev": replay.counts_per_rev,
-        "current_noise_a": replay.current_noise_a,
+        **nominal.machine,
+        **nominal.supply,
+        "counts_per_rev": nominal.counts_per_rev,
+        "current_noise_a": nominal.current_noise_a,
     }
     fields = tables().model
     sigma = {key: t.sigma for t in TOLERANCES for key in t.factors}

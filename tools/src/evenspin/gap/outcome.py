@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import GAP_SIGNALS, VALIDATION, RecordGap, Replay, Unit
+from evenspin.compare import Replay
 from evenspin.log.case import Case
 from evenspin.log.csvfile import write_csv
+from evenspin.log.experiments import VALIDATION
+from evenspin.log.gap import GAP_SIGNALS, RecordGap, gap_of_record, gap_of_records
+from evenspin.log.unit import Unit
 
 SIGNALS = tuple(GAP_SIGNALS)
 TRACE_COLUMNS = ("t_s", *SIGNALS)
 TRACE_NAMES = {"validation": "", "validation_steps": "steps."}  # as the result format calls them
-FLOOR_SEEDS = (901, 902, 903)
+NOISE_SEEDS = (901, 902, 903)
 
 Array = NDArray[np.float64]
 
@@ -32,7 +35,7 @@ class Trace:
 
     @property
     def gap(self) -> RecordGap:
-        return _gap(self.record, self.simulated - self.measured)
+        return gap_of_record(self.record, self.simulated - self.measured)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +51,7 @@ class Outcome:
     @property
     def gap(self) -> float:
         """nan where there is no validation record."""
-        return _together(self.records)
+        return gap_of_records(self.records)
 
 
 class Validation:
@@ -66,21 +69,17 @@ class Validation:
             )
         )
 
-    def floor(self, unit: Unit) -> tuple[RecordGap, ...]:
+    def noise_floor(self, unit: Unit) -> tuple[RecordGap, ...]:
         """The gap that a machine has to its own noisy log: what no model can close."""
         out = []
         for name, replay in self.replays.items():
             model = replay.run(SIGNALS, unit)
             noisy = [
-                replay.run(SIGNALS, Unit(unit.effects, unit.factors, seed, (i + 0.5) / len(FLOOR_SEEDS)))
-                for i, seed in enumerate(FLOOR_SEEDS)
+                replay.run(SIGNALS, Unit(unit.effects, unit.factors, seed, (i + 0.5) / len(NOISE_SEEDS)))
+                for i, seed in enumerate(NOISE_SEEDS)
             ]
-            out.append(_gap(name, np.concatenate([run - model for run in noisy])))
+            out.append(gap_of_record(name, np.concatenate([run - model for run in noisy])))
         return tuple(out)
-
-
-def floor_gap(floor: Sequence[RecordGap]) -> float:
-    return _together(floor)
 
 
 def write_traces(folder: Path, case: str, outcomes: Mapping[str, Outcome]) -> None:
@@ -89,12 +88,3 @@ def write_traces(folder: Path, case: str, outcomes: Mapping[str, Outcome]) -> No
         for trace in outcome.traces:
             path = folder / f"{case}.{TRACE_NAMES[trace.record]}{when}.csv"
             write_csv(path, TRACE_COLUMNS, np.column_stack((trace.t_s, trace.simulated)))
-
-
-def _gap(record: str, difference: Array) -> RecordGap:
-    rms = {signal: float(np.sqrt(np.mean(difference[:, i] ** 2))) for i, signal in enumerate(SIGNALS)}
-    return RecordGap(record, rms, float(np.sqrt(np.mean([(rms[s] / unit) ** 2 for s, unit in GAP_SIGNALS.items()]))))
-
-
-def _together(records: Sequence[RecordGap]) -> float:
-    return float(np.sqrt(np.mean([record.gap**2 for record in records]))) if records else float("nan")

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import GAP_SIGNALS
-from evenspin.compare.gap import GAP_UNITS
 from evenspin.gap.features import SIGNALS
 from evenspin.gap.outcome import Trace
 from evenspin.gap.result import CaseResult
 from evenspin.gap.where import heat_map
+from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS
 from evenspin.report.curves import envelope
 from evenspin.report.figures import Picture
 from evenspin.report.style import OTHER_COLOURS, REFERENCE_COLOUR, drawing, subplots, to_svg
@@ -73,14 +72,13 @@ def _heat(result: CaseResult) -> Picture:
     axes[0, 0].set_title("nominal machine", pad=16)
     axes[1, 0].set_xticks(range(len(names)), names, rotation=55, ha="right", fontsize=7)
     bar = figure.colorbar(image, ax=list(axes[:, 0]), shrink=0.8, pad=0.01)
-    bar.set_label("rms residual [sigma of sound units]")
+    bar.set_label("rms residual [sigma of healthy units]")
     data = {"column": np.arange(len(names), dtype=float)}
     for row, signal in enumerate(SIGNALS):
         data |= {f"{signal}_before_sigma": heat.before[row], f"{signal}_after_sigma": heat.after[row]}
     text = (
-        "How far the log is from the model, per signal, in standard deviations of what sound units scatter: one is "
-        "noise. Blank: nothing is looked at there. Fit records only. Columns in the file in this order: "
-        + ", ".join(names)
+        "How far the log is from the model, per signal, in standard deviations of what healthy units scatter: one is "
+        "noise. Blank: there is no feature. Fit records only. Columns in the file in this order: " + ", ".join(names)
     )
     return Picture("heat", "Where the gap is", text, to_svg(figure), data)
 
@@ -94,13 +92,11 @@ def _explanations(result: CaseResult) -> Picture:
     chosen = frozenset(finding.model.names)
     colours = [AFTER if frozenset(each) == chosen else FLOOR for each in sets]
     panel.barh(range(len(names)), costs, color=colours, height=0.7)
-    floor = finding.floor
-    panel.axvspan(
-        max(floor.mean - 3.0 * floor.sigma, 1.0), floor.mean + 3.0 * floor.sigma, color=OTHER_COLOURS[2], alpha=0.3,
-        label="sound units (3 sigma)",
-    )  # fmt: skip
+    expected = finding.expected_cost
+    low, high = expected.mean - 3.0 * expected.sigma, expected.mean + 3.0 * expected.sigma
+    panel.axvspan(max(low, 1.0), high, color=OTHER_COLOURS[2], alpha=0.3, label="healthy units (3 sigma)")
     panel.set(xscale="log", yticks=range(len(names)), yticklabels=names, xlabel="cost of the residual (chi square)")
-    panel.set_xlim(0.5 * min(*costs, floor.mean), None)
+    panel.set_xlim(0.5 * min(*costs, expected.mean), None)
     panel.invert_yaxis()
     panel.grid(False, axis="y")
     figure.legend(*panel.get_legend_handles_labels(), loc="outside upper right")
@@ -139,7 +135,7 @@ def _bars(result: CaseResult) -> Picture:
     sets = (("before", BEFORE, result.before.records), ("after", AFTER, result.after.records))
     for column, record in enumerate(records):
         panel = axes[0, column]
-        for i, (name, colour, gaps) in enumerate((*sets, ("noise floor", FLOOR, result.floor))):
+        for i, (name, colour, gaps) in enumerate((*sets, ("noise floor", FLOOR, result.noise_floor))):
             gap = gaps[column]
             values = np.array([gap.rms[s] / unit for s, unit in GAP_SIGNALS.items()] + [gap.gap])
             panel.bar(x + 0.27 * (i - 1), values, 0.25, color=colour, label=name)
@@ -215,13 +211,13 @@ def _left(result: CaseResult) -> Picture:
     names = ["nothing", *(f"+ {new_effect(result, i)}" for i in range(1, len(result.steps)))]
     costs = [step.cost for step in result.steps]
     axes[0, 1].bar(range(len(costs)), costs, 0.6, color=AFTER)
-    floor = result.finding.floor
+    expected = result.finding.expected_cost
     axes[0, 1].axhspan(
-        floor.mean - 3.0 * floor.sigma, floor.mean + 3.0 * floor.sigma, color=OTHER_COLOURS[2], alpha=0.3
+        expected.mean - 3.0 * expected.sigma, expected.mean + 3.0 * expected.sigma, color=OTHER_COLOURS[2], alpha=0.3
     )
-    axes[0, 1].axhline(floor.mean, color=OTHER_COLOURS[2], label="sound units")
+    axes[0, 1].axhline(expected.mean, color=OTHER_COLOURS[2], label="healthy units")
     axes[0, 1].set(xticks=range(len(costs)), xticklabels=names, yscale="log", ylabel="cost of the residual")
-    axes[0, 1].set_ylim(0.5 * min(*costs, floor.mean), None)
+    axes[0, 1].set_ylim(0.5 * min(*costs, expected.mean), None)
     axes[0, 1].grid(False, axis="x")
     axes[0, 1].legend()
     data["cost_of_steps"] = np.array(costs)

@@ -10,23 +10,31 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import RecordGap, Replay, Unit
-from evenspin.gap.blind_spots import Blind, blind_spots
+from evenspin.gap.ambiguities import Ambiguity, ambiguities
 from evenspin.gap.candidate import Model
 from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import Investigation
 from evenspin.gap.outcome import Outcome, Validation
-from evenspin.gap.thresholds import GAIN_MIN, TOLERATED
-from evenspin.gap.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.gap.thresholds_effects import GAIN_MIN, TOLERATED
+from evenspin.gap.thresholds_evidence import (
+    CONFIDENCE_MAX,
+    INSEPARABLE_WEIGHT,
+    LEFTOVER_SHARE,
+    REST_DOUBT,
+    UNKNOWN_DOUBT,
+    UNKNOWN_RISE,
+)
 from evenspin.gap.where import Subject, subjects
 from evenspin.log.case import Case
+from evenspin.log.gap import RecordGap, gap_of_records
+from evenspin.log.nominal import Nominal
+from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
+from evenspin.log.unit import Unit
 from evenspin.native import tables
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
-CEILING = 0.98  # nothing is surer than that: share of clear verdicts on blind cases that are right
-LEFTOVER_SHARE = 0.01  # of what all effects take away: a large one that is modelled a little differently leaves that
 NO_EFFECT: Mapping[str, Mapping[str, float]] = {}
 
 
@@ -51,17 +59,17 @@ class CaseResult:
     unit: Unit  # both together: what model.toml holds
     before: Outcome
     after: Outcome
-    floor: tuple[RecordGap, ...]
+    noise_floor: tuple[RecordGap, ...]
     nearest: Outcome | None  # of an explanation that does not explain
     steps: tuple[Step, ...]
     intervals: Intervals
     residual_before: Array  # in sigmas
     residual_after: Array
     other: tuple[tuple[tuple[str, ...], float], ...]  # explanations and their weights
-    blind: tuple[Blind, ...]
+    ambiguities: tuple[Ambiguity, ...]
     warnings: tuple[str, ...]
     subjects: tuple[Subject, ...]  # what each residual is about
-    replay: Replay  # of the first fit record: machine and drive of the case as they are simulated
+    nominal: Nominal  # machine and drive of the case as they are simulated
     sizes: Mapping[str, float]  # of each effect of the best explanation, in units of what counts as no effect
     nearest_effects: Effects  # parameters of the best explanation, named or not
     seconds: float
@@ -73,8 +81,8 @@ class CaseResult:
 
     @property
     def closed(self) -> float:
-        """Share of the gap above the floor that is closed; nan where there is none to close."""
-        floor = floor_of(self.floor)
+        """Share of the gap above the noise floor that is closed; nan where there is none to close."""
+        floor = gap_of_records(self.noise_floor)
         wide = self.before.gap - floor
         return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
 
@@ -112,15 +120,15 @@ def result_of(
     nearest = validation.outcome(unit_of(fitter.effects(model.z), model.delta)) if finding.unknown else None
     found = intervals(fitter, model)
     other = tuple(alternatives(finding))
-    blind = tuple(blind_spots(case.experiments, case.meta["motor"]))
-    said = [*warnings, *(str(spot) for spot in blind), *found.warnings(), *_intolerant(delta)]
+    unclear = tuple(ambiguities(case.experiments, case.meta["motor"]))
+    messages = [*warnings, *(str(each) for each in unclear), *found.warnings(), *_intolerant(delta)]
     if not before.traces:
-        said.append("no validation record: the gap is not known, and nothing is validated")
-    if not finding.unknown and finding.floor.is_significant(model.cost):
-        share = finding.floor.excess(model.cost) / finding.floor.mean
-        said.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
+        messages.append("no validation record: the gap is not known, and nothing is validated")
+    if not finding.unknown and finding.expected_cost.is_significant(model.cost):
+        share = finding.expected_cost.excess(model.cost) / finding.expected_cost.mean
+        messages.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
     if before.traces and not finding.unknown and effects and not after.gap < before.gap:
-        said.append("what was named does not make the gap on the validation records smaller: do not trust it")
+        messages.append("what was named does not make the gap on the validation records smaller: do not trust it")
     return CaseResult(
         case,
         str(case.meta.get("case", case.path.name)),
@@ -130,17 +138,17 @@ def result_of(
         unit,
         before,
         after,
-        validation.floor(unit),
+        validation.noise_floor(unit),
         nearest,
         tuple(_step(investigation, validation, each) for each in finding.steps),
         found,
         investigation.search.nothing.residual,
         model.residual,
         other,
-        blind,
-        tuple(dict.fromkeys(said)),
-        subjects(investigation.forward.labels, (each.layout for each in investigation.forward.sets)),
-        investigation.forward.replays[0],
+        unclear,
+        tuple(dict.fromkeys(messages)),
+        subjects(investigation.forward.keys, (each.layout for each in investigation.forward.sets)),
+        investigation.forward.replays[0].nominal,
         {name: investigation.library[name].magnitude(z) for name, z in model.z.items()},
         fitter.effects(model.z),
         time.monotonic() - started,
@@ -167,28 +175,24 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     A name stands less firm when other explanations do without it, when what it takes away could be chance or what a
     larger effect leaves because the machine has it a little differently, and when the rest is nearly more than noise.
     """
-    excess = finding.floor.excess(finding.model.cost)
-    nearly = excess / max(finding.floor.limit, 1.0)
+    excess = finding.expected_cost.excess(finding.model.cost)
+    nearly = excess / max(finding.expected_cost.limit, 1.0)
     if finding.unknown:
-        return {"unknown": CEILING * (1.0 - 0.5 * math.exp(-2.0 * max(0.0, nearly - 1.0)))}
+        return {"unknown": CONFIDENCE_MAX * (1.0 - UNKNOWN_DOUBT * math.exp(-UNKNOWN_RISE * max(0.0, nearly - 1.0)))}
     total = sum(max(gain, 0.0) for gain in finding.weights.values()) or 1.0
     out = {}
     for name in finding.named:
         against = sum(weight for names, weight in other if name not in names)
         gain = max(finding.weights.get(name, 0.0), 0.0)
         real = (1.0 - math.exp(-gain / GAIN_MIN)) * (1.0 - math.exp(-gain / (LEFTOVER_SHARE * total)))
-        out[name] = CEILING * (1.0 - against) * real * (1.0 - 0.5 * min(max(nearly, 0.0), 1.0) ** 2)
+        out[name] = CONFIDENCE_MAX * (1.0 - against) * real * (1.0 - REST_DOUBT * min(max(nearly, 0.0), 1.0) ** 2)
     return out
-
-
-def floor_of(records: tuple[RecordGap, ...]) -> float:
-    return float(np.sqrt(np.mean([record.gap**2 for record in records]))) if records else math.nan
 
 
 def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
     """What else it may be, as far as these experiments can tell."""
-    partners = [p for spot in result.blind if name in spot.effects for p in spot.effects if p != name]
-    near = [n for names, weight in result.other if weight > 0.05 and name not in names for n in names]
+    partners = [p for each in result.ambiguities if name in each.effects for p in each.effects if p != name]
+    near = [n for names, weight in result.other if weight > INSEPARABLE_WEIGHT and name not in names for n in names]
     return tuple(dict.fromkeys(n for n in (*partners, *near) if n not in result.finding.named))
 
 

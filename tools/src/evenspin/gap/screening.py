@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.effects import Hypothesis
-from evenspin.gap.candidate import Lead, Model
+from evenspin.gap.candidate import Candidate, Model
 from evenspin.gap.evidence import model_features
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.tolerance import SIGMA
+from evenspin.gap.thresholds_effects import LIKENESS, LINEAR_SHARE
+from evenspin.log.tolerance import SIGMA
 
 Array = NDArray[np.float64]
-LINEAR_SHARE = 0.1  # share of a residual that a linear signature may miss; large residuals count that much less
-LIKENESS = 0.3  # of what the signature of a start explains that is not linear: what a better point may explain
 AMOUNT_MIN, AMOUNT_MAX = 0.05, 20.0  # by which the amplitude of a start that is not linear is scaled
 
 
@@ -31,10 +30,11 @@ class Signature:
 
 
 def signatures(fitter: Fitter, model: Model) -> list[Signature]:
-    """Of every effect and start that the model does not have."""
+    """Of every effect and start that the model does not have and that can act beside it: there is one shaft."""
     jobs: list[tuple[str, Array, list[Array]]] = []
+    has_shaft = any(fitter.library[name].is_shaft for name in model.z)
     for name, h in fitter.library.items():
-        if name in model.z:
+        if name in model.z or (has_shaft and h.is_shaft):
             continue
         for start in h.starts:
             z0 = np.array(start, dtype=np.float64)
@@ -56,7 +56,9 @@ def signatures(fitter: Fitter, model: Model) -> list[Signature]:
     return out
 
 
-def leads(fitter: Fitter, model: Model, known: Sequence[Signature], size: int = 1, keep: int = 6) -> list[Lead]:
+def candidates(
+    fitter: Fitter, model: Model, known: Sequence[Signature], size: int = 1, keep: int = 6
+) -> list[Candidate]:
     """Sets of `size` more effects, best first. `known`: signatures around the model or, cheaper, the bare machine."""
     fresh = [s for s in known if s.name not in model.z]
     gram, right = _normal_equations(fitter, model, fresh)
@@ -64,7 +66,7 @@ def leads(fitter: Fitter, model: Model, known: Sequence[Signature], size: int = 
     edges = np.cumsum([n, *(s.columns.shape[1] for s in fresh)])
     base = _explained(gram, right, np.arange(n))[0]
     tried = _gains_of_starts(fitter, model, fresh) if size == 1 else {}
-    best: dict[frozenset[str], Lead] = {}
+    best: dict[frozenset[str], Candidate] = {}
     for combination in itertools.combinations(range(len(fresh)), size):
         names = frozenset(fresh[i].name for i in combination)
         if len(names) < size or sum(fitter.library[name].is_shaft for name in {*names, *model.z}) > 1:
@@ -85,8 +87,8 @@ def leads(fitter: Fitter, model: Model, known: Sequence[Signature], size: int = 
         if combination[0] in tried:
             gain = max(tried[combination[0]], LIKENESS * gain)
         if allowed and gain > (best[names].gain if names in best else 0.0):
-            best[names] = Lead(z, gain, names)
-    return sorted(best.values(), key=lambda lead: -lead.gain)[:keep]
+            best[names] = Candidate(z, gain, names)
+    return sorted(best.values(), key=lambda candidate: -candidate.gain)[:keep]
 
 
 def _normal_equations(fitter: Fitter, model: Model, fresh: Sequence[Signature]) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from evenspin.gap import screening
-from evenspin.gap.candidate import Lead, Model
+from evenspin.gap.candidate import Candidate, Model
 from evenspin.gap.fitting import Fitter
 from evenspin.gap.screening import Signature
 from evenspin.gap.strategies import Downhill, strategy_for
@@ -30,27 +30,27 @@ class Search:
         """Take noise level and tolerances around a model from now on."""
         self.fitter = self.fitter.around(model)
 
-    def leads(self, model: Model, size: int = 1, keep: int = 6, borrowed: bool = False) -> list[Lead]:
-        """Sets of `size` more effects, best first, as a linear fit sees them; one lead a set of names.
+    def candidates(self, model: Model, size: int = 1, keep: int = 6, borrowed: bool = False) -> list[Candidate]:
+        """Sets of `size` more effects, best first, as a linear fit sees them; one candidate a set of names.
 
         `borrowed`: with the signatures of the bare machine, which cost nothing more; good enough to see that nothing
         is left to find.
         """
         known = self._signatures(self.nothing if borrowed else model)
-        return screening.leads(self.fitter, model, known, size, keep)
+        return screening.candidates(self.fitter, model, known, size, keep)
 
     def refine(
-        self, lead: Lead | Model, steps: int = STEPS_MAX, beat: float = math.inf, downhill: bool = False
+        self, candidate: Candidate | Model, steps: int = STEPS_MAX, beat: float = math.inf, downhill: bool = False
     ) -> Model:
-        """The best model found from a lead; gives up where a cost of `beat` is out of reach.
+        """The best model found from a candidate; gives up where a cost of `beat` is out of reach.
 
-        `downhill`: only downhill from where the lead is, also for effects whose cost has many minima. A model was
+        `downhill`: only downhill from where the candidate is, also for effects whose cost has many minima. A model was
         refined before and goes on downhill in any case.
         """
-        if downhill or isinstance(lead, Model):
-            return Downhill().refine(self.fitter, lead, steps, beat)
-        strategy = strategy_for(self.fitter, lead)
-        return strategy.refine(self.fitter, lead, steps, beat)
+        if downhill or isinstance(candidate, Model):
+            return Downhill().refine(self.fitter, candidate, steps, beat)
+        strategy = strategy_for(self.fitter, candidate)
+        return strategy.refine(self.fitter, candidate, steps, beat)
 
     def _signatures(self, model: Model) -> list[Signature]:
         """Signatures cost simulations: those of the bare machine and of the last model are kept."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from evenspin.compare import GAP_SIGNALS
-from evenspin.compare.gap import GAP_UNITS
+from evenspin.gap.finding import Finding
 from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.pictures import (
     left_pictures,
@@ -16,16 +15,18 @@ from evenspin.gap.pictures import (
     where_pictures,
     words_of,
 )
-from evenspin.gap.result import CaseResult, floor_of, inseparable, separator
-from evenspin.gap.thresholds import GAIN_MIN, LINE_RATIO
+from evenspin.gap.result import CaseResult, inseparable, separator
+from evenspin.gap.thresholds_effects import GAIN_MIN, LINE_RATIO
+from evenspin.gap.thresholds_evidence import OPEN_GAP
 from evenspin.gap.verdict import because
-from evenspin.gap.where import Spot, ranked
+from evenspin.gap.where import Contribution, ranked
+from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS, gap_of_records
 from evenspin.native import tables
 from evenspin.report.figures import Picture
 from evenspin.report.page import Chapter, Page
 from evenspin.tableview import TableView, number
 
-SPOTS = 12
+RANKED_ROWS = 12
 LINES = 8
 
 
@@ -54,21 +55,21 @@ def summary_of(result: CaseResult) -> list[str]:
     """The story in a few sentences."""
     finding = result.finding
     if finding.unknown:
-        said = [
+        sentences = [
             "Something is missing that no known effect explains: unknown.",
             *(f"{_start(t)}." for t in because(result)),
         ]
     elif finding.named:
         named = ", ".join(f"{name} ({_numbers(result, name)})" for name in finding.named)
-        said = [f"Missing in the model: {named}."]
+        sentences = [f"Missing in the model: {named}."]
     else:
-        said = ["Nothing is missing: the nominal machine within its tolerance explains the log."]
+        sentences = ["Nothing is missing: the nominal machine within its tolerance explains the log."]
     if result.before.traces:
-        said.append(
+        sentences.append(
             f"Gap on validation records: {result.before.gap:.3f} before, {result.after.gap:.3f} after; noise alone "
-            f"makes {floor_of(result.floor):.3f}."
+            f"makes {gap_of_records(result.noise_floor):.3f}."
         )
-    return said
+    return sentences
 
 
 def tables_of(result: CaseResult) -> list[TableView]:
@@ -80,26 +81,26 @@ def tables_of(result: CaseResult) -> list[TableView]:
 
 
 def _where(result: CaseResult) -> Chapter:
-    spots = ranked(result.subjects, result.residual_before, result.residual_after)[:SPOTS]
+    contributions = ranked(result.subjects, result.residual_before, result.residual_after)[:RANKED_ROWS]
     text = (
-        "The log is boiled down to features: mean, trend and angle orders of every steady stretch, short bins "
+        "The log is reduced to features: mean, trend and angle orders of every steady stretch, short bins "
         "after every step and along every ramp. Each is compared with a closed-loop simulation of the nominal "
-        "machine, and the difference is told in standard deviations of what sound units scatter. The validation "
+        "machine, and the difference is given in standard deviations of what healthy units scatter. The validation "
         "records take no part."
     )
-    table = _spots(spots, result)
+    table = _contributions(contributions, result)
     return Chapter("Where is the gap?", text, [table, *where_pictures(result)])
 
 
-def _spots(spots: list[Spot], result: CaseResult) -> TableView:
+def _contributions(contributions: list[Contribution], result: CaseResult) -> TableView:
     rows = [
         (s.record, s.signal, s.what, s.strongest or "-", f"{100.0 * s.share:.1f}", number(s.before), number(s.after))
-        for s in spots
+        for s in contributions
     ]
     header = ("record", "signal", "what", "strongest at", "share of excess %", "before sigma", "after sigma")
-    beyond = result.finding.floor.excess(result.finding.before)
+    beyond = result.finding.expected_cost.excess(result.finding.before)
     noise = "" if result.finding.unknown or result.finding.named else " All of it is within noise."
-    text = f"sigma: rms residual; 1 is noise. The nominal machine costs {beyond:.0f} more than sound units do.{noise}"
+    text = f"sigma: rms residual; 1 is noise. The nominal machine costs {beyond:.0f} more than healthy units do.{noise}"
     return TableView("Ranked by share of the excess", text, header, rows, left=4)
 
 
@@ -150,7 +151,7 @@ def _candidates(result: CaseResult) -> TableView:
     rows, marks = [], []
     for names, cost in tried_costs(result):
         key = frozenset(names)
-        excess = finding.floor.excess(cost)
+        excess = finding.expected_cost.excess(cost)
         if key == chosen:
             why = "does not explain the log" if finding.unknown else "chosen" if key else "enough"
         elif key > chosen and not finding.unknown:
@@ -160,8 +161,8 @@ def _candidates(result: CaseResult) -> TableView:
         rows.append((words_of(names), why, f"{cost:.0f}", f"{excess:.0f}", number(weights.get(key))))
         marks.append(("bad" if finding.unknown else "good") if key == chosen else "")
     text = (
-        f"Sound units have a cost of {finding.floor.mean:.0f} +- {finding.floor.sigma:.0f} (from simulation); what is "
-        "beyond is evidence against. weight: how likely beside the chosen one."
+        f"Healthy units have a cost of {_expected(finding)} (from simulation); what is beyond is evidence against. "
+        "weight: how likely beside the chosen one."
     )
     header = ("explanation", "for or against", "cost", "beyond noise", "weight")
     return TableView("Candidates", text, header, rows, marks, left=2)
@@ -197,14 +198,14 @@ def _how_much(result: CaseResult) -> Chapter:
 
 
 def _open(result: CaseResult) -> bool:
-    return not result.finding.unknown and result.before.gap > 1.05 * floor_of(result.floor)
+    return not result.finding.unknown and result.before.gap > OPEN_GAP * gap_of_records(result.noise_floor)
 
 
 def _gap_table(result: CaseResult) -> TableView:
     header = ("record", "", *(f"{s} [{u}]" for s, u in zip(GAP_SIGNALS, GAP_UNITS, strict=True)), "gap")
     rows = []
-    for before, after, floor in zip(result.before.records, result.after.records, result.floor, strict=True):
-        for name, gap in (("before", before), ("after", after), ("noise floor", floor)):
+    for before, after, noise in zip(result.before.records, result.after.records, result.noise_floor, strict=True):
+        for name, gap in (("before", before), ("after", after), ("noise floor", noise)):
             rows.append((gap.record, name, *(f"{gap.rms[s]:.4f}" for s in GAP_SIGNALS), f"{gap.gap:.4f}"))
     text = "rms of simulation less log. Noise floor: the found machine against its own noisy log."
     return TableView("Gap on validation records", text, header, rows)
@@ -221,17 +222,14 @@ def _steps(result: CaseResult) -> TableView:
 
 def _left(result: CaseResult) -> Chapter:
     finding = result.finding
-    noise = (
-        f"The residual costs {finding.model.cost:.0f}; simulated sound units have {finding.floor.mean:.0f} +- "
-        f"{finding.floor.sigma:.0f}."
-    )
+    noise = f"The residual costs {finding.model.cost:.0f}; simulated healthy units have {_expected(finding)}."
     text = (
         f"More than noise. {noise} {' '.join(_start(t) + '.' for t in because(result))}"
         if finding.unknown
         else f"{noise} That is noise: nothing significant is left."
     )
-    loud = [line for line in finding.lines if line.ratio > LINE_RATIO][:LINES]
-    parts = [_lines(result)] if loud else []
+    left = [line for line in finding.lines if line.ratio > LINE_RATIO][:LINES]
+    parts = [_lines(result)] if left else []
     return Chapter("What is left?", text, [*left_pictures(result), *parts])
 
 
@@ -263,12 +261,16 @@ def _numbers(result: CaseResult, name: str) -> str:
     """Parameters with units and the half of their 95 % intervals."""
     halves = {interval.parameter: interval.half for interval in result.intervals.of(name)}
     fields = tables().effects[name].params
-    said = []
+    sentences = []
     for key, value in reported_parameters(name, result.effects[name]).items():
         unit = fields[key].unit if key in fields else ""
         half = f" +- {halves[key]:.2g}" if halves.get(key) else ""
-        said.append(f"{key} = {value:.4g}{half}{' ' + unit if unit else ''}")
-    return ", ".join(said)
+        sentences.append(f"{key} = {value:.4g}{half}{' ' + unit if unit else ''}")
+    return ", ".join(sentences)
+
+
+def _expected(finding: Finding) -> str:
+    return f"{finding.expected_cost.mean:.0f} +- {finding.expected_cost.sigma:.0f}"
 
 
 def _start(text: str) -> str:

@@ -1,4 +1,4 @@
-"""How a lead is refined: downhill, around detents, or among many local minima. One small interface for the three."""
+"""How a candidate is refined: downhill, around detents, or among many local minima, behind one interface."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.candidate import Lead, Model, Z, noise_price
+from evenspin.gap.candidate import Candidate, Model, Z, noise_price
 from evenspin.gap.evidence import PROBES, Noise, model_features
 from evenspin.gap.fitting import Fitter
 from evenspin.gap.minima import MinimaSearch
@@ -21,18 +21,18 @@ STEPS_AFTER_SEARCH = 4  # downhill, after the search of local minima
 
 
 class Strategy(Protocol):
-    def refine(self, fitter: Fitter, lead: Lead | Model, steps: int, beat: float) -> Model:
-        """The best model found from a lead, judged by `fitter`; may give up where a cost of `beat` is out of reach."""
+    def refine(self, fitter: Fitter, candidate: Candidate | Model, steps: int, beat: float) -> Model:
+        """The best model found from there, judged by `fitter`; may give up where a cost of `beat` is out of reach."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Downhill:
-    """Gauss-Newton from where the lead is: for effects whose features change in proportion."""
+    """Gauss-Newton from where the candidate is: for effects whose features change in proportion."""
 
-    def refine(self, fitter: Fitter, lead: Lead | Model, steps: int, beat: float) -> Model:
-        model = fitter.model(lead.z)
-        return fitter.descended(model, steps, beat) if lead.z else model
+    def refine(self, fitter: Fitter, candidate: Candidate | Model, steps: int, beat: float) -> Model:
+        model = fitter.model(candidate.z)
+        return fitter.descended(model, steps, beat) if candidate.z else model
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +42,8 @@ class Detents:
     Where the rotor rests in a detent the log does not repeat, and no linear fit leads to the phase.
     """
 
-    def refine(self, fitter: Fitter, lead: Lead | Model, steps: int, beat: float) -> Model:
-        model = fitter.descended(_best_phase(fitter, fitter.model(lead.z)), steps)
+    def refine(self, fitter: Fitter, candidate: Candidate | Model, steps: int, beat: float) -> Model:
+        model = fitter.descended(_best_phase(fitter, fitter.model(candidate.z)), steps)
         noise = fitter.noise_of(model.z)
         under_own = fitter.with_noise(noise)
         model = under_own.descended(under_own.judged(model), steps)
@@ -54,12 +54,12 @@ class Detents:
 class LocalMinima:
     """For effects whose logs do not repeat to the sample: what varies with the noise counts less on the way."""
 
-    def refine(self, fitter: Fitter, lead: Lead | Model, steps: int, beat: float) -> Model:
+    def refine(self, fitter: Fitter, candidate: Candidate | Model, steps: int, beat: float) -> Model:
         strict = fitter.judge.noise
-        varying = fitter.noise_of(_least_repeatable(fitter, lead.z)).sigma
+        varying = fitter.noise_of(_least_repeatable(fitter, candidate.z)).sigma
         soft = fitter.with_noise(replace(strict, sigma=np.maximum(strict.sigma, varying)))
-        found = MinimaSearch(soft, lead.z).lowest()
-        varies = any(c.wildest is not None for name in found for c in fitter.library[name].coordinates)
+        found = MinimaSearch(soft, candidate.z).lowest()
+        varies = any(c.least_repeatable is not None for name in found for c in fitter.library[name].coordinates)
         points = (found, _least_repeatable(fitter, found)) if varies else (found,)
         models = [_under_own_noise(fitter, z) for z in points]
         noise, model = min(models, key=lambda pair: pair[1].likelihood_cost)
@@ -70,12 +70,12 @@ class LocalMinima:
         return _priced(fitter, model, noise)
 
 
-def strategy_for(fitter: Fitter, lead: Lead) -> Strategy:
-    """The one that the effects of a lead need."""
+def strategy_for(fitter: Fitter, candidate: Candidate) -> Strategy:
+    """The one that the effects of a candidate need."""
     library = fitter.library
-    if any(not library[name].linear for name in lead.z):
+    if any(not library[name].linear for name in candidate.z):
         return LocalMinima()
-    if any(library[name].rests for name in lead.new or lead.z):
+    if any(library[name].rests for name in candidate.new or candidate.z):
         return Detents()
     return Downhill()
 
@@ -93,7 +93,7 @@ def _under_own_noise(fitter: Fitter, z: Z) -> tuple[Noise, Model]:
 
 
 def _least_repeatable(fitter: Fitter, z: Z) -> Z:
-    return {name: fitter.library[name].as_wild_as_can_be(x) for name, x in z.items()}
+    return {name: fitter.library[name].least_repeatable(x) for name, x in z.items()}
 
 
 def _best_phase(fitter: Fitter, model: Model) -> Model:

@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from evenspin.compare import RecordGap
-from evenspin.gap.intervals import MODEL_SHARE, reported_parameters
-from evenspin.gap.result import CaseResult, floor_of, inseparable
-from evenspin.gap.thresholds import LINE_RATIO
-from evenspin.gap.tolerance import TOLERANCES
+from evenspin.gap.intervals import reported_parameters
+from evenspin.gap.result import CaseResult, inseparable
+from evenspin.gap.thresholds_effects import LINE_RATIO
+from evenspin.gap.thresholds_evidence import PARAMETER_SHARE
+from evenspin.log.gap import RecordGap, gap_of_records
+from evenspin.log.tolerance import TOLERANCES
 
 VERDICT = "verdict.json"
 
@@ -25,14 +26,14 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),
         "gap_after": real(result.after.gap),
-        "gap_floor": real(floor_of(result.floor)),
+        "gap_floor": real(gap_of_records(result.noise_floor)),
         "gap_closed": real(result.closed),
         "gap_records": _records(result),
         "intervals": _intervals(result),
         "intervals_note": (
             "95 %; standard deviations of the fit times "
-            f"{result.intervals.inflation:.2f}, the factor by which simulated sound units scatter more; "
-            f"and {100 * MODEL_SHARE:.0f} % for what the model of an effect may be off itself"
+            f"{result.intervals.inflation:.2f}, the factor by which simulated healthy units scatter more; "
+            f"and {100 * PARAMETER_SHARE:.0f} % for what the model of an effect may be off itself"
         ),
         "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
         "warnings": list(result.warnings),
@@ -44,11 +45,11 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
 def left_json(result: CaseResult) -> dict[str, Any]:
     """What the model does not explain, and whether that is noise."""
     finding = result.finding
-    floor = finding.floor
+    expected = finding.expected_cost
     return {
         "is_noise": not finding.unknown,
         "cost": finding.model.cost,
-        "cost_of_sound_units": {"mean": floor.mean, "sigma": floor.sigma},
+        "cost_of_sound_units": {"mean": expected.mean, "sigma": expected.sigma},
         "because": because(result),
         "lines": [
             {
@@ -71,17 +72,17 @@ def because(result: CaseResult) -> list[str]:
     finding = result.finding
     if not finding.unknown:
         return []
-    said = []
-    if finding.floor.excess(finding.model.cost) > finding.floor.limit:
-        said.append(
-            f"the best explanation leaves a cost of {finding.model.cost:.0f}; sound units have "
-            f"{finding.floor.mean:.0f} +- {finding.floor.sigma:.0f}"
+    reasons = []
+    if finding.expected_cost.excess(finding.model.cost) > finding.expected_cost.limit:
+        reasons.append(
+            f"the best explanation leaves a cost of {finding.model.cost:.0f}; healthy units have "
+            f"{finding.expected_cost.mean:.0f} +- {finding.expected_cost.sigma:.0f}"
         )
-    loud = [line for line in finding.lines if line.ratio > LINE_RATIO]
-    if loud:
-        hz = sorted({round(line.hz) for line in loud})
-        said.append(f"{len(loud)} spectral lines that no known order takes up, at {', '.join(map(str, hz[:8]))} Hz")
-    return said
+    left = [line for line in finding.lines if line.ratio > LINE_RATIO]
+    if left:
+        hz = sorted({round(line.hz) for line in left})
+        reasons.append(f"{len(left)} spectral lines that no known order takes up, at {', '.join(map(str, hz[:8]))} Hz")
+    return reasons
 
 
 def _details(result: CaseResult) -> dict[str, Any]:
@@ -110,10 +111,14 @@ def _details(result: CaseResult) -> dict[str, Any]:
 
 
 def _records(result: CaseResult) -> dict[str, Any]:
-    def told(records: Sequence[RecordGap]) -> dict[str, dict[str, Any]]:
+    def by_record(records: Sequence[RecordGap]) -> dict[str, dict[str, Any]]:
         return {r.record: {"gap": r.gap, "rms": dict(r.rms)} for r in records}
 
-    before, after, floor = told(result.before.records), told(result.after.records), told(result.floor)
+    before, after, floor = (
+        by_record(result.before.records),
+        by_record(result.after.records),
+        by_record(result.noise_floor),
+    )
     return {name: {"before": before[name], "after": after[name], "floor": floor[name]} for name in before}
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.gap.evidence import SOFT
-from evenspin.gap.features import SIGNALS, Label
+from evenspin.gap.evidence import robust_cost
+from evenspin.gap.features import SIGNALS, FeatureKey
 from evenspin.gap.layout import Layout, Stretch
 
 RPM = math.pi / 30.0
@@ -31,17 +31,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """What a feature is about."""
+    """What a feature is about, with the steady stretch that it is of, if it is of one."""
 
-    record: str
-    signal: str
-    kind: str
-    order: float  # nan: none
+    key: FeatureKey
     stretch: Stretch | None
 
     @property
     def what(self) -> str:
-        return f"order {self.order:g}" if self.kind == "order" else WORDS[self.kind]
+        return f"order {self.key.order:g}" if self.key.order is not None else WORDS[self.key.kind]
 
     @property
     def level(self) -> str:
@@ -52,7 +49,7 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class Contribution:
     """A line of the ranked table."""
 
     record: str
@@ -73,73 +70,58 @@ class HeatMap:
     after: Array
 
 
-def subjects(labels: Sequence[Label], layouts: Iterable[Layout]) -> tuple[Subject, ...]:
-    """What every feature is about, in the order of the labels; `layouts`: of the fit records."""
+def subjects(keys: Sequence[FeatureKey], layouts: Iterable[Layout]) -> tuple[Subject, ...]:
+    """What every feature is about, in the order of the keys; `layouts`: of the fit records."""
     by_record = {layout.record: layout for layout in layouts}
-    return tuple(_subject(label, by_record[label[0]]) for label in labels)
+    return tuple(Subject(key, by_record[key.record].steady[key.block] if key.bin is None else None) for key in keys)
 
 
-def _subject(label: Label, layout: Layout) -> Subject:
-    record, signal, kind, detail = label
-    where, _, name = detail.partition(":")
-    stretch = None
-    if where.startswith(("steady", "coast")) and not name.isdigit():
-        stretch = layout.steady[int(where.removeprefix("steady").removeprefix("coast"))]
-    order = float(name.removeprefix("cos").removeprefix("sin")) if kind == "order" else math.nan
-    return Subject(record, signal, kind, order, stretch)
-
-
-def ranked(where: Sequence[Subject], before: Array, after: Array) -> list[Spot]:
+def ranked(where: Sequence[Subject], before: Array, after: Array) -> list[Contribution]:
     """Largest share of the excess first. `before`, `after`: residuals in sigmas."""
     groups: dict[tuple[str, str, str], list[int]] = defaultdict(list)
     for i, subject in enumerate(where):
-        groups[(subject.record, subject.signal, subject.what)].append(i)
+        groups[(subject.key.record, subject.key.signal, subject.what)].append(i)
     loaded = LOAD_SHARE * max((abs(p.stretch.load_nm) for p in where if p.stretch), default=0.0)
     excess = {key: _excess(before[rows]) for key, rows in groups.items()}
     total = sum(excess.values()) or 1.0
-    spots = [
-        Spot(*key, _strongest(rows, where, before, loaded), excess[key] / total, _rms(before[rows]), _rms(after[rows]))
+    contributions = [
+        Contribution(
+            *key, _strongest(rows, where, before, loaded), excess[key] / total, _rms(before[rows]), _rms(after[rows])
+        )
         for key, rows in groups.items()
     ]
-    return sorted(spots, key=lambda spot: -spot.share)
+    return sorted(contributions, key=lambda each: -each.share)
 
 
 def heat_map(where: Sequence[Subject], before: Array, after: Array) -> HeatMap:
     """By record, by speed level (steady running), by angle order, by kind of transient."""
-    records = tuple(dict.fromkeys(p.record for p in where))
+    records = tuple(dict.fromkeys(p.key.record for p in where))
     levels = sorted({p.stretch.speed_rad_s for p in where if p.stretch and not p.stretch.coasting})
     names = tuple(dict.fromkeys(f"{w / RPM:.0f} rpm" for w in levels))
-    orders = tuple(f"order {k:g}" for k in sorted({p.order for p in where if p.kind == "order"}))
-    kinds = tuple(WORDS[k] for k in ("step", "ramp", "coast") if any(p.kind == k for p in where))
+    orders = tuple(f"order {k:g}" for k in sorted({p.key.order for p in where if p.key.order is not None}))
+    kinds = tuple(WORDS[k] for k in ("step", "ramp", "coast") if any(p.key.kind == k for p in where))
     blocks = (("record", records), ("steady speed", names), ("angle", orders), ("transient", kinds))
     columns: dict[tuple[str, str, str], list[int]] = defaultdict(list)
     for i, subject in enumerate(where):
-        columns[("record", subject.record, subject.signal)].append(i)
-        columns[("steady speed", subject.level, subject.signal)].append(i)
-        columns[("angle" if subject.kind == "order" else "transient", subject.what, subject.signal)].append(i)
+        key = subject.key
+        columns[("record", key.record, key.signal)].append(i)
+        columns[("steady speed", subject.level, key.signal)].append(i)
+        columns[("angle" if key.order is not None else "transient", subject.what, key.signal)].append(i)
     filled = tuple((title, names) for title, names in blocks if names)
-    keys = [(title, name) for title, names in filled for name in names]
-    shape = (len(SIGNALS), len(keys))
+    places = [(title, name) for title, names in filled for name in names]
+    shape = (len(SIGNALS), len(places))
     maps = [np.full(shape, np.nan), np.full(shape, np.nan)]
     for row, signal in enumerate(SIGNALS):
-        for column, key in enumerate(keys):
-            rows = columns.get((*key, signal))
+        for column, place in enumerate(places):
+            rows = columns.get((*place, signal))
             if rows:
                 maps[0][row, column], maps[1][row, column] = _rms(before[rows]), _rms(after[rows])
     return HeatMap(filled, maps[0], maps[1])
 
 
-def excess_by_record(labels: Sequence[Label], residual: Array) -> dict[str, float]:
-    groups: dict[str, list[int]] = defaultdict(list)
-    for i, label in enumerate(labels):
-        groups[label[0]].append(i)
-    return {record: _excess(residual[rows]) for record, rows in groups.items()}
-
-
 def _excess(residual: Array) -> float:
     """Robust cost over what noise of one sigma would have; never negative."""
-    cost = float(np.sum(SOFT**2 * np.log1p((residual / SOFT) ** 2)))
-    return max(0.0, cost - len(residual))
+    return max(0.0, robust_cost(residual) - len(residual))
 
 
 def _rms(residual: Array) -> float:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.compare import LOCKED
 from evenspin.errors import MISSING, InputError
 from evenspin.log.case import META, read_case, read_meta
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv
+from evenspin.log.experiments import LOCKED
 from evenspin.model.machine import Machine
 from evenspin.plausible.currents import CURRENTS, check_currents
 from evenspin.plausible.dead import is_constant, unusable_columns

@@ -53,7 +53,7 @@ from evenspin.model.machine import (
 )
 from evenspin.model.schema import Strict, check, given_numbers, real
 from evenspin.model.setup import InputCurve, Setup, Tune
-from evenspin.native import tables
+from evenspin.native import RefusedValueError, tables
 
 RPM = math.pi / 30.0  # rad/s
 TURN = 2.0 * math.pi  # rad
@@ -134,13 +134,15 @@ class Scenario:
         return setup if seed is None else replace(setup, seed=seed)
 
     def blame(self, error: NativeError) -> EvenspinError:
-        """Where in the files is what the library refused? It says "name = value: limit"."""
-        name, separator, rest = str(error).partition(" = ")
-        limit = rest.partition(": ")[2]
+        """Where in the files is what the library refused?"""
+        if not isinstance(error, RefusedValueError):
+            return error
+        refusal = error.refusal
+        path = (refusal.other, refusal.name) if refusal.list == "effect_param" else (refusal.name,)
         for document in (self.document, self.machine.document):
             for keys in sorted(document.lines, key=document.line_of):
-                if separator and keys[-1] == name:
-                    must = limit.removeprefix("must be ") if "must be " in limit else f"another value ({limit})"
+                if tuple(keys[-len(path) :]) == path:
+                    must = refusal.must or f"another value ({refusal.reason})"
                     return document.error(keys, must, "correct the value")
         return error
 

@@ -12,7 +12,7 @@ from evenspin.errors import NativeError, did_you_mean
 
 NUMERICS = ("float", "fixed")
 HEADER = "evenspin_capi.h"
-SUPPORTED_ABI = 2
+SUPPORTED_ABI = 3
 REINSTALL = "install the package again: make setup"
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from evenspin.errors import NativeError
 from evenspin.native.library import load
+from evenspin.native.refusal import Refusal, RefusedValueError, read_refusal
 
 Values = Sequence[float] | NDArray[np.floating[Any]]
 
@@ -27,6 +28,7 @@ class Simulation:
             raise NativeError("no memory for a simulation; close other programs")
         self._handle = ffi.gc(handle, lib.es_sim_free)
         self._signal_count = 0
+        self._started = False
         self._octets = ffi.new("uint8_t[]", LINK_OCTETS)
 
     def set_model(self, name: str, value: float) -> None:
@@ -71,7 +73,9 @@ class Simulation:
         return bytes(self._library.ffi.buffer(self._octets, count))
 
     def start(self) -> None:
+        self._started = False
         self._need(self._library.lib.es_sim_start(self._handle))
+        self._started = True
 
     def record(self, signals: Sequence[str]) -> None:
         """Choose what `run` returns."""
@@ -81,16 +85,16 @@ class Simulation:
 
     def run(self, periods: int, decimate: int = 1) -> NDArray[np.float64]:
         """Go on for so many PWM periods; one row for each `decimate`-th of them."""
+        self._need_start()
         rows = -(-periods // decimate)
         out = np.empty((rows, self._signal_count))
         buffer = self._library.ffi.from_buffer("double[]", out, require_writable=True)
         written = self._library.lib.es_sim_run(self._handle, periods, decimate, buffer, rows)
-        if written < 0:
-            raise NativeError(self.error())
         return out[:written]
 
     def skip(self, periods: int) -> None:
         """Go on without recording."""
+        self._need_start()
         self._library.lib.es_sim_run(self._handle, periods, 1, self._library.ffi.NULL, 0)
 
     def time_s(self) -> float:
@@ -115,9 +119,14 @@ class Simulation:
         buffer = self._library.ffi.from_buffer("double[]", values)
         self._need(self._library.lib.es_sim_memory_write(self._handle, buffer, len(values)))
 
-    def error(self) -> str:
-        return self._library.text(self._library.lib.es_sim_error(self._handle))
+    def refusal(self) -> Refusal:
+        """Why the last call was refused."""
+        return read_refusal(self._library, self._library.lib.es_sim_error(self._handle))
+
+    def _need_start(self) -> None:
+        if not self._started:
+            raise NativeError("the simulation does not run: start it first")
 
     def _need(self, done: bool) -> None:
         if not done:
-            raise NativeError(self.error())
+            raise RefusedValueError(self.refusal())

@@ -88,6 +88,35 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True)
+class Action:
+    """What can be done with a block: numbers in, numbers out, named with their units."""
+
+    name: str
+    doc: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockParam(Field):
+    """A parameter of a control block."""
+
+    above: bool = False  # the minimum itself is not allowed
+    below: bool = False
+    rule: str = ""  # what else it must be
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A control block (sim_host/capi/blocks), see evenspin.blocks."""
+
+    name: str
+    doc: str
+    params: Mapping[str, BlockParam]
+    actions: Mapping[str, Action]
+
+
+@dataclass(frozen=True, slots=True)
 class Tables:
     """Every table of the library, in its order, by name."""
 
@@ -98,6 +127,7 @@ class Tables:
     effects: Mapping[str, Effect]
     faults: tuple[Fault, ...]
     commands: tuple[str, ...]  # of the bench link
+    blocks: Mapping[str, Block]
 
 
 @functools.cache
@@ -113,6 +143,7 @@ def tables() -> Tables:
         effects=MappingProxyType({effect.name: effect for effect in _effects(library)}),
         faults=tuple(_faults(library)),
         commands=tuple(_fields(library, lib.es_command_count(), lib.es_command_info)),
+        blocks=MappingProxyType({block.name: block for block in _blocks(library)}),
     )
 
 
@@ -127,13 +158,12 @@ def _fields(library: Library, count: int, info: Callable[[int, Any], bool]) -> M
 
 
 def _field(library: Library, raw: Any) -> Field:
-    choices = library.text(raw.choices)
     return Field(
         name=library.text(raw.name),
         unit=library.text(raw.unit),
         kind=library.text(raw.kind),
         doc=library.text(raw.doc),
-        choices=tuple(choices.split("|")) if choices else (),
+        choices=_words(library.text(raw.choices)),
         minimum=raw.min,
         maximum=raw.max,
         default=raw.value,
@@ -183,6 +213,39 @@ def _shown_by(library: Library, effect: int) -> Iterator[tuple[str, str]]:
     while library.lib.es_effect_shown_by(effect, index, experiment, condition):
         yield library.text(experiment[0]), library.text(condition[0])
         index += 1
+
+
+def _blocks(library: Library) -> Iterator[Block]:
+    raw = library.ffi.new("es_block_info_t *")
+    for index in range(library.lib.es_block_count()):
+        if library.lib.es_block_info(index, raw):
+            yield Block(
+                name=library.text(raw.name),
+                doc=library.text(raw.doc),
+                params=MappingProxyType({each.name: each for each in _block_params(library, index, raw.param_count)}),
+                actions=MappingProxyType({each.name: each for each in _actions(library, index, raw.action_count)}),
+            )
+
+
+def _block_params(library: Library, block: int, count: int) -> Iterator[BlockParam]:
+    raw = library.ffi.new("es_field_t *")
+    for index in range(count):
+        if library.lib.es_block_param_info(block, index, raw):
+            field = _field(library, raw)
+            own: dict[str, Any] = {"above": bool(raw.above), "below": bool(raw.below), "rule": library.text(raw.rule)}
+            yield BlockParam(**{each.name: getattr(field, each.name) for each in fields(Field)}, **own)
+
+
+def _actions(library: Library, block: int, count: int) -> Iterator[Action]:
+    raw = library.ffi.new("es_action_t *")
+    for index in range(count):
+        if library.lib.es_block_action_info(block, index, raw):
+            inputs, outputs = (library.text(each) for each in (raw.inputs, raw.outputs))
+            yield Action(library.text(raw.name), library.text(raw.doc), _words(inputs), _words(outputs))
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split("|")) if text else ()
 
 
 def _faults(library: Library) -> Iterator[Fault]:

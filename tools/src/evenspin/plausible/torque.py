@@ -46,3 +46,24 @@ def partial_slope(x: Array, y: Array, beside: tuple[Array, ...]) -> tuple[float,
         return math.nan, 0.0
     like = float(np.mean(x * y)) / size
     return like * rms(y) / rms(x), like
+
+
+WORK = 0.3  # share of work done on the shaft above which braking loads, not the sign, explain the correlation
+AGAINST = -0.3  # correlation of current and acceleration that only disturbances, or a wrong sign, make
+
+
+def current_is_reversed(t_s: Array, speed: Array, current: Array) -> bool:
+    """Whether a torque current has the wrong sign against the motion.
+
+    The shaft speeds up against the current. Load steps under a speed controller do that, too, but then the motor does
+    most of the work; a load that drives takes the work away, but then the shaft speeds up with the current.
+    """
+    _, like = acceleration_factor(t_s, speed, current)
+    return like < AGAINST and work_share(speed, current) < WORK
+
+
+def work_share(speed: Array, current: Array) -> float:
+    """Work that a torque current does on a shaft, of all the work that goes either way: -1 .. 1; 0 without any."""
+    power = current * speed
+    total = float(np.sum(np.abs(power)))
+    return float(np.sum(power)) / total if total > 0.0 else 0.0

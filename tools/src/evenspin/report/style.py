@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+# A method that does not stand here is drawn under its own name, in one of OTHER_COLOURS.
 METHOD_COLOURS = {
     "pi": "#8c8c8c",
     "crc": "#e08e0b",

@@ -73,8 +73,10 @@ class Desk:
                 with self._changing:
                     result = self._work[request.do](request)
             return result or {}
-        except (EvenspinError, OSError) as error:
-            return {"error": str(error).removeprefix("bench: ").removeprefix("set: ")}
+        except EvenspinError as error:
+            return {"error": error.bare}
+        except OSError as error:
+            return {"error": str(error)}
         except Exception as error:  # a mistake of ours: the page must hear of it, and the next stop must work
             return {"error": f"{request.do} failed: {error!r}"}
         finally:
@@ -201,7 +203,7 @@ class Desk:
 
     def link_message(self) -> Message:
         said = self.feed.connection
-        return {"type": "link", "status": said.status, "text": said.text.removeprefix("--port: ")}
+        return {"type": "link", "status": said.status, "text": said.text}
 
     def drive_message(self) -> Message | None:
         drive = self.feed.drive

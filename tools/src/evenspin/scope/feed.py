@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from evenspin.bench import Drive, Stream
 from evenspin.bench.errors import LinkLostError, NoDeviceError
 from evenspin.bench.messages import DriveState, Event
+from evenspin.errors import EvenspinError
 from evenspin.scope.history import History
 
 AGAIN_S = 0.5
@@ -107,7 +108,7 @@ class Feed:
             try:
                 drive = self.open_drive(lambda _: self._news.set())
             except Exception as error:  # whatever it is: say it, and try again
-                self._say("searching", str(error))
+                self._say("searching", _text(error))
                 self._closing.wait(AGAIN_S)
                 continue
             text = ""
@@ -115,7 +116,7 @@ class Feed:
                 self._attach(drive)
                 self._read_on(drive)
             except Exception as error:  # a thread that ends unseen would leave a page that shows the past
-                text = str(error)
+                text = _text(error)
             finally:
                 self.drive = self.live = self.state = None
                 drive.close()
@@ -181,3 +182,7 @@ def opener(port: str | None) -> OpenDrive:
         return Drive.connect(port, on_event=on_event)
 
     return open_drive
+
+
+def _text(error: Exception) -> str:
+    return error.bare if isinstance(error, EvenspinError) else str(error)

@@ -1,0 +1,171 @@
+/* Inputs over time. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim_host/capi/sim.h"
+
+#define PI 3.14159265358979323846
+
+static const sim_field_t INPUTS[INPUT_COUNT] = {
+#define INPUT(name, unit, def, lo, hi, doc) {#name, unit, doc, lo, hi, def, SIM_REAL},
+#include "sim_host/capi/inputs.def"
+#undef INPUT
+};
+
+void capi_inputs_default(es_sim_t *s)
+{
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        s->input[i].now = INPUTS[i].def;
+    }
+}
+
+void capi_inputs_rewind(es_sim_t *s)
+{
+    s->inputs_until = -INFINITY;
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        s->input[i].at = 0;
+    }
+}
+
+void capi_inputs_free(es_sim_t *s)
+{
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        free(s->input[i].t_s);
+        free(s->input[i].value);
+    }
+}
+
+int  es_input_count(void) { return INPUT_COUNT; }
+bool es_input_info(int index, es_field_t *out)
+{
+    if ((index < 0) || (index >= (int)INPUT_COUNT)) {
+        return false;
+    }
+    const sim_field_t *const f = &INPUTS[index];
+    return capi_fill(out, f->name, f->unit, "float", f->doc, "", f->min, f->max, f->def);
+}
+
+bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear)
+{
+    if ((sim == NULL) || (name == NULL) || (t_s == NULL) || (value == NULL)) {
+        return false;
+    }
+    int i = 0;
+    while ((i < (int)INPUT_COUNT) && (strcmp(name, INPUTS[i].name) != 0)) {
+        i++;
+    }
+    if (i == (int)INPUT_COUNT) {
+        return capi_refuse(&sim->error, ES_UNKNOWN, "input", name, (double)count);
+    }
+    if (count < 1) {
+        return capi_refuse(&sim->error, ES_TIMES, "input", name, (double)count);
+    }
+    for (int k = 0; k < count; k++) {
+        if (!(isfinite(t_s[k])) || ((k > 0) && !(t_s[k] > t_s[k - 1]))) {
+            return capi_refuse(&sim->error, ES_TIMES, "input", name, t_s[k]);
+        }
+        if (!((value[k] >= INPUTS[i].min) && (value[k] <= INPUTS[i].max))) {
+            return capi_refuse_range(&sim->error, ES_OUT_OF_RANGE, "input", name, value[k], INPUTS[i].min, INPUTS[i].max,
+                                     INPUTS[i].unit);
+        }
+    }
+    const size_t bytes = (size_t)count * sizeof(double);
+    double      *t = malloc(bytes);
+    double      *v = malloc(bytes);
+    if ((t == NULL) || (v == NULL)) {
+        free(t);
+        free(v);
+        return capi_refuse(&sim->error, ES_NO_MEMORY, "input", name, (double)count);
+    }
+    memcpy(t, t_s, bytes);
+    memcpy(v, value, bytes);
+    capi_track_t *const track = &sim->input[i];
+    free(track->t_s);
+    free(track->value);
+    const capi_track_t made = {t, v, count, 0, linear, v[0]};
+    *track = made;
+    sim->inputs_until = -INFINITY; /* acts in the next period when the simulation runs already */
+    return true;
+}
+
+static double track_value(capi_track_t *track, double t)
+{
+    if (track->count == 0) {
+        return track->now;
+    }
+    const double grace = t + CAPI_GRACE_S;
+    while ((track->at + 1 < track->count) && (track->t_s[track->at + 1] <= grace)) {
+        track->at++;
+    }
+    const int i = track->at;
+    if (!track->linear || (i + 1 >= track->count) || (t <= track->t_s[i])) {
+        return track->value[i];
+    }
+    return track->value[i] + (track->value[i + 1] - track->value[i]) * (t - track->t_s[i]) / (track->t_s[i + 1] - track->t_s[i]);
+}
+
+void capi_inputs_apply(es_sim_t *s, double t)
+{
+    double now[INPUT_COUNT];
+    s->inputs_until = INFINITY;
+    for (int i = 0; i < (int)INPUT_COUNT; i++) {
+        capi_track_t *const track = &s->input[i];
+        now[i] = track_value(track, t);
+        const bool ends = track->at + 1 >= track->count;
+        if (!ends) {
+            s->inputs_until = fmin(s->inputs_until, track->linear ? t : track->t_s[track->at + 1]);
+        }
+    }
+    sim_outside_t *const o = &s->board.plant.outside;
+    o->load_torque_nm = now[INPUT_load_torque_nm];
+    o->load_brake_nm = now[INPUT_load_brake_nm];
+    o->dc_link_v = (s->input[INPUT_dc_link_v].count > 0) ? now[INPUT_dc_link_v] : s->board.plant.model.dc_link_v;
+
+    sim_disturbance_t *const d = &s->board.disturbance;
+    d->sample_lost = now[INPUT_sample_lost] >= 0.5;
+    d->current_nan = now[INPUT_current_nan] >= 0.5;
+    d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
+    d->encoder_slip_rad = now[INPUT_encoder_slip_rad];
+    d->encoder_error = now[INPUT_encoder_error] >= 0.5;
+    d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
+    s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];
+    s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];
+
+    const double          turns = trunc(now[INPUT_position_ref_rad] / (2.0 * PI));
+    const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5),
+                               (float)now[INPUT_speed_ref_rad_s],
+                               (float)now[INPUT_id_ref_a],
+                               (float)now[INPUT_iq_ref_a],
+                               (int32_t)turns,
+                               (float)(now[INPUT_position_ref_rad] - turns * 2.0 * PI)};
+    if ((now[INPUT_home] >= 0.5) && !s->home_asked) {
+        drive_home(&s->drive);
+    }
+    s->home_asked = now[INPUT_home] >= 0.5;
+    if ((c.mode != s->sent.mode) || (c.speed_ref_rad_s != s->sent.speed_ref_rad_s) || (c.id_ref_a != s->sent.id_ref_a) ||
+        (c.iq_ref_a != s->sent.iq_ref_a) || (c.target_turns != s->sent.target_turns) || (c.target_rad != s->sent.target_rad) ||
+        (s->board.periods == 0U)) {
+        (void)drive_command(&s->drive, &c);
+        s->sent = c;
+    }
+}
+
+/* A speed reference that would only trip the drive. */
+bool capi_reference_fits(es_sim_t *s)
+{
+    bool speed_mode = (s->input[INPUT_control_mode].count == 0) && ((int)INPUTS[INPUT_control_mode].def == (int)DRIVE_MODE_SPEED);
+    for (int k = 0; k < s->input[INPUT_control_mode].count; k++) {
+        speed_mode = speed_mode || ((int)(s->input[INPUT_control_mode].value[k] + 0.5) == (int)DRIVE_MODE_SPEED);
+    }
+    const capi_track_t *const ref = &s->input[INPUT_speed_ref_rad_s];
+    const double              limit = (double)s->params.over_speed_rad_s;
+    for (int k = 0; speed_mode && (k < ref->count); k++) {
+        if (fabs(ref->value[k]) > limit) {
+            (void)capi_refuse_range(&s->error, ES_LIMITED, "input", "speed_ref_rad_s", ref->value[k], -limit, limit, "rad/s");
+            s->error.other = params_info(PARAM_over_speed_rad_s)->name;
+            return false;
+        }
+    }
+    return true;
+}

@@ -1,0 +1,204 @@
+"""Apply a map to a table: columns of the log format in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from collections.abc import Mapping as MappingType
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.errors import InputError
+from evenspin.importer import frames
+from evenspin.importer.mapping import HINT, ColumnMap, Mapping
+from evenspin.importer.motion import turn_of, unwrapped, wrap_span
+from evenspin.importer.names import QUANTITIES
+from evenspin.importer.table import Array, RawColumn, RawTable
+from evenspin.importer.units import unit_of
+from evenspin.plausible.torque import acceleration_factor, work_share
+
+INVARIANT = math.sqrt(2.0 / 3.0)
+SHOWS = 0.3  # correlation of current and acceleration from which its sign decides
+SURE = 0.9  # of 1: how clearly phase currents have to be dq currents turned by an angle
+DQ = ("iq_a", "id_a", "iq_ref_a", "id_ref_a", "vq_v", "vd_v")
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """Columns of the log format, a number per row of the file. `notes`: what was done and what was assumed."""
+
+    columns: MappingType[str, Array]
+    pole_pairs: int | None
+    electrical_zero_rad: float | None
+    notes: tuple[str, ...]
+
+
+def import_table(table: RawTable, mapping: Mapping) -> Imported:
+    """Every quantity of the map in SI units; phase quantities are turned into dq where the map has an angle."""
+    notes = [*table.notes, *mapping.notes]
+    si = {name: _converted(table, mapping, name, column) for name, column in mapping.columns.items()}
+    if "t_s" not in si:
+        if mapping.rate_hz is None:
+            raise InputError(table.path, "t_s", "(missing)", "a column of time, or rate_hz", HINT)
+        si["t_s"] = np.arange(len(table)) / mapping.rate_hz
+    else:
+        si["t_s"] = si["t_s"] - si["t_s"][0]
+    pairs, zero = mapping.pole_pairs, mapping.electrical_zero_rad
+    if "theta_m_rad" not in si and "theta_e_rad" in si:
+        if pairs is None:
+            raise InputError(table.path, "pole_pairs", "(missing)", "given with an electrical angle", HINT)
+        si["theta_m_rad"] = si["theta_e_rad"] / pairs
+        notes.append(f"mechanical angle from the electrical one and {pairs} pole pairs: its zero is one of {pairs}")
+    if mapping.power_invariant:
+        si |= {name: si[name] * INVARIANT for name in DQ if name in si}
+        notes.append("dq quantities are power-invariant in the file: brought to amplitude-invariant")
+    if "iq_a" not in si:
+        pairs, zero = _rotor_frame(table, si, pairs, zero, notes)
+    else:
+        pairs = _beside(table, si, pairs, notes)
+    if zero is not None and pairs is not None and "theta_m_rad" in si:
+        si["theta_m_rad"] = si["theta_m_rad"] + zero / pairs  # so that the format's electrical angle, p theta, is right
+    _voltages(si, pairs)
+    columns = {name: values for name, values in si.items() if name in QUANTITIES}
+    return Imported(columns, pairs, zero, tuple(notes))
+
+
+def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnMap) -> Array:
+    raw = _source(table, column.source)
+    if raw is None:
+        names = ", ".join(table.names[:30])
+        raise InputError(table.path, f"columns.{quantity}.from", column.source, f"one of {names}", HINT)
+    unit = unit_of(column.unit)
+    factor = 1.0 if unit is None else unit.si
+    if unit is not None and unit.counts:
+        if mapping.counts_per_turn is None:
+            raise InputError(
+                table.path, "counts_per_turn", "(missing)", f"given, because {quantity} is in counts", HINT
+            )
+        factor = unit.si / mapping.counts_per_turn
+    if unit is not None and unit.electrical and quantity != "theta_e_rad":
+        if mapping.pole_pairs is None:
+            raise InputError(table.path, "pole_pairs", "(missing)", f"given, because {quantity} is electrical", HINT)
+        factor /= mapping.pole_pairs
+    values = raw.values
+    if QUANTITIES[quantity] == "angle":
+        span = wrap_span(values)
+        turn = turn_of(span) if span is not None else None
+        values = unwrapped(values, turn[1] if turn is not None else None)
+    return np.asarray((values + column.offset) * (column.scale * factor))
+
+
+def _source(table: RawTable, name: str) -> RawColumn | None:
+    found = table.column(name)
+    if found is None and name.isdigit() and 1 <= int(name) <= len(table.columns):
+        found = table.columns[int(name) - 1]
+    return found
+
+
+def _rotor_frame(
+    table: RawTable, si: dict[str, Array], pairs: int | None, zero: float | None, notes: list[str]
+) -> tuple[int | None, float | None]:
+    """iq and id from phase or stationary-frame currents."""
+    if "ialpha_a" in si and "ibeta_a" in si:
+        alpha, beta = si["ialpha_a"], si["ibeta_a"]
+    elif "ia_a" in si and "ib_a" in si:
+        alpha, beta = frames.clarke(si["ia_a"], si["ib_a"], si.get("ic_a"))
+    else:
+        raise InputError(table.path, "iq_a", "(missing)", "a column, or two phase currents and an angle", HINT)
+    if "theta_e_rad" in si and zero is None:
+        theta_e = si["theta_e_rad"]
+        notes.append("iq_a and id_a from the phase currents and the electrical angle of the file")
+    elif "theta_m_rad" in si:
+        theta_m = si["theta_m_rad"]
+        good = np.isfinite(alpha) & np.isfinite(beta) & np.isfinite(theta_m)
+        found, direction, clear = frames.pole_pairs_of(alpha[good], beta[good], theta_m[good])
+        if pairs is None:
+            if clear < frames.CLEAR:
+                raise InputError(table.path, "pole_pairs", "(not to be seen in the currents)", "given", HINT)
+            pairs = found
+            notes.append(f"{pairs} pole pairs: with them the current vector turns with the shaft ({clear:.2f} of 1)")
+        elif clear > frames.CLEAR and found != pairs:
+            raise InputError(
+                table.path, "pole_pairs", pairs, f"{found}, as often as the currents turn per revolution", HINT
+            )
+        if direction < 0 and clear > frames.CLEAR:
+            raise InputError(
+                table.path,
+                "ia_a, ib_a",
+                "turning against the angle",
+                "in the order of the phases",
+                "exchange two phases, or turn the angle round (scale = -1)",
+            )
+        theta_e = pairs * theta_m
+        if zero is None:
+            zero, clear = frames.zero_of(alpha[good], beta[good], theta_e[good], _drives(si, good))
+            if clear < frames.CLEAR:
+                raise InputError(table.path, "electrical_zero_rad", "(not to be seen in the currents)", "given", HINT)
+            notes.append(
+                f"electrical zero {zero:.4f} rad, for a drive that keeps id at 0 ({clear:.2f} of 1); "
+                "with MTPA it is off by the angle of the current"
+            )
+        theta_e = theta_e + zero
+    else:
+        raise InputError(table.path, "theta_m_rad", "(missing)", "a column: phase currents need an angle", HINT)
+    si["id_a"], si["iq_a"] = frames.park(alpha, beta, theta_e)
+    si["theta_e_rad"] = theta_e
+    return pairs, zero
+
+
+def _beside(table: RawTable, si: dict[str, Array], pairs: int | None, notes: list[str]) -> int | None:
+    """Phase currents beside dq ones tell the electrical zero, and contradict wrong pole pairs."""
+    if not {"id_a", "ia_a", "ib_a", "theta_m_rad"} <= set(si):
+        return pairs
+    alpha, beta = frames.clarke(si["ia_a"], si["ib_a"], si.get("ic_a"))
+    names = ("id_a", "iq_a", "theta_m_rad")
+    good = np.isfinite(alpha) & np.isfinite(beta) & np.all([np.isfinite(si[name]) for name in names], axis=0)
+    d, q, theta = (si[name][good] for name in names)
+    found, zero, clear = frames.zero_between(alpha[good], beta[good], d, q, theta, None)
+    if clear < SURE:
+        for name in ("ia_a", "ib_a"):
+            del si[name]
+        notes.append(f"phase currents left out: no angle makes them the dq currents ({clear:.2f} of 1)")
+        return pairs
+    if pairs is not None and found != pairs:
+        hint = "correct it, or the unit of the angle"
+        raise InputError(table.path, "pole_pairs", pairs, f"{found}, with which phase and dq currents agree", hint)
+    si["theta_m_rad"] = si["theta_m_rad"] + zero / found
+    notes.append(
+        f"{found} pole pairs and electrical zero {zero:.3f} rad, from phase and dq currents: the angle is shifted by it"
+    )
+    return found
+
+
+def _drives(si: dict[str, Array], good: NDArray[np.bool_]) -> Callable[[Array], bool]:
+    """Whether a q current speeds the shaft up, or where that does not show, works against friction."""
+    t = si["t_s"][good]
+    speed = si["speed_rad_s"] if "speed_rad_s" in si else np.gradient(si["theta_m_rad"], si["t_s"])
+    speed = np.nan_to_num(speed[good])
+
+    def told(iq: Array) -> bool:
+        _, like = acceleration_factor(t, speed, iq)
+        return like > 0.0 if abs(like) > SHOWS else work_share(speed, iq) > 0.0
+
+    return told
+
+
+def _voltages(si: dict[str, Array], pairs: int | None) -> None:
+    """vd and vq from phase voltages, stationary-frame ones, or duties and dc link, with the electrical angle."""
+    theta_e = si.get("theta_e_rad")
+    if theta_e is None and pairs is not None and "theta_m_rad" in si:
+        theta_e = pairs * si["theta_m_rad"]
+    if "vq_v" in si or theta_e is None:
+        return
+    if {"valpha_v", "vbeta_v"} <= set(si):
+        alpha, beta = si["valpha_v"], si["vbeta_v"]
+    elif {"va_v", "vb_v", "vc_v"} <= set(si):
+        alpha, beta = frames.clarke(si["va_v"], si["vb_v"], si["vc_v"])
+    elif {"duty_a", "duty_b", "duty_c", "vdc_v"} <= set(si):
+        a, b, c = (si[name] * si["vdc_v"] for name in ("duty_a", "duty_b", "duty_c"))
+        alpha, beta = frames.clarke(a, b, c)
+    else:
+        return
+    si["vd_v"], si["vq_v"] = frames.park(alpha, beta, theta_e)

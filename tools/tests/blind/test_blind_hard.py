@@ -1,0 +1,81 @@
+"""Blind cases whose verdict hangs on one rule of the search each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from evenspin.blind.cases import Plan, make_case
+from evenspin.blind.vocabulary import EFFECTS
+from evenspin.gap.finding import Finding
+from evenspin.gap.investigate import Investigation
+from evenspin.log.case import read_case
+
+
+def _investigated(folder: Path, seed: tuple[int, int], kind: str, size: int, *names: str):
+    case = folder / "case"
+    truth = make_case(Plan("case", seed, kind, size, names), case)
+    investigation = Investigation(read_case(case), 2)
+    try:
+        finding: Finding = investigation.run()
+    finally:
+        investigation.forward.close()
+    return truth, finding, investigation.search.fitter.effects(finding.model.z)
+
+
+@pytest.mark.parametrize("seed", [(7, 29)])
+def test_cogging_in_whose_wells_the_rotor_rests_is_found_at_its_phase(tmp_path: Path, seed) -> None:
+    """144 periods per turn, seven counts of the encoder each: a linear fit ends 110 degrees off."""
+    truth, finding, effects = _investigated(tmp_path, seed, "single", 2, "cogging")
+    hidden = truth.effects[0]["parameters"]
+    assert hidden["order"] == 144.0
+    assert finding.named == ("cogging",)
+    assert not finding.unknown
+    assert effects["cogging"]["order"] == 144.0
+    assert effects["cogging"]["amplitude_nm"] == pytest.approx(hidden["amplitude_nm"], rel=0.10)  # the format's goal
+    turn = math.remainder(effects["cogging"]["phase_rad"] - hidden["phase_rad"], math.tau)
+    assert abs(turn) < 144 * math.tau / 1024  # one count of the encoder, within which the first angle is not known
+
+
+def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(tmp_path: Path) -> None:
+    """A sound unit: saturation takes 40 off the cost at first, and 21 under the noise level around itself."""
+    _, finding, _ = _investigated(tmp_path, (7, 17), "none", 0)
+    assert finding.named == ()
+    assert not finding.unknown
+
+
+def test_a_tolerance_far_beyond_its_bounds_is_named_beside_a_large_effect(tmp_path: Path) -> None:
+    """Viscous friction of 0.78 takes 0.4 % of what saturation takes off the cost, but no unit is six sigmas off."""
+    truth, finding, effects = _investigated(tmp_path, (7, 30), "pair", 1, "inductance_saturation", "viscous_friction")
+    assert set(finding.named) == {"inductance_saturation", "viscous_friction"}
+    factor = {e["name"]: e["parameters"] for e in truth.effects}["viscous_friction"]["factor"]
+    assert effects["viscous_friction"]["factor"] == pytest.approx(factor, rel=0.10)
+
+
+def test_a_tolerance_a_little_beyond_its_bounds_is_named(tmp_path: Path) -> None:
+    """Viscous friction of 0.854: the fit takes four fifths of that for the unit's own until it is told otherwise."""
+    truth, finding, effects = _investigated(tmp_path, (11, 34), "single", 0, "viscous_friction")
+    assert finding.named == ("viscous_friction",)
+    factor = truth.effects[0]["parameters"]["factor"] * truth.unit["motor.viscous_nms"]
+    assert effects["viscous_friction"]["factor"] == pytest.approx(factor, rel=0.02)  # the median's goal
+
+
+def test_cogging_of_the_slots_alone_is_found_at_its_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """9 slots and 4 pole pairs: order 72 as a rule, order 9 where one magnet is unlike the others."""
+
+    def of_the_slots(rng: np.random.Generator, meta: Mapping[str, Any], size: int) -> dict[str, float]:
+        amplitude_nm = 0.02 * meta["motor"]["rated_torque_nm"]
+        return {"amplitude_nm": amplitude_nm, "phase_rad": 1.0, "order": float(meta["motor"]["slots"])}
+
+    monkeypatch.setitem(EFFECTS, "cogging", of_the_slots)
+    truth, finding, effects = _investigated(tmp_path, (8102, 10), "single", 1, "cogging")
+    hidden = truth.effects[0]["parameters"]
+    assert hidden["order"] == 9.0
+    assert finding.named == ("cogging",)
+    assert effects["cogging"]["order"] == 9.0
+    assert effects["cogging"]["amplitude_nm"] == pytest.approx(hidden["amplitude_nm"], rel=0.02)  # the median's goal
+    assert effects["cogging"]["phase_rad"] == pytest.approx(1.0, abs=0.05)
