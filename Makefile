@@ -107,7 +107,7 @@ BALANCE_FIRST ?= 500
 BALANCE_COUNT ?= 40
 
 balance: setup ## torque balance of logs drawn at random: wrong names, intervals that hold the truth (40 logs: 3 min)
-	@$(PYTHON) tools/tests/gap/balance/numpy_campaign.py $(BALANCE_FIRST) $(BALANCE_COUNT)
+	@$(PYTHON) tools/tests/balance/numpy_campaign.py $(BALANCE_FIRST) $(BALANCE_COUNT)
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

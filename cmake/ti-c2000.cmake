@@ -50,6 +50,7 @@ set(CMAKE_ASM_FLAGS_INIT "${c2000_machine}")
 string(JOIN " " CMAKE_C_FLAGS_INIT
   "${c2000_machine}"
   "--fp_mode=relaxed"        # lets / and sqrtf become TMU instructions; in strict mode they are library calls
+  "--rpt_threshold=16"       # a repeated instruction cannot be interrupted: a copied structure would delay the latch of the angle
   "--gen_func_subsections=on"
   "--diag_warning=225 --display_error_number --diag_suppress=10063"
   "--define=CPU1 --define=_LAUNCHXL_F28379D" # without the second the SDK assumes another crystal

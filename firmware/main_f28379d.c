@@ -65,7 +65,7 @@ drive_t *main_drive(void) { return &drive; }
 port_status_t main_start(void)
 {
     const port_status_t status = port_init();
-    if (status != PORT_OK) {
+    if (status == PORT_NO_CLOCK) {
         return status;
     }
     port_limits_t limits;
@@ -75,11 +75,12 @@ port_status_t main_start(void)
     defaults.offset_limit_a = limits.offset_limit_a;
     defaults.over_current_a = limits.over_current_a;
     defaults.over_voltage_v = limits.over_voltage_v;
+    defaults.over_speed_rad_s = limits.over_speed_rad_s;
     const services_setup_t setup = {&drive,    &defaults,           "LAUNCHXL-F28379D",    capture,
                                     black_box, MAIN_CAPTURE_VALUES, MAIN_BLACK_BOX_VALUES, hal_reset_cause()};
     services_start(&services, &setup);
     port_start(&main_current_isr, &main_speed_isr);
-    return PORT_OK;
+    return status;
 }
 
 /** One pass of the main loop. */
@@ -94,9 +95,10 @@ void main_pass(void)
 int main(void)
 {
     const port_status_t status = main_start();
-    while (status == PORT_OK) {
-        main_pass();
+    if (status == PORT_NO_CLOCK) { /* no link at this speed, and the gates were never connected */
+        port_stop_with_code(status);
     }
-    for (;;) { /* no clock or no trip: the gates were never connected, and nothing else is safe to do */
+    for (;;) { /* without a working trip as well: the bridge stays off for good, and the link says why */
+        main_pass();
     }
 }

@@ -259,6 +259,8 @@ typedef struct {
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
+    uint16_t          low_bus_samples;           /**< In a row with a dc-link voltage below its limit... */
+    uint32_t          low_bus_seq;               /**< ...and the newest of them. */
     bool              seen_sample;
     uint32_t          rejected;
     timing_t          timing;

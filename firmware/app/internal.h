@@ -66,6 +66,13 @@ uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *s
 /** ...and the interrupts keep away from these until they have taken the change over. Main loop, bridge off. */
 void drive_withdraw(drive_t *d, uint16_t what);
 
+/** start_check.c: q current that the motor's own voltage drives between the release of the gates and the first voltage of the
+ *  current loop, ampere; the most that a start bears. Main loop. */
+float drive_start_surge_a(const drive_t *d);
+float drive_start_surge_max_a(const drive_t *d);
+/** start_check.c: give the current loop the voltage of the turning motor to begin with. Main loop, bridge off. */
+void drive_preset_voltage(drive_t *d);
+
 /** limits.c: the first parameter that is beyond the board's maximum, or that does not fit the others, or PARAM_COUNT. */
 uint16_t drive_board_refuses(const drive_params_t *params);
 uint16_t drive_relation_refuses(const drive_params_t *params);
@@ -105,6 +112,8 @@ bool drive_fault_voids_zero(drive_fault_t fault);
 
 /** protection.c: enter a fault unless there is one; the bridge goes off at once. Any context. */
 void drive_trip(drive_t *d, drive_fault_t fault);
+/** protection.c: enter the fault that the hardware has found, if any, and name a gate driver's fault once it is known. Any context. */
+void drive_check_hardware(drive_t *d);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
 /** motion_check.c: its share of the setup. */

@@ -29,6 +29,8 @@ static float most(const hal_limits_t *board, uint16_t param)
         return least(info->max, board->speed_rad_s);
     case PARAM_offset_limit_a:
         return least(info->max, board->offset_a);
+    case PARAM_encoder_counts:
+        return (board->encoder_counts > 0.0f) ? board->encoder_counts : info->max;
     default:
         return info->max;
     }
@@ -47,6 +49,9 @@ uint16_t drive_board_refuses(const drive_params_t *p)
                                      PARAM_iq_limit_a,     PARAM_id_limit_a,     PARAM_align_current_a,  PARAM_voltage_limit_v};
     hal_limits_t          board;
     hal_limits(&board);
+    if ((board.encoder_counts > 0.0f) && (p->encoder_counts != board.encoder_counts)) {
+        return PARAM_encoder_counts;
+    }
     for (uint16_t k = 0U; k < (uint16_t)(sizeof BOUND / sizeof BOUND[0]); k++) {
         if (!(params_get(p, BOUND[k]) <= most(&board, BOUND[k]))) {
             return BOUND[k];
@@ -82,6 +87,11 @@ void drive_relation(const drive_params_t *p, uint16_t param, float *low, float *
     const param_info_t *const info = params_info(param);
     *low = (info != NULL) ? info->min : 0.0f;
     *high = drive_board_max(param);
+    if (param == (uint16_t)PARAM_encoder_counts) {
+        hal_limits_t board;
+        hal_limits(&board);
+        *low = (board.encoder_counts > 0.0f) ? board.encoder_counts : *low;
+    }
     narrow(p, param, low, high);
 }
 

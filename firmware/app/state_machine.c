@@ -21,9 +21,15 @@ static bool arm(drive_t *d)
     if (!d->permitted) {
         return false;
     }
+    if (!(drive_start_surge_a(d) <= drive_start_surge_max_a(d))) {
+        drive_trip(d, FAULT_start_turning);
+        return false;
+    }
     drive_rest(d);
+    drive_preset_voltage(d);
     if (hal_inverter_arm() != HAL_OK) {
-        drive_trip(d, FAULT_gate_driver);
+        drive_check_hardware(d);          /* its reason, */
+        drive_trip(d, FAULT_gate_driver); /* if it has one */
         return false;
     }
     return true;
@@ -160,6 +166,9 @@ static void attend_observer(drive_t *d)
 
 void drive_background(drive_t *d)
 {
+    if (drive_is_armed(d) || (d->fault == FAULT_gate_driver)) {
+        drive_check_hardware(d); /* here as well: the current interrupt may be what has stopped */
+    }
     if (d->stop_wanted) {
         d->start_wanted = false;
         d->permitted = false;

@@ -55,7 +55,14 @@
 #define BOARD_OFFSET_LIMIT_A 1.1f  /* 100 codes of zero error: more is a dead amplifier; default and maximum */
 #define BOARD_DC_LINK_RATIO 13.42f /* divider, 13.13 measured on one board [check]; its pole lies at 345 Hz */
 #define BOARD_V_PER_CODE (BOARD_ADC_REFERENCE_V / BOARD_CODES * BOARD_DC_LINK_RATIO) /* 9.83 mV; 40.3 V full scale */
-#define BOARD_OVER_VOLTAGE_V 36.0f /* below full scale; the board takes 45 V; default and maximum */
+/* Default and maximum. The driver warns of over-voltage, and thereby trips the bridge, from 32.5 to 36 V on [check]; at 40 V its
+ * start-up check failed, below 35 V it passed [bench]. The board itself takes 45 V, the converter reads 40 V. */
+#define BOARD_OVER_VOLTAGE_V 32.0f
+/* Above it an open bridge works as a rectifier and charges a link of 24 V from the motor: sqrt(3) x 4 x 6.4 mWb per rad/s [derived] */
+#define BOARD_OVER_SPEED_RAD_S 540.0f
+/* The mean of |ia + ib + ic| over about 64 samples: what three gains off by 2 % leave at 18 A is 0.4 A; an amplifier that is
+ * dead at 1.8 A is beyond it [derived] */
+#define BOARD_SUM_LIMIT_A 1.0f
 #define BOARD_OVER_CURRENT_A                                                                                                     \
     15.0f /* software limit, the default; its maximum is BOARD_TRIP_A. The converter clips at -23.6 and
                                        +19.3 A [derived] */
@@ -84,6 +91,21 @@
 #define BOARD_TRIP_FILTER_THRESHOLD 16U
 #define BOARD_TRIP_TEST_US 5U /* the self test waits so long for the filter and the X-BAR */
 
+/* ---- hardware switches the bridge off when the processor does not serve it ------------------------------------------------------- */
+
+/* eCAP1 as a PWM that never gets to its pulse while every current interrupt starts it anew: two PWM periods, and a tenth of one
+ * for the latency of an interrupt. Then the pulse of 5 us sets the one-shot of all modules. */
+#define BOARD_GUARD_BASE ECAP1_BASE
+#define BOARD_GUARD_CYC UINT32_C(42000)
+#define BOARD_GUARD_PULSE_CYC UINT32_C(1000)
+#define BOARD_PERIOD_CYC UINT32_C(20000)
+
+/* A halt by the debugger trips as well: the last voltage would else stand on the motor for as long as somebody looks at a
+ * breakpoint. 0 for the one step of docs/bring-up.md that needs a halted processor with gates on, without a motor. */
+#ifndef BOARD_TRIP_ON_HALT
+#define BOARD_TRIP_ON_HALT 1
+#endif
+
 /* ---- gate driver --------------------------------------------------------------------------------------------------------------------- */
 
 #define BOARD_PIN_NFAULT 19U /* open drain, low = fault */
@@ -94,8 +116,12 @@
 #define BOARD_SPI_HZ UINT32_C(1000000)
 #define BOARD_SPI_POLLS 2000U /* far more than the 16 us of a frame */
 #define BOARD_DRIVER_SLEEP_US UINT32_C(2000)
-#define BOARD_DRIVER_WAKE_US UINT32_C(2000)     /* SPI answers 1 ms after EN_GATE at the earliest [sheet] */
-#define BOARD_DRIVER_POLL_CYC UINT32_C(2000000) /* one status register every 10 ms */
+#define BOARD_DRIVER_WAKE_US UINT32_C(2000)    /* between two tries; SPI answers 5 to 10 ms after the motor supply [check] */
+#define BOARD_DRIVER_TRIES 50U                 /* 100 ms, which TI's own software waits for this board [bench] */
+#define BOARD_DRIVER_POLL_CYC UINT32_C(400000) /* one register every 2 ms: all of them in 22 ms */
+/* 0x400 on a DRV8305xE, whose over-temperature shutdown is off else; on a DRV8305xQ the same bit switches it off [sheet]. Read the
+ * marking [check]. On both the over-temperature warning, which comes first, pulls nFAULT and trips the bridge. */
+#define BOARD_DRIVER_FLIP_OTSD UINT16_C(0x000)
 
 /* ---- encoder: eQEP1 on J14 -------------------------------------------------------------------------------------------------------------- */
 
@@ -107,8 +133,12 @@
 #define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts... */
 #define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] ...and what is left of it, 2^-16 */
 #define BOARD_QEP_FILTER_SYSCLK 20U /* 6 equal samples 100 ns apart: edges closer than 0.6 us are noise; 390 r/s at 4000 counts */
-#define BOARD_EDGES_HZ 1.5e6f       /* [derived] counts per second that pass that filter, with a tenth to spare */
-#define BOARD_CAPTURE_CYC UINT32_C(2) /* SYSCLK per step of the edge timer: wraps after 131 070 cycles, 6 periods */
+/* Phase errors: one may be a glitch, and at most one count is off then, which encoder_jump_rad judges. Several within this time
+ * mean that the angle cannot be trusted. */
+#define BOARD_PHASE_ERRORS 4U
+#define BOARD_PHASE_ERROR_CYC UINT32_C(20000000) /* 100 ms */
+#define BOARD_EDGES_HZ 1.5e6f                    /* [derived] counts per second that pass that filter, with a tenth to spare */
+#define BOARD_CAPTURE_CYC UINT32_C(2)            /* SYSCLK per step of the edge timer: wraps after 131 070 cycles, 6 periods */
 #define BOARD_CAPTURE_DIVIDER EQEP_CAPTURE_CLK_DIV_2
 
 /* ---- link and probe ------------------------------------------------------------------------------------------------------------------------ */
@@ -125,6 +155,13 @@
 /* ---- watchdog --------------------------------------------------------------------------------------------------------------------------------- */
 
 #define BOARD_WATCHDOG_PRESCALE SYSCTL_WD_PRESCALE_4 /* 10 MHz / 512 / 4 / 256: resets after 52 ms */
+#define BOARD_WATCHDOG_WINDOW 20U                    /* steps of 0.2 ms: whoever serves it within 4.1 ms resets, too */
+#define BOARD_WATCHDOG_SERVE_CYC UINT32_C(2000000)   /* 10 ms: far from both ends, whatever the 10 MHz really are */
+
+/* ---- light-emitting diodes of the LaunchPad, low = on ---------------------------------------------------------------------------- */
+
+#define BOARD_PIN_LED_RED 34U  /* flashes the code of what is wrong: port_led_show */
+#define BOARD_PIN_LED_BLUE 31U /* on while the gates may follow the duties */
 
 /* Functions that interrupts run and tables that they read: in RAM, without wait states. */
 #ifdef __TMS320C28XX__

@@ -14,6 +14,9 @@
 port_encoder_t            port_encoder;
 static int32_t            unwrapped;
 static hal_encoder_edge_t edge;
+static uint32_t           errors_since_cyc; /* the first of the last few phase errors... */
+static uint16_t           errors;           /* ...and how many */
+volatile uint32_t         port_encoder_errors;
 
 void port_encoder_init(void)
 {
@@ -34,6 +37,24 @@ void port_encoder_init(void)
     port_encoder.at_cyc = edge.edge_cyc;
     port_encoder.failed = false;
     unwrapped = 0;
+    errors = 0U;
+    port_encoder_errors = 0U;
+}
+
+/* Whether this phase error is one too many. */
+BOARD_RAM_CODE static bool too_many(uint32_t now_cyc)
+{
+    port_encoder_errors++;
+    if ((errors == 0U) || ((now_cyc - errors_since_cyc) > BOARD_PHASE_ERROR_CYC)) {
+        errors_since_cyc = now_cyc;
+        errors = 0U;
+    }
+    errors++;
+    if (errors < BOARD_PHASE_ERRORS) {
+        return false;
+    }
+    errors = 0U;
+    return true;
 }
 
 /* Counts from one position to another, the short way round. */
@@ -71,9 +92,10 @@ BOARD_RAM_CODE void port_encoder_latch(void)
         edge.index_seen = true;
         EQEP_clearInterruptStatus(BOARD_EQEP_BASE, EQEP_INT_INDEX_EVNT_LATCH);
     }
-    port_encoder.failed = (events & EQEP_INT_PHASE_ERROR) != 0U;
-    if (port_encoder.failed) {
+    port_encoder.failed = false;
+    if ((events & EQEP_INT_PHASE_ERROR) != 0U) {
         EQEP_clearInterruptStatus(BOARD_EQEP_BASE, EQEP_INT_PHASE_ERROR);
+        port_encoder.failed = too_many(now_cyc);
     }
 }
 

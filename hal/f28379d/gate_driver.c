@@ -13,26 +13,43 @@ enum {
     VDS_FAULTS = 0x2,
     IC_FAULTS = 0x3,
     VGS_FAULTS = 0x4,
+    HIGH_GATES = 0x5,
+    LOW_GATES = 0x6,
     GATE_CONTROL = 0x7,
     OPERATION = 0x9,
     AMPLIFIERS = 0xA,
+    REGULATOR = 0xB,
     VDS_SENSE = 0xC
 };
 
-/* Six inputs, 52 ns dead time, 1.75 us blanking, 3.5 us VDS filter: the reset state. Without blanking the VDS comparators
- * trip at rest. It also is what is read back: not zero, so a dead bus does not look like it. */
-#define GATE_CONTROL_SET UINT16_C(0x216)
-#define AMPLIFIERS_SET UINT16_C(0x000) /* 10 V/V, no blanking, no calibration short */
-#define VDS_MODE_MASK UINT16_C(0x007)  /* 0: latched shutdown */
-#define CLEAR_FAULTS UINT16_C(0x002)
+/* Every register that can be written, as constants: what is read may be rubbish, and an earlier program may have left anything.
+ * Most are not zero, so neither a dead bus (all zero) nor one that is stuck high looks like them. [sheet] */
+typedef struct {
+    uint16_t address, value;
+} setting_t;
+#define OPERATION_SET (UINT16_C(0x0A0) | BOARD_DRIVER_FLIP_OTSD) /* amplifiers clamped to 3.3 V; watchdog and sleep off */
+#define CLEAR_FAULTS UINT16_C(0x002)                             /* in the same register; clears itself */
+static const setting_t SETTING[] = {
+    {GATE_CONTROL, 0x216}, /* six inputs, 52 ns dead time, 1.75 us blanking (none trips at rest), 3.5 us VDS filter: as at reset */
+    {HIGH_GATES, 0x344},   /* 50 mA on, 60 mA off for 1.78 us: as at reset */
+    {LOW_GATES, 0x344},         {AMPLIFIERS, 0x000}, /* 10 V/V, no blanking, no calibration short */
+    {REGULATOR, 0x10A},                              /* amplifiers' zero at half of VREF: as at reset */
+    {VDS_SENSE, 0x040}, /* latched shutdown at 0.155 V: 44 A through a hot switch of 3.5 mohm, 86 A through a cold one */
+    {OPERATION, OPERATION_SET},
+};
+#define SETTINGS ((uint16_t)(sizeof SETTING / sizeof SETTING[0]))
+#define STATUS_WORDS 4U
 
-#define WARNING_HOT UINT16_C(0x001)
+#define WARNING_HOT UINT16_C(0x101)    /* warning, and the highest of the four flags */
+#define WARNING_SUPPLY UINT16_C(0x0D0) /* motor supply low, high; charge pump low */
 #define IC_SHUTDOWN_HOT UINT16_C(0x100)
+#define IC_SUPPLY UINT16_C(0x477) /* motor supply, regulators and charge pump */
 
 static port_driver_status_t status;
 static bool                 timed_out;
-static uint16_t             poll_next; /* status register that the main loop reads next */
+static uint16_t             poll_next; /* register that the main loop reads next: a status word, then the settings */
 static uint32_t             polled_cyc;
+static bool                 asked_why; /* since the driver has tripped the bridge */
 
 static uint16_t transfer(uint16_t frame)
 {
@@ -60,7 +77,12 @@ static void     write_register(uint16_t address, uint16_t data) { (void)transfer
 
 static void read_status(uint16_t address)
 {
-    const uint16_t word = read_register(address);
+    static const uint16_t RESERVED[STATUS_WORDS] = {0x200U, 0x018U, 0x088U, 0x01FU};
+    const uint16_t        word = read_register(address);
+    if ((word & RESERVED[address - WARNINGS]) != 0U) { /* always 0 [sheet]: that is no answer */
+        status.answers = false;
+        return;
+    }
     switch (address) {
     case WARNINGS:
         status.warnings = word;
@@ -77,11 +99,35 @@ static void read_status(uint16_t address)
     }
 }
 
-static void check_answer(void)
+/* A frame that a disturbance has hit once is read again. */
+static bool holds(const setting_t *setting)
 {
-    timed_out = false;
-    const uint16_t back = read_register(GATE_CONTROL);
-    status.answers = (back == GATE_CONTROL_SET) && !timed_out;
+    for (uint16_t tries = 0U; tries < 2U; tries++) {
+        timed_out = false;
+        if ((read_register(setting->address) == setting->value) && !timed_out) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void check_settings(void)
+{
+    status.answers = true;
+    for (uint16_t k = 0U; k < SETTINGS; k++) {
+        status.answers = holds(&SETTING[k]) && status.answers;
+    }
+}
+
+bool port_driver_set_up(void)
+{
+    for (uint16_t k = 0U; k < SETTINGS; k++) {
+        write_register(SETTING[k].address, SETTING[k].value);
+    }
+    write_register(OPERATION, OPERATION_SET | CLEAR_FAULTS); /* after the settings: what they cause is cleared, too */
+    check_settings();
+    asked_why = false;
+    return status.answers;
 }
 
 bool port_driver_init(void)
@@ -95,29 +141,33 @@ bool port_driver_init(void)
     GPIO_writePin(BOARD_PIN_WAKE, 1U);
     SysCtl_delay(BOARD_US(BOARD_DRIVER_SLEEP_US));
     GPIO_writePin(BOARD_PIN_EN_GATE, 1U); /* the trip holds the gates; without EN_GATE the amplifiers float */
-    SysCtl_delay(BOARD_US(BOARD_DRIVER_WAKE_US));
-
-    write_register(AMPLIFIERS, AMPLIFIERS_SET);
-    write_register(VDS_SENSE, read_register(VDS_SENSE) & (uint16_t)~VDS_MODE_MASK);
-    write_register(GATE_CONTROL, GATE_CONTROL_SET);
-    port_driver_clear();
-    check_answer();
-    poll_next = WARNINGS;
+    poll_next = 0U;
+    bool ready = false;
+    for (uint16_t tries = 0U; (tries < BOARD_DRIVER_TRIES) && !ready; tries++) { /* the motor supply may come after this chip's */
+        SysCtl_delay(BOARD_US(BOARD_DRIVER_WAKE_US));
+        write_register(SETTING[0].address, SETTING[0].value);
+        ready = holds(&SETTING[0]);
+    }
     polled_cyc = hal_clock_cyc();
-    return status.answers;
+    return port_driver_set_up();
 }
 
-void port_driver_clear(void) { write_register(OPERATION, read_register(OPERATION) | CLEAR_FAULTS); }
-
+/* The driver is not reset with this chip, and is when its supply fails: a clear sets it up anew. */
 hal_inverter_fault_t port_driver_reason(const port_driver_status_t *s)
 {
+    if (!s->answers) { /* then nothing else that was read means anything */
+        return HAL_INVERTER_DRIVER_LINK;
+    }
     if (((s->ic & IC_SHUTDOWN_HOT) != 0U) || ((s->warnings & WARNING_HOT) != 0U)) {
         return HAL_INVERTER_OVER_TEMPERATURE;
     }
     if (s->vds != 0U) { /* a switch or a shunt with too much voltage across it */
         return HAL_INVERTER_OVER_CURRENT;
     }
-    if ((s->ic != 0U) || (s->vgs != 0U) || !s->answers) {
+    if (((s->ic & IC_SUPPLY) != 0U) || ((s->warnings & WARNING_SUPPLY) != 0U)) {
+        return HAL_INVERTER_DRIVER_SUPPLY;
+    }
+    if ((s->ic != 0U) || (s->vgs != 0U)) {
         return HAL_INVERTER_DRIVER_FAULT;
     }
     return HAL_INVERTER_FINE;
@@ -125,10 +175,10 @@ hal_inverter_fault_t port_driver_reason(const port_driver_status_t *s)
 
 bool port_driver_is_well(hal_inverter_fault_t *reason)
 {
+    check_settings();
     for (uint16_t address = WARNINGS; address <= (uint16_t)VGS_FAULTS; address++) {
         read_status(address);
     }
-    check_answer();
     *reason = port_driver_reason(&status);
     if ((*reason == HAL_INVERTER_FINE) && (GPIO_readPin(BOARD_PIN_NFAULT) == 0U)) {
         *reason = HAL_INVERTER_DRIVER_FAULT;
@@ -142,11 +192,30 @@ void port_driver_poll(void)
         return;
     }
     polled_cyc = hal_clock_cyc();
-    read_status(poll_next);
-    poll_next = (poll_next < (uint16_t)VGS_FAULTS) ? (uint16_t)(poll_next + 1U) : (uint16_t)WARNINGS;
+    if (poll_next < STATUS_WORDS) {
+        timed_out = false;
+        read_status((uint16_t)(WARNINGS + poll_next));
+        status.answers = status.answers && !timed_out;
+    } else {
+        status.answers = holds(&SETTING[poll_next - STATUS_WORDS]) && status.answers;
+    }
+    poll_next = (poll_next < (STATUS_WORDS + SETTINGS - 1U)) ? (uint16_t)(poll_next + 1U) : 0U;
     const hal_inverter_fault_t reason = port_driver_reason(&status);
     if (reason != HAL_INVERTER_FINE) {
         port_trip_note(reason);
+    }
+}
+
+/* The bridge went off in hardware by nFAULT, which also pulses for a warning: ask once which it was, before it is gone. */
+void port_driver_ask_why(void)
+{
+    if ((port_trip_latched != HAL_INVERTER_DRIVER_FAULT) || asked_why) {
+        return;
+    }
+    asked_why = true;
+    hal_inverter_fault_t reason = HAL_INVERTER_FINE;
+    if (!port_driver_is_well(&reason)) {
+        port_trip_latched = reason;
     }
 }
 

@@ -3,11 +3,13 @@
  *   INT1   ADC A 1, 10 kHz: the current interrupt; nothing interrupts it
  *   INT14  requested by software, 1 kHz: the speed interrupt; opens itself to INT1 only
  *
- * Everything else, the NMI and illegal instructions included, forces the trip and waits for the watchdog. */
+ * Everything else, illegal instructions included, forces the trip and waits for the watchdog; so does the NMI, whose own watchdog
+ * resets the processor after a third of a millisecond because nobody clears its flags. */
 #include "hal/f28379d/parts.h"
 
 #define VECTOR_FIRST 13U /* CPU timer 1 */
 #define VECTOR_LAST 223U /* PIE 12.16 */
+#define CODE_FAULT 3U    /* of the red diode; 1 and 2 are port_status_t */
 
 PORT_ISR void port_unexpected_isr(void);
 
@@ -30,6 +32,7 @@ void port_interrupts_init(void)
 
 void port_start(void (*current_isr)(void), void (*speed_isr)(void))
 {
+    port_lock_registers();
     Interrupt_register(INT_ADCA1, current_isr);
     Interrupt_register(INT_TIMER2, speed_isr);
     Interrupt_enable(INT_ADCA1);
@@ -43,6 +46,7 @@ void port_start(void (*current_isr)(void), void (*speed_isr)(void))
 BOARD_RAM_CODE void port_current_begin(void)
 {
     port_encoder_latch(); /* first: the angle belongs to the sample of a microsecond ago */
+    port_guard_feed();
     port_trip_release_if_armed();
     GPIO_writePin(BOARD_PIN_PROBE, 1U);
     port_sampling_take();
@@ -70,9 +74,25 @@ BOARD_RAM_CODE void port_speed_end(void)
     port_life.speed_runs++;
 }
 
+static void note_slow_faults(void)
+{
+    port_driver_ask_why();
+    if (port_trip_armed && port_sampling_sum_is_off()) {
+        hal_inverter_disarm();
+        port_trip_note(HAL_INVERTER_CURRENT_SUM);
+    }
+}
+
 void port_background(void)
 {
     port_watchdog_service();
-    port_driver_poll();
+    if (!port_trip_is_given_up()) {
+        port_driver_poll();
+    }
+    note_slow_faults();
+    port_health_look();
+    port_led_show(port_trip_is_given_up() ? (uint16_t)PORT_TRIP_UNARMED
+                                          : ((port_trip_latched != HAL_INVERTER_FINE) ? CODE_FAULT : (uint16_t)PORT_OK),
+                  port_trip_armed);
     port_stack_look();
 }

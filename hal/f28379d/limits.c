@@ -12,4 +12,5 @@ void hal_limits(hal_limits_t *out)
     out->dc_link_v = BOARD_OVER_VOLTAGE_V;
     out->speed_rad_s = TWO_PI * BOARD_EDGES_HZ / (float)BOARD_ENCODER_COUNTS;
     out->offset_a = BOARD_OFFSET_LIMIT_A;
+    out->encoder_counts = (float)BOARD_ENCODER_COUNTS; /* angle, wrap and index are computed with it */
 }

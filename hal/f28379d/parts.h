@@ -42,7 +42,9 @@ void port_pwm_sampled(void); /* from now on the duties set next count */
 /* trip.c */
 void port_trip_init(void);      /* ends with the one-shot trip set */
 bool port_trip_is_set(void);    /* on all three modules */
-bool port_trip_self_test(void); /* each comparator trips each module; leaves the trip set */
+bool port_trip_self_test(void); /* every comparator, both ways, and the guard trip each module; leaves the trip set */
+void port_trip_give_up(void);   /* never arm */
+bool port_trip_is_given_up(void);
 void port_trip_release_if_armed(void);
 void port_trip_look(void); /* note what the hardware has found */
 void port_trip_note(hal_inverter_fault_t fault);
@@ -50,6 +52,9 @@ bool port_trip_bridge_is_off(void);
 
 /* sampling.c, encoder.c */
 void port_sampling_init(void);
+bool port_sampling_zero_is_off(void); /* the zero errors add up to more than three working amplifiers can have */
+bool port_sampling_sum_is_off(void);  /* what the currents add up to, beyond that */
+void port_sampling_forget_sum(void);
 void port_sampling_take(void);
 void port_sampling_resume(void);
 void port_encoder_init(void);
@@ -57,9 +62,10 @@ void port_encoder_latch(void);
 
 /* gate_driver.c */
 bool                 port_driver_init(void);
-bool                 port_driver_is_well(hal_inverter_fault_t *reason); /* reads all status words: about 80 us */
-void                 port_driver_clear(void);
+bool                 port_driver_is_well(hal_inverter_fault_t *reason); /* reads all registers: about 200 us */
+bool                 port_driver_set_up(void); /* writes all settings, clears the faults, reads all back: about 400 us */
 void                 port_driver_poll(void);
+void                 port_driver_ask_why(void); /* once after nFAULT has tripped the bridge */
 hal_inverter_fault_t port_driver_reason(const port_driver_status_t *status);
 
 /* link.c */
@@ -69,14 +75,30 @@ void port_link_pump(void); /* current interrupt: octets between the FIFOs and th
 /* interrupts.c */
 void port_interrupts_init(void);
 
+/* guard.c */
+void port_guard_init(void); /* it runs from now on, and pulses while nobody feeds it */
+
+/* health.c */
+void                 port_health_init(void);
+void                 port_health_look(void);
+hal_inverter_fault_t port_health_of_last_run(void); /* what made the processor reset itself */
+void                 port_lock_registers(void);
+
+/* led.c */
+void port_led_init(void);
+void port_led_show(uint16_t code, bool on); /* main loop, every pass */
+
 /* watchdog.c: proofs of life */
 void port_watchdog_start(void);
 void port_watchdog_service(void);
+void port_watchdog_serve(void); /* unasked; not within its window after the last time */
 
 /* ---- between the files, read by an interrupt: a call would cost more than what it does -------------------------------- */
 
-/* trip.c: reasons for which a module has tripped by itself */
-#define PORT_TRIP_HARDWARE_FLAGS (EPWM_TZ_OST_FLAG_OST1 | EPWM_TZ_OST_FLAG_DCAEVT1)
+/* trip.c: reasons for which a module has tripped by itself. Those of the processor count only while the bridge is armed. */
+#define PORT_TRIP_PROCESSOR_FLAGS (EPWM_TZ_OST_FLAG_OST5 | EPWM_TZ_OST_FLAG_OST6 | EPWM_TZ_OST_FLAG_DCBEVT1)
+#define PORT_TRIP_HARDWARE_FLAGS (EPWM_TZ_OST_FLAG_OST1 | EPWM_TZ_OST_FLAG_DCAEVT1 | PORT_TRIP_PROCESSOR_FLAGS)
+extern volatile bool                 port_trip_armed; /* from hal_inverter_arm to hal_inverter_disarm */
 extern volatile hal_inverter_fault_t port_trip_latched;
 static inline uint16_t               port_trip_flags(void)
 {
@@ -84,6 +106,12 @@ static inline uint16_t               port_trip_flags(void)
             EPWM_getOneShotTripZoneFlagStatus(EPWM3_BASE)) &
            PORT_TRIP_HARDWARE_FLAGS;
 }
+
+/* guard.c: the counter starts anew */
+static inline void port_guard_feed(void) { ECAP_loadCounter(BOARD_GUARD_BASE); }
+
+/* sampling.c, encoder.c: counted for port_health */
+extern volatile uint32_t port_sampling_lost, port_encoder_errors;
 
 /* pwm.c: compare values, small for a long pulse, in force before the newest sample, and that came into force at it */
 typedef struct {

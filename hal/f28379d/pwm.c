@@ -16,7 +16,8 @@ static void init_time_base(uint32_t base)
     /* Equal periods and one common start need no sync; a sync would delay the slaves by two counts. */
     EPWM_disablePhaseShiftLoad(base);
     EPWM_setSyncOutPulseMode(base, EPWM_SYNC_OUT_PULSE_DISABLED);
-    EPWM_setEmulationMode(base, EPWM_EMULATION_FREE_RUN); /* a breakpoint must not freeze a gate in the on state */
+    EPWM_setEmulationMode(base,
+                          EPWM_EMULATION_FREE_RUN); /* a halt trips (trip.c); with counters that stand a gate could stay on */
 }
 
 static void init_actions(uint32_t base)

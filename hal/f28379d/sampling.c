@@ -4,17 +4,25 @@
 #include "hal/f28379d/parts.h"
 
 #define SUM_GAIN (1.0f / 64.0f)
+#define LATE_CYC (BOARD_PERIOD_CYC / 8U) /* an interrupt that comes so much before the next but one is due has lost nothing */
 
 static volatile uint32_t periods; /* PWM periods that were sampled or lost */
 static volatile bool     fresh;
-static float             zero_sum_a; /* mean of ia + ib + ic as read: the sum of the three zero errors */
+static bool              begun;       /* there has been an interrupt... */
+static uint32_t          due_cyc;     /* ...which was due at this time, or the earliest that is known of it */
+static float             zero_sum_a;  /* mean of ia + ib + ic as read, bridge off: the sum of the three zero errors */
+static volatile float    sum_error_a; /* bridge on: mean of |ia + ib + ic| beyond that */
+volatile uint32_t        port_sampling_lost;
 
 void port_sampling_init(void)
 {
     static const uint32_t BASE[] = BOARD_ADC_BASES;
     periods = 0U;
     fresh = false;
+    begun = false;
     zero_sum_a = 0.0f;
+    sum_error_a = 0.0f;
+    port_sampling_lost = 0U;
     for (uint16_t k = 0U; k < BOARD_PHASES; k++) { /* all alike: converters that differ disturb each other */
         ADC_setPrescaler(BASE[k], ADC_CLK_DIV_4_0);
         ADC_setMode(BASE[k], ADC_RESOLUTION_12BIT, ADC_MODE_SINGLE_ENDED); /* loads the trims, too */
@@ -31,6 +39,26 @@ void port_sampling_init(void)
     ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
 }
 
+/* Periods since the last interrupt, from the clock: the converter's overflow flag says one whether one was lost or a thousand. An
+ * interrupt is never early, so the earliest of them tell when they are due. */
+BOARD_RAM_CODE static uint32_t periods_since(uint32_t now_cyc)
+{
+    const uint32_t since_cyc = now_cyc - due_cyc;
+    if (!begun || (since_cyc < BOARD_PERIOD_CYC)) {
+        begun = true;
+        due_cyc = now_cyc;
+        return 1U;
+    }
+    if (since_cyc < ((2U * BOARD_PERIOD_CYC) - LATE_CYC)) {
+        due_cyc += BOARD_PERIOD_CYC;
+        return 1U;
+    }
+    const uint32_t passed = (since_cyc + LATE_CYC) / BOARD_PERIOD_CYC;
+    due_cyc += passed * BOARD_PERIOD_CYC;
+    port_sampling_lost += passed - 1U;
+    return passed;
+}
+
 /* Without clearing a set overflow flag the converter would never interrupt again. */
 BOARD_RAM_CODE void port_sampling_take(void)
 {
@@ -38,16 +66,26 @@ BOARD_RAM_CODE void port_sampling_take(void)
     if (ADC_getInterruptOverflowStatus(ADCA_BASE, ADC_INT_NUMBER1)) {
         ADC_clearInterruptOverflowStatus(ADCA_BASE, ADC_INT_NUMBER1);
         ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
-        periods++; /* at least one went by unseen: the drive sees the gap */
     }
-    periods++;
+    periods += periods_since(port_encoder.at_cyc);
     fresh = true;
 }
+
+bool port_sampling_zero_is_off(void)
+{
+    const float most_a = 3.0f * BOARD_OFFSET_LIMIT_A;
+    return (zero_sum_a > most_a) || (zero_sum_a < -most_a);
+}
+
+bool port_sampling_sum_is_off(void) { return sum_error_a > BOARD_SUM_LIMIT_A; }
+
+void port_sampling_forget_sum(void) { sum_error_a = 0.0f; }
 
 /* The interrupts were kept away on purpose, with the bridge off: what the converter finished meanwhile is no lost sample. */
 BOARD_RAM_CODE void port_sampling_resume(void)
 {
     ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
+    begun = false; /* the next interrupt is the first again */
     ADC_clearInterruptOverflowStatus(ADCA_BASE, ADC_INT_NUMBER1);
     ADC_clearInterruptStatus(ADCA_BASE, ADC_INT_NUMBER1);
 }
@@ -110,6 +148,8 @@ BOARD_RAM_CODE hal_status_t hal_sample_read(hal_sample_t *out)
     const float apart = zero_sum_a - (a + b + c);
     if ((port_pwm_before.longest < BOARD_COMPARE_MEASURABLE) | (port_pwm_after.longest < BOARD_COMPARE_MEASURABLE)) {
         replace_unmeasurable(out, apart);
+    } else if (port_trip_armed) {
+        sum_error_a += SUM_GAIN * (port_max(apart, -apart) - sum_error_a);
     } else {
         zero_sum_a -= SUM_GAIN * apart; /* a second read of the same sample does no harm */
     }

@@ -45,7 +45,7 @@ BOARD_RAM_CODE static bool finished(void)
     while (Fapi_checkFsmForReady() != Fapi_Status_FsmReady) {
         const uint32_t now = hal_clock_cyc();
         if (((now - served) >= SERVE_CYC) && ((now - began) < PATIENCE_CYC)) {
-            SysCtl_serviceWatchdog();
+            port_watchdog_serve();
             served = now;
         }
     }

@@ -20,7 +20,7 @@ static void enable_modules(void)
         SYSCTL_PERIPH_CLK_TIMER1, SYSCTL_PERIPH_CLK_TIMER2, SYSCTL_PERIPH_CLK_EPWM1, SYSCTL_PERIPH_CLK_EPWM2,
         SYSCTL_PERIPH_CLK_EPWM3,  SYSCTL_PERIPH_CLK_EQEP1,  SYSCTL_PERIPH_CLK_SCIA,  SYSCTL_PERIPH_CLK_SPIA,
         SYSCTL_PERIPH_CLK_ADCA,   SYSCTL_PERIPH_CLK_ADCB,   SYSCTL_PERIPH_CLK_ADCC,  SYSCTL_PERIPH_CLK_CMPSS1,
-        SYSCTL_PERIPH_CLK_CMPSS3, SYSCTL_PERIPH_CLK_CMPSS6};
+        SYSCTL_PERIPH_CLK_CMPSS3, SYSCTL_PERIPH_CLK_CMPSS6, SYSCTL_PERIPH_CLK_ECAP1};
     for (uint16_t i = 0U; i < (uint16_t)MODULE_COUNT(MODULE); i++) {
         SysCtl_enablePeripheral(MODULE[i]); /* without its clock a module ignores writes and reads as zero */
     }
@@ -79,24 +79,27 @@ port_status_t port_init(void)
     port_interrupts_init();
     port_pins_init(); /* EN_GATE low; gates are inputs */
     port_clock_init();
+    port_health_init();
+    port_led_init();
 
     SysCtl_disablePeripheral(SYSCTL_PERIPH_CLK_TBCLKSYNC);
     port_pwm_init();
     port_trip_init();
-    if (!port_trip_is_set()) {
-        return PORT_TRIP_UNARMED;
-    }
-    port_pins_connect_gates();
-
+    const bool holds = port_trip_is_set(); /* before anything else can have set it */
+    port_guard_init();
     port_sampling_init();
     port_encoder_init();
     port_link_init();
-    const bool driver_well = port_driver_init(); /* the amplifiers live from here on */
-    const bool trip_works = port_trip_self_test();
-    hal_inverter_clear_fault();
-    if (!driver_well || !trip_works) {
-        port_trip_note(HAL_INVERTER_DRIVER_FAULT);
+    if (!holds) {
+        port_trip_give_up(); /* the gates stay inputs, EN_GATE low; who asks over the link is told why */
+        hal_inverter_clear_fault();
+        return PORT_TRIP_UNARMED;
     }
+    port_pins_connect_gates();
+    (void)port_driver_init(); /* the amplifiers live from here on */
+    (void)port_trip_self_test();
+    hal_inverter_clear_fault(); /* notes what of it is not well */
+    port_trip_note(port_health_of_last_run());
     return PORT_OK;
 }
 
@@ -105,5 +108,6 @@ void port_limits(port_limits_t *out)
     out->offset_limit_a = BOARD_OFFSET_LIMIT_A;
     out->over_current_a = BOARD_OVER_CURRENT_A;
     out->over_voltage_v = BOARD_OVER_VOLTAGE_V;
+    out->over_speed_rad_s = BOARD_OVER_SPEED_RAD_S;
     out->encoder_counts = (float)BOARD_ENCODER_COUNTS;
 }

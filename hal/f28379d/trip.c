@@ -1,22 +1,28 @@
 /* What switches the bridge off without the CPU, and the arming of it.
  *
  *   nFAULT -> input X-BAR 1 -> TZ1 -> one-shot of ePWM1..3
+ *   failed clock -> TZ5, processor halted by a debugger -> TZ6 -> one-shot of ePWM1..3
+ *   no current interrupt for two periods (guard.c) -> digital compare B1 -> one-shot of ePWM1..3
  *   shunt voltage -> CMPSS 6, 3, 1 -> ePWM X-BAR trip 4 -> digital compare A1 -> one-shot of ePWM1..3
  *
  * The one-shot pulls both outputs of a module low behind its dead band. Off is the one-shot set; it is set from before
  * the pins are connected until the first arming. */
 #include "hal/f28379d/parts.h"
 
-#define HARDWARE_SIGNALS (EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_DCAEVT1)
+#define HALT_SIGNAL ((uint16_t)((BOARD_TRIP_ON_HALT != 0) ? EPWM_TZ_SIGNAL_OSHT6 : 0U))
+#define HARDWARE_SIGNALS                                                                                                         \
+    (uint16_t)(EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_OSHT5 | HALT_SIGNAL | EPWM_TZ_SIGNAL_DCAEVT1 | EPWM_TZ_SIGNAL_DCBEVT1)
 #define HARDWARE_FLAGS PORT_TRIP_HARDWARE_FLAGS
+#define HIGHEST_CODE UINT16_C(4095)
+#define TEST_PERIODS 3U /* of the guard's own */
 
 static BOARD_RAM_TABLE uint32_t EPWM[BOARD_PHASES] = BOARD_EPWM_BASES;
 static const uint32_t           CMPSS[BOARD_PHASES] = BOARD_CMPSS_BASES;
 
-static volatile bool          armed;   /* from hal_inverter_arm on... */
-static volatile bool          release; /* ...and to be carried out at the next start of a period */
+volatile bool                 port_trip_armed;
+static volatile bool          release; /* to be carried out at the next start of a period */
 volatile hal_inverter_fault_t port_trip_latched;
-static bool                   proven; /* by the self test */
+static bool                   comparators_proven, guard_proven, given_up; /* by the self test */
 
 static void init_comparator(uint32_t base)
 {
@@ -38,22 +44,29 @@ static void init_module(uint32_t base)
 {
     EPWM_setTripZoneAction(base, EPWM_TZ_ACTION_EVENT_TZA, EPWM_TZ_ACTION_LOW); /* the reset state would let the pins float */
     EPWM_setTripZoneAction(base, EPWM_TZ_ACTION_EVENT_TZB, EPWM_TZ_ACTION_LOW);
-    /* the event acts on output A by itself, too, besides setting the one-shot: never let it float either */
+    /* the events act on outputs A and B by themselves, too, besides setting the one-shot: never let those float either */
     EPWM_setTripZoneAction(base, EPWM_TZ_ACTION_EVENT_DCAEVT1, EPWM_TZ_ACTION_LOW);
+    EPWM_setTripZoneAction(base, EPWM_TZ_ACTION_EVENT_DCBEVT1, EPWM_TZ_ACTION_LOW);
     EPWM_selectDigitalCompareTripInput(base, EPWM_DC_TRIP_TRIPIN4, EPWM_DC_TYPE_DCAH);
     EPWM_setTripZoneDigitalCompareEventCondition(base, EPWM_TZ_DC_OUTPUT_A1, EPWM_TZ_EVENT_DCXH_HIGH);
     EPWM_setDigitalCompareEventSource(base, EPWM_DC_MODULE_A, EPWM_DC_EVENT_1, EPWM_DC_EVENT_SOURCE_ORIG_SIGNAL);
     EPWM_setDigitalCompareEventSyncMode(base, EPWM_DC_MODULE_A, EPWM_DC_EVENT_1, EPWM_DC_EVENT_INPUT_NOT_SYNCED);
+    EPWM_selectDigitalCompareTripInput(base, EPWM_DC_TRIP_TRIPIN5, EPWM_DC_TYPE_DCBH);
+    EPWM_setTripZoneDigitalCompareEventCondition(base, EPWM_TZ_DC_OUTPUT_B1, EPWM_TZ_EVENT_DCXH_HIGH);
+    EPWM_setDigitalCompareEventSource(base, EPWM_DC_MODULE_B, EPWM_DC_EVENT_1, EPWM_DC_EVENT_SOURCE_ORIG_SIGNAL);
+    EPWM_setDigitalCompareEventSyncMode(base, EPWM_DC_MODULE_B, EPWM_DC_EVENT_1, EPWM_DC_EVENT_INPUT_NOT_SYNCED);
     EPWM_enableTripZoneSignals(base, HARDWARE_SIGNALS);
 }
 
 void port_trip_init(void)
 {
     static const XBAR_EPWMMuxConfig MUX[BOARD_PHASES] = BOARD_CMPSS_MUX_CONFIGS;
-    armed = false;
+    port_trip_armed = false;
     release = false;
     port_trip_latched = HAL_INVERTER_FINE;
-    proven = false;
+    comparators_proven = false;
+    guard_proven = false;
+    given_up = false;
 
     XBAR_setInputPin(XBAR_INPUT1, BOARD_PIN_NFAULT);
     for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
@@ -83,38 +96,82 @@ static void clear_hardware_flags(void)
         CMPSS_clearFilterLatchHigh(CMPSS[k]);
         CMPSS_clearFilterLatchLow(CMPSS[k]);
         EPWM_clearOneShotTripZoneFlag(EPWM[k], HARDWARE_FLAGS);
-        EPWM_clearTripZoneFlag(EPWM[k], EPWM_TZ_FLAG_DCAEVT1 | EPWM_TZ_INTERRUPT);
+        EPWM_clearTripZoneFlag(EPWM[k], EPWM_TZ_FLAG_DCAEVT1 | EPWM_TZ_FLAG_DCBEVT1 | EPWM_TZ_INTERRUPT);
     }
     hal_inverter_disarm();
 }
 
-static bool trips_all_modules(uint32_t comparator)
+static bool all_show(uint16_t flag)
+{
+    uint16_t flags = flag;
+    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
+        flags &= EPWM_getOneShotTripZoneFlagStatus(EPWM[k]);
+    }
+    return flags != 0U;
+}
+
+static bool any_shows(uint16_t flag) { return (port_trip_flags() & flag) != 0U; }
+
+/* Quiet at its levels, and each of them, moved over the voltage that is there, trips all modules. */
+static bool comparator_works(uint32_t comparator)
 {
     clear_hardware_flags();
+    const bool quiet = !any_shows(EPWM_TZ_OST_FLAG_DCAEVT1);
     CMPSS_setDACValueHigh(comparator, 0U); /* any voltage is an over-current now */
     SysCtl_delay(BOARD_US(BOARD_TRIP_TEST_US));
-    bool all = true;
-    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
-        all = all && ((EPWM_getOneShotTripZoneFlagStatus(EPWM[k]) & EPWM_TZ_OST_FLAG_DCAEVT1) != 0U);
-    }
+    const bool high = all_show(EPWM_TZ_OST_FLAG_DCAEVT1);
     CMPSS_setDACValueHigh(comparator, BOARD_TRIP_CODE(BOARD_TRIP_A));
     SysCtl_delay(BOARD_US(BOARD_TRIP_TEST_US));
-    return all;
+    clear_hardware_flags();
+    CMPSS_setDACValueLow(comparator, HIGHEST_CODE); /* and now a negative one */
+    SysCtl_delay(BOARD_US(BOARD_TRIP_TEST_US));
+    const bool low = all_show(EPWM_TZ_OST_FLAG_DCAEVT1);
+    CMPSS_setDACValueLow(comparator, BOARD_TRIP_CODE(-BOARD_TRIP_A));
+    SysCtl_delay(BOARD_US(BOARD_TRIP_TEST_US));
+    return quiet && high && low;
+}
+
+static bool comparators_work(void)
+{
+    bool work = true;
+    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
+        work = comparator_works(CMPSS[k]) && work;
+    }
+    return work;
+}
+
+/* Only before the current interrupt runs, which feeds it: quiet while it is fed, and it trips all modules when it is not. */
+static bool guard_works(void)
+{
+    const uint32_t quarter = BOARD_GUARD_CYC / (UINT32_C(4) * UINT32_C(5)); /* a count of SysCtl_delay takes 5 cycles */
+    port_guard_feed();
+    SysCtl_delay(BOARD_GUARD_PULSE_CYC / UINT32_C(5));
+    clear_hardware_flags();
+    for (uint16_t k = 0U; k < (4U * TEST_PERIODS); k++) {
+        port_guard_feed();
+        SysCtl_delay(quarter);
+    }
+    const bool quiet = !any_shows(EPWM_TZ_OST_FLAG_DCBEVT1);
+    SysCtl_delay(quarter * UINT32_C(4));
+    return quiet && all_show(EPWM_TZ_OST_FLAG_DCBEVT1);
 }
 
 bool port_trip_self_test(void)
 {
-    proven = true;
-    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
-        proven = trips_all_modules(CMPSS[k]) && proven;
-    }
-    return proven;
+    guard_proven = guard_works();
+    comparators_proven = comparators_work();
+    return guard_proven && comparators_proven;
 }
+
+void port_trip_give_up(void) { given_up = true; }
+bool port_trip_is_given_up(void) { return given_up; }
+
+static bool proven(void) { return guard_proven && comparators_proven && !given_up; }
 
 BOARD_RAM_CODE void hal_inverter_disarm(void)
 {
     release = false; /* first: a period that begins in here must not undo what follows */
-    armed = false;
+    port_trip_armed = false;
     for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
         EPWM_forceTripZoneEvent(EPWM[k], EPWM_TZ_FORCE_EVENT_OST);
     }
@@ -132,7 +189,7 @@ BOARD_RAM_CODE void port_trip_release_if_armed(void)
     }
 }
 
-bool port_trip_bridge_is_off(void) { return !armed; }
+bool port_trip_bridge_is_off(void) { return !port_trip_armed; }
 
 BOARD_RAM_CODE void port_trip_note(hal_inverter_fault_t fault)
 {
@@ -141,13 +198,30 @@ BOARD_RAM_CODE void port_trip_note(hal_inverter_fault_t fault)
     }
 }
 
+BOARD_RAM_CODE static void forget_processor(void)
+{
+    for (uint16_t k = 0U; k < BOARD_PHASES; k++) {
+        EPWM_clearOneShotTripZoneFlag(EPWM[k], PORT_TRIP_PROCESSOR_FLAGS);
+    }
+}
+
 BOARD_RAM_CODE void port_trip_look(void)
 {
-    const uint16_t flags = port_trip_flags();
+    uint16_t flags = port_trip_flags();
+    if (((flags & PORT_TRIP_PROCESSOR_FLAGS) != 0U) && !port_trip_armed) { /* switched nothing off */
+        forget_processor();
+        flags &= (uint16_t)~PORT_TRIP_PROCESSOR_FLAGS;
+    }
     if ((flags & EPWM_TZ_OST_FLAG_DCAEVT1) != 0U) {
         port_trip_note(HAL_INVERTER_OVER_CURRENT);
-    } else if (flags != 0U) {
+    } else if ((flags & EPWM_TZ_OST_FLAG_OST6) != 0U) { /* before the guard: a halted processor does not feed it either */
+        port_trip_note(HAL_INVERTER_HALTED);
+    } else if ((flags & EPWM_TZ_OST_FLAG_OST5) != 0U) {
+        port_trip_note(HAL_INVERTER_CLOCK);
+    } else if ((flags & EPWM_TZ_OST_FLAG_OST1) != 0U) {
         port_trip_note(HAL_INVERTER_DRIVER_FAULT);
+    } else if (flags != 0U) {
+        port_trip_note(HAL_INVERTER_LATE);
     } else {
         /* nothing has tripped by itself */
     }
@@ -162,14 +236,21 @@ BOARD_RAM_CODE hal_inverter_fault_t hal_inverter_fault(void)
 hal_status_t hal_inverter_arm(void)
 {
     hal_inverter_fault_t reason = HAL_INVERTER_FINE;
-    if (!proven || !port_driver_is_well(&reason)) {
-        port_trip_note((reason != HAL_INVERTER_FINE) ? reason : HAL_INVERTER_DRIVER_FAULT);
+    if (!proven()) {
+        port_trip_note(HAL_INVERTER_TRIP_PATH);
+    } else if (!port_driver_is_well(&reason)) {
+        port_trip_note(reason);
+    } else if (port_sampling_zero_is_off()) {
+        port_trip_note(HAL_INVERTER_CURRENT_SUM);
+    } else {
+        /* fine so far */
     }
     /* No interrupt may find a fault between the look and the arming. */
     const bool were_off = Interrupt_disableGlobal();
     const bool fine = hal_inverter_fault() == HAL_INVERTER_FINE;
     if (fine) {
-        armed = true;
+        forget_processor(); /* of before: what comes from here on counts */
+        port_trip_armed = true;
         release = true;
     }
     if (!were_off) {
@@ -182,10 +263,22 @@ void hal_inverter_clear_fault(void)
 {
     hal_inverter_fault_t reason = HAL_INVERTER_FINE;
     hal_inverter_disarm();
-    port_driver_clear();
+    if (!given_up) { /* else EN_GATE is low */
+        (void)port_driver_set_up();
+    }
+    if (!comparators_proven && !given_up) { /* the amplifiers had no supply at the start */
+        comparators_proven = comparators_work();
+    }
     clear_hardware_flags();
+    port_sampling_forget_sum();
     port_trip_latched = HAL_INVERTER_FINE; /* after the flags: the current interrupt would find the old ones again */
-    if (!port_driver_is_well(&reason)) {
+    if (given_up) {
+        port_trip_note(HAL_INVERTER_TRIP_PATH);
+    } else if (!port_driver_is_well(&reason)) {
         port_trip_note(reason);
+    } else if (!proven()) {
+        port_trip_note(HAL_INVERTER_TRIP_PATH);
+    } else {
+        /* nothing is left */
     }
 }

@@ -32,7 +32,7 @@ ORDER = (
     ("report", "cycles", "drive"),
     ("compare", "memory", "design"),
     ("identify",),
-    ("bench", "reproduce", "run", "gap"),
+    ("bench", "reproduce", "run", "gap", "balance"),
     ("scope", "blind"),
     ("cli",),
 )

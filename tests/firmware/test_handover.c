@@ -210,7 +210,7 @@ void test_drive_tune_protection_limits_change_with_the_rest(void)
     bench_period();
     drive_start(&drive);
     drive_background(&drive);
-    bench_period();
+    bench_periods(20U);
 
     ASSERT_FAULT((drive_fault_t)per_numeric((double)FAULT_over_voltage, (double)FAULT_under_voltage), "30 V are too much now");
 }
@@ -747,7 +747,7 @@ typedef struct {
     float    most;
 } bound_t;
 
-static const hal_limits_t SMALL_BOARD = {25.0f, 45.0f, 700.0f, 0.8f};
+static const hal_limits_t SMALL_BOARD = {25.0f, 45.0f, 700.0f, 0.8f, 0.0f};
 static const bound_t BOUND[] = {{PARAM_over_current_a, 25.0f},  {PARAM_iq_limit_a, 25.0f},       {PARAM_id_limit_a, 25.0f},
                                 {PARAM_align_current_a, 25.0f}, {PARAM_over_voltage_v, 45.0f},   {PARAM_voltage_limit_v, 45.0f},
                                 {PARAM_offset_limit_a, 0.8f},   {PARAM_over_speed_rad_s, 700.0f}};

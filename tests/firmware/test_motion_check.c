@@ -131,7 +131,8 @@ void test_motion_check_limit_allows_two_counts_of_a_coarse_encoder(void)
 
 void test_motion_check_angle_is_found_anew_after_samples_that_are_missing(void)
 {
-    const drive_params_t p = watchful();
+    drive_params_t p = watchful();
+    p.lost_sample_limit = 13U; /* one more than the gap below */
     turning(&p);
     for (int k = 0; k < 5; k++) {
         shaft += 12.0 * STEP_RAD; /* twelve periods of which nobody saw anything */

@@ -152,15 +152,45 @@ void test_index_stays_seen(void)
     TEST_ASSERT_TRUE(edge.index_seen);
 }
 
-void test_phase_error_is_a_sensor_fault_once(void)
+static void phase_error(void)
 {
     chip.qep_flags = EQEP_INT_PHASE_ERROR;
     period();
+}
+
+void test_phase_errors_are_a_sensor_fault_when_four_come_within_100_ms(void)
+{
+    for (int k = 0; k < 3; k++) {
+        phase_error();
+        TEST_ASSERT_EQUAL_HEX16(0, chip.qep_flags);
+        TEST_ASSERT_EQUAL(HAL_OK, sample_status);
+    }
+    phase_error();
     TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, sample_status);
     TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, edge_status);
+    port_background();
+    TEST_ASSERT_EQUAL_UINT32(4U, port_health()->phase_errors);
 
     period();
 
     TEST_ASSERT_EQUAL(HAL_OK, sample_status);
     TEST_ASSERT_EQUAL(HAL_OK, edge_status);
+}
+
+void test_phase_errors_far_apart_are_only_counted(void)
+{
+    for (int k = 0; k < 12; k++) { /* three in 100 ms, again and again */
+        phase_error();
+        TEST_ASSERT_EQUAL(HAL_OK, sample_status);
+        for (int i = 0; i < 500; i++) {
+            period();
+        }
+    }
+    port_background();
+    TEST_ASSERT_EQUAL_UINT32(12U, port_health()->phase_errors);
+}
+
+void test_encoder_pins_have_no_pull_ups_behind_the_level_shifter(void)
+{
+    TEST_ASSERT_FALSE(chip.pulled_up[20] || chip.pulled_up[21] || chip.pulled_up[99]);
 }

@@ -144,6 +144,19 @@ void test_nfault_switches_off_without_the_cpu(void)
     TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_FAULT, hal_inverter_fault());
 }
 
+void test_halt_with_the_bridge_off_is_no_fault_and_hides_none(void)
+{
+    fake_halt(1000000U);
+    period();
+    TEST_ASSERT_EQUAL(HAL_INVERTER_FINE, hal_inverter_fault());
+    TEST_ASSERT_EQUAL(HAL_OK, hal_inverter_arm());
+    hal_inverter_disarm();
+
+    chip.drv[3] = 0x040; /* VREG_UV, while the processor stands */
+    fake_halt(1000000U);
+    TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_FAULT, hal_inverter_fault());
+}
+
 void test_fault_stays_after_its_cause_has_gone(void)
 {
     arm();

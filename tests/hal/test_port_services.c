@@ -90,22 +90,35 @@ void test_clock_counts_up_cpu_cycles_and_wraps(void)
 void test_watchdog_is_served_while_the_current_interrupt_lives(void)
 {
     const uint32_t before = chip.watchdog_served;
-    period();
-    port_background();
-    period();
-    port_background();
+    pass_ms(11);
+    pass_ms(11);
 
     TEST_ASSERT_EQUAL_UINT32(before + 2U, chip.watchdog_served);
 }
 
+/* 20 steps of 512 x 4 cycles of a 10 MHz oscillator are 4.1 ms, which resets; its 52 ms end with 256 steps. */
+void test_watchdog_is_served_every_10_ms_and_never_inside_its_window(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(20U, chip.watchdog_window);
+    const uint32_t before = chip.watchdog_served;
+    for (int i = 0; i < 2000; i++) { /* 200 ms, one pass a period */
+        period();
+        port_background();
+    }
+
+    TEST_ASSERT_UINT32_WITHIN(1U, 20U, chip.watchdog_served - before);
+    TEST_ASSERT_EQUAL(0, chip.watchdog_too_soon);
+}
+
 void test_watchdog_starves_without_current_interrupts(void)
 {
-    period();
-    port_background();
+    pass_ms(11);
     const uint32_t before = chip.watchdog_served;
 
-    port_background();
-    port_background();
+    for (int i = 0; i < 5; i++) {
+        chip.cycles += 4000000U;
+        port_background();
+    }
 
     TEST_ASSERT_EQUAL_UINT32(before, chip.watchdog_served);
 }
@@ -116,8 +129,7 @@ void test_watchdog_starves_when_a_wanted_speed_interrupt_never_comes(void)
     hal_clock_request_speed_isr();
     const uint32_t before = chip.watchdog_served;
     for (int i = 0; i < 10; i++) {
-        period();
-        port_background();
+        pass_ms(11);
     }
 
     TEST_ASSERT_EQUAL_UINT32(before, chip.watchdog_served);

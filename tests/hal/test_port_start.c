@@ -23,7 +23,9 @@ void test_start_arms_the_trip_before_the_pins_leave_their_safe_state(void)
             BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_TZA, EPWM_TZ_ACTION_LOW), connected);
             BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_TZB, EPWM_TZ_ACTION_LOW), connected);
             BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_DCAEVT1, EPWM_TZ_ACTION_LOW), connected);
-            BEFORE(CALLED("EPWM_enableTripZoneSignals", EPWM[k], EPWM_TZ_SIGNAL_OSHT1 | EPWM_TZ_SIGNAL_DCAEVT1), connected);
+            BEFORE(CALLED("EPWM_setTripZoneAction", EPWM[k], EPWM_TZ_ACTION_EVENT_DCBEVT1, EPWM_TZ_ACTION_LOW), connected);
+            /* nFAULT, clock failure, halt, comparators, guard: bits 8, 12, 13, 14, 15 of TZSEL */
+            BEFORE(CALLED("EPWM_enableTripZoneSignals", EPWM[k], 0xF100U), connected);
             BEFORE(CALLED("EPWM_forceTripZoneEvent", EPWM[k], EPWM_TZ_FORCE_EVENT_OST), connected);
         }
     }
@@ -241,7 +243,7 @@ void test_start_with_a_dead_trip_path_never_arms(void)
 
     TEST_ASSERT_EQUAL(PORT_OK, port_init());
 
-    TEST_ASSERT_EQUAL(HAL_INVERTER_DRIVER_FAULT, hal_inverter_fault());
+    TEST_ASSERT_EQUAL(HAL_INVERTER_TRIP_PATH, hal_inverter_fault());
     hal_inverter_clear_fault();
     TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, hal_inverter_arm());
 }
@@ -257,6 +259,131 @@ void test_start_with_a_dead_trip_zone_connects_no_gate(void)
         TEST_ASSERT_EQUAL(-1, CALLED("GPIO_setPinConfig", GATES[pin]));
     }
     TEST_ASSERT_EQUAL(-1, CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 1U));
+    TEST_ASSERT_EQUAL(HAL_INVERTER_TRIP_PATH, hal_inverter_fault());
+    hal_inverter_clear_fault(); /* nothing makes it well */
+    TEST_ASSERT_EQUAL(HAL_INVERTER_TRIP_PATH, hal_inverter_fault());
+    TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, hal_inverter_arm());
+    TEST_ASSERT_EQUAL(-1, CALLED("GPIO_writePin", BOARD_PIN_EN_GATE, 1U));
+}
+
+void test_start_with_dead_low_comparators_never_arms(void)
+{
+    fake_power_on();
+    chip.low_comparators_dead = true;
+
+    TEST_ASSERT_EQUAL(PORT_OK, port_init());
+
+    TEST_ASSERT_EQUAL(HAL_INVERTER_TRIP_PATH, hal_inverter_fault());
+    TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, hal_inverter_arm());
+}
+
+void test_start_with_a_dead_guard_never_arms(void)
+{
+    fake_power_on();
+    chip.guard_dead = true;
+
+    TEST_ASSERT_EQUAL(PORT_OK, port_init());
+
+    TEST_ASSERT_EQUAL(HAL_INVERTER_TRIP_PATH, hal_inverter_fault());
+    hal_inverter_clear_fault();
+    TEST_ASSERT_EQUAL(HAL_SENSOR_FAULT, hal_inverter_arm());
+}
+
+void test_start_restores_both_levels_of_every_comparator_after_the_self_test(void)
+{
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL_UINT16(3612U, chip.cmpss[k].high);
+        TEST_ASSERT_EQUAL_UINT16(484U, chip.cmpss[k].low);
+    }
+}
+
+void test_start_locks_what_routes_the_trips_and_the_gates_and_writes_nothing_of_it_later(void)
+{
+    TEST_ASSERT_TRUE(chip.xbar_locked && chip.input_locked);
+    TEST_ASSERT_EQUAL_HEX32(0x0008003FU, chip.port_a_locked); /* GPIO0..5 and 19 */
+    arm();
+    hal_inverter_disarm();
+    hal_inverter_clear_fault();
+    arm();
+    TEST_ASSERT_EQUAL(0, chip.locked_writes);
+}
+
+void test_start_gives_the_vector_check_a_handler_and_enables_the_nmi(void)
+{
+    TEST_ASSERT_NOT_EQUAL_UINT32(0U, chip.pie_error_address); /* at reset: a routine of the boot ROM */
+    TEST_ASSERT_TRUE(CALLED_AT_ALL("SysCtl_enableNMIGlobalInterrupt") >= 0);
+}
+
+/* What made the NMI outlives the reset that its watchdog makes, and only that one. */
+void test_start_after_a_reset_by_the_nmi_is_a_fault_that_says_which(void)
+{
+    static const struct {
+        uint32_t             cause;
+        uint16_t             nmi;
+        hal_inverter_fault_t fault;
+    } CASE[] = {{0x8U, 0x002U, HAL_INVERTER_CLOCK},  {0x8U, 0x004U, HAL_INVERTER_MEMORY}, {0x8U, 0x008U, HAL_INVERTER_MEMORY},
+                {0xAU, 0x040U, HAL_INVERTER_MEMORY}, {0x8U, 0x000U, HAL_INVERTER_FINE},   {0x4U, 0x004U, HAL_INVERTER_FINE},
+                {0x1U, 0x040U, HAL_INVERTER_FINE}};
+    for (size_t k = 0; k < sizeof CASE / sizeof CASE[0]; k++) {
+        fake_power_on();
+        chip.reset_cause = CASE[k].cause;
+        chip.nmi_shadow = CASE[k].nmi;
+        TEST_ASSERT_EQUAL(PORT_OK, port_init());
+        TEST_ASSERT_EQUAL_INT(CASE[k].fault, hal_inverter_fault());
+        hal_inverter_clear_fault(); /* it has been seen */
+        TEST_ASSERT_EQUAL(HAL_OK, hal_inverter_arm());
+    }
+}
+
+void test_start_shows_corrected_memory_errors(void)
+{
+    chip.ram_errors = 3U;
+    chip.flash_errors = 2U;
+
+    port_background();
+
+    TEST_ASSERT_EQUAL_UINT32(3U, port_health()->ram_corrected);
+    TEST_ASSERT_EQUAL_UINT32(2U, port_health()->flash_corrected);
+}
+
+static int flashes_in(int passes, uint64_t cycles)
+{
+    int      n = 0;
+    uint32_t before = 1U;
+    for (int i = 0; i < passes; i++) {
+        chip.cycles += cycles;
+        port_background();
+        n += ((before == 1U) && (chip.latch[BOARD_PIN_LED_RED] == 0U)) ? 1 : 0;
+        before = chip.latch[BOARD_PIN_LED_RED];
+    }
+    return n;
+}
+
+void test_start_light_flashes_the_code_of_what_is_wrong_and_is_dark_else(void)
+{
+    TEST_ASSERT_EQUAL(0, flashes_in(100, 6000000U));
+    TEST_ASSERT_TRUE(chip.is_output[BOARD_PIN_LED_RED] && chip.is_output[BOARD_PIN_LED_BLUE]);
+    TEST_ASSERT_EQUAL_UINT32(1U, chip.latch[BOARD_PIN_LED_BLUE]); /* off */
+
+    port_trip_note(HAL_INVERTER_OVER_CURRENT);
+    TEST_ASSERT_INT_WITHIN(1, 3 * 5, flashes_in(500, 6000000U)); /* 5 times 10 steps of 0.3 s, from anywhere in the first */
+
+    fake_power_on();
+    chip.trip_zone_dead = true;
+    TEST_ASSERT_EQUAL(PORT_TRIP_UNARMED, port_init());
+    TEST_ASSERT_INT_WITHIN(1, 2 * 5, flashes_in(400, 6000000U)); /* 5 times 8 steps */
+}
+
+void test_start_that_fails_flashes_its_code_without_a_clock(void)
+{
+    fake_power_on();
+    fake_forget_calls();
+    chip.escape_set = true;
+    if (setjmp(chip.escape) == 0) {
+        port_stop_with_code(PORT_NO_CLOCK);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, chip.latch[BOARD_PIN_LED_RED]); /* low is on */
+    TEST_ASSERT_TRUE(CALLED("SysCtl_delay", 600000U) >= 0);      /* 3e6 cycles, 0.3 s at the 10 MHz that are left */
 }
 
 void test_start_gives_every_other_interrupt_to_a_handler_that_trips(void)

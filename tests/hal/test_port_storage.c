@@ -82,6 +82,20 @@ void test_storage_long_erase_serves_the_watchdog(void)
     TEST_ASSERT_INT_WITHIN(2, (int)(took_ms / 20U), served);
 }
 
+/* The main loop goes on right after it: what the erase has served it does not serve again within the window. */
+void test_storage_and_main_loop_together_serve_the_watchdog_never_within_its_window(void)
+{
+    for (uint32_t k = 0U; k < 20U; k++) {
+        fake_flash.busy_cyc = 8000000U + (k * 500000U); /* ends at every distance from the last service */
+        TEST_ASSERT_EQUAL(HAL_OK, hal_storage_erase(0U));
+        for (int i = 0; i < 300; i++) {
+            period();
+            port_background();
+        }
+    }
+    TEST_ASSERT_EQUAL(0, chip.watchdog_too_soon);
+}
+
 /* Start-up: nothing is switched on that was off. */
 void test_storage_leaves_the_interrupts_off_where_they_were_off(void)
 {

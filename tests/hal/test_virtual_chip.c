@@ -193,6 +193,8 @@ void test_virtual_chip_trips_on_nfault_and_names_the_gate_driver(void)
     chip.drv[3] = 0x040;
     world_run(1);
     TEST_ASSERT_EQUAL(FAULT_gate_driver, main_drive()->fault);
+    world_run(2);
+    TEST_ASSERT_EQUAL(FAULT_gate_driver_supply, main_drive()->fault); /* the main loop has asked it meanwhile */
 
     chip.drv_cause[3] = 0U;
     drive_clear_fault(main_drive());
@@ -200,11 +202,16 @@ void test_virtual_chip_trips_on_nfault_and_names_the_gate_driver(void)
     turn_at(104.72f);
 }
 
-void test_virtual_chip_trips_on_encoder_phase_error(void)
+void test_virtual_chip_trips_on_the_fourth_encoder_phase_error(void)
 {
     start_up();
     turn_at(104.72f);
 
+    for (int k = 0; k < 3; k++) {
+        chip.qep_flags = EQEP_INT_PHASE_ERROR;
+        world_run(1);
+        TEST_ASSERT_EQUAL(FAULT_none, main_drive()->fault);
+    }
     chip.qep_flags = EQEP_INT_PHASE_ERROR;
     world_run(1);
 
@@ -232,7 +239,8 @@ void test_virtual_chip_feeds_its_watchdog_all_the_time(void)
     turn_at(104.72f);
 
     TEST_ASSERT_TRUE(chip.watchdog_on);
-    TEST_ASSERT_LESS_THAN_UINT32(520U / 10U, longest_hunger); /* it bites after 520 periods */
+    TEST_ASSERT_LESS_THAN_UINT32(520U / 4U, longest_hunger); /* it bites after 520 periods */
+    TEST_ASSERT_EQUAL(0, chip.watchdog_too_soon);
 }
 
 /* The counter is looked at twice in an interrupt; a look takes 4 cycles. */
@@ -265,6 +273,185 @@ void test_virtual_chip_trips_on_an_interrupt_longer_than_its_period(void)
     for (int k = 0; k < 3; k++) {
         TEST_ASSERT_TRUE(fake_gate_is_low(k));
     }
+}
+
+void test_virtual_chip_halted_by_a_debugger_switches_off_and_says_so(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    fake_halt(2000000U); /* 10 ms: no instruction runs */
+    TEST_ASSERT_TRUE(fake_gate_is_low(0) && fake_gate_is_low(1) && fake_gate_is_low(2));
+    world_make_up_time();
+    world_run(1);
+
+    TEST_ASSERT_EQUAL(FAULT_processor_halted, main_drive()->fault);
+    drive_clear_fault(main_drive());
+    world_run(2);
+    turn_at(104.72f);
+}
+
+void test_virtual_chip_whose_clock_fails_switches_off_and_says_so(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    chip.clock_failed = true;
+    fake_trips();
+    TEST_ASSERT_TRUE(fake_gate_is_low(0) && fake_gate_is_low(1) && fake_gate_is_low(2));
+    world_run(1);
+
+    TEST_ASSERT_EQUAL(FAULT_processor_clock, main_drive()->fault);
+}
+
+/* Interrupts masked for good: the hardware alone, 2.1 periods after the last one; then the main loop says which fault. */
+void test_virtual_chip_whose_current_interrupt_stops_is_off_within_two_periods_and_a_bit(void)
+{
+    start_up();
+    turn_at(104.72f);
+
+    chip.intm = true;
+    world_period();
+    TEST_ASSERT_TRUE(fake_gate_follows(0));
+    world_period();
+    world_period();
+    TEST_ASSERT_TRUE(fake_gate_is_low(0) && fake_gate_is_low(1) && fake_gate_is_low(2));
+    main_pass();
+
+    TEST_ASSERT_EQUAL(FAULT_late_interrupt, main_drive()->fault);
+}
+
+void test_virtual_chip_long_blockage_at_rest_is_counted_in_periods_and_no_fault(void)
+{
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+    world_run(CALIBRATION);
+    const uint32_t before = main_drive()->sample.seq;
+
+    chip.intm = true; /* at rest: the guard switches nothing off */
+    for (int k = 0; k < 50; k++) {
+        world_period();
+    }
+    chip.intm = false;
+    fake_interrupts();
+
+    TEST_ASSERT_EQUAL_UINT32(before + 50U, main_drive()->sample.seq);
+    TEST_ASSERT_EQUAL(FAULT_none, main_drive()->fault); /* one gap, and no voltage on the motor */
+    port_background();
+    TEST_ASSERT_EQUAL_UINT32(49U, port_health()->lost_periods);
+}
+
+/* Phase b reads a tenth of its current, as a dead amplifier does that another one leaks into. */
+void test_virtual_chip_dead_current_amplifier_is_found_by_the_sum_of_the_currents(void)
+{
+    start_up();
+    turn_at(104.72f);
+    amplifier_gain[1] = 0.1;
+    drive_command_t command = {.mode = DRIVE_MODE_CURRENT, .iq_ref_a = 3.0f};
+    TEST_ASSERT_TRUE(drive_command(main_drive(), &command));
+    world_run(600);
+
+    TEST_ASSERT_EQUAL(FAULT_current_sum, main_drive()->fault);
+}
+
+/* In the alignment the vector of 4 A passes every phase: each amplifier is compared with the other two before the drive runs. */
+void test_virtual_chip_amplifier_without_any_signal_is_found_in_the_alignment(void)
+{
+    for (int k = 0; k < 3; k++) {
+        world_begin(1.0);
+        amplifier_gain[k] = 0.0;
+        TEST_ASSERT_EQUAL(PORT_OK, main_start());
+        world_run(CALIBRATION);
+        TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state); /* its zero is as good as any */
+        drive_start(main_drive());
+        world_run(40000);
+
+        TEST_ASSERT_EQUAL(FAULT_current_sum, main_drive()->fault);
+    }
+}
+
+/* Gains that are off by 2 %, one against the other two, and zeros as bad as they may be: nothing is wrong. */
+void test_virtual_chip_amplifiers_within_their_tolerance_add_up(void)
+{
+    amplifier_offset_v[0] = 0.045;
+    amplifier_offset_v[1] = -0.03;
+    amplifier_offset_v[2] = 0.045;
+    amplifier_gain[0] = 1.02;
+    amplifier_gain[1] = 0.98;
+    amplifier_gain[2] = 1.02;
+    start_up();
+    turn_at(104.72f);
+    turn_at(-104.72f);
+
+    TEST_ASSERT_EQUAL(FAULT_none, main_drive()->fault);
+}
+
+void test_virtual_chip_without_a_trip_answers_and_never_switches_a_gate(void)
+{
+    chip.trip_zone_dead = true;
+    TEST_ASSERT_EQUAL(PORT_TRIP_UNARMED, main_start());
+    world_run(CALIBRATION);
+    TEST_ASSERT_EQUAL(FAULT_trip_path, main_drive()->fault);
+
+    drive_clear_fault(main_drive());
+    world_run(2);
+    drive_start(main_drive());
+    world_run(100);
+
+    TEST_ASSERT_EQUAL(FAULT_trip_path, main_drive()->fault);
+    TEST_ASSERT_EQUAL_UINT32(0U, periods_with_gates_on);
+}
+
+/* No encoder but the one that the port computes with, no voltage that the driver warns of, no speed at which an open bridge
+ * charges the link: whatever comes over the link. */
+void test_virtual_chip_keeps_its_own_limits_against_parameters(void)
+{
+    TEST_ASSERT_EQUAL(PORT_OK, main_start());
+    world_run(10);
+    uint16_t       culprit;
+    drive_params_t params = *main_drive()->params;
+    TEST_ASSERT_EQUAL_FLOAT(4000.0f, params.encoder_counts);
+    TEST_ASSERT_EQUAL_FLOAT(32.0f, params.over_voltage_v);
+    TEST_ASSERT_TRUE(params.over_speed_rad_s * 1.7320508f * 4.0f * 6.4e-3f < 24.0f);
+
+    params.encoder_counts = 8192.0f;
+    TEST_ASSERT_FALSE(drive_tune(main_drive(), &params, &culprit));
+    TEST_ASSERT_EQUAL_UINT16(PARAM_encoder_counts, culprit);
+    float low, high;
+    drive_relation(&params, PARAM_encoder_counts, &low, &high);
+    TEST_ASSERT_EQUAL_FLOAT(4000.0f, low);
+    TEST_ASSERT_EQUAL_FLOAT(4000.0f, high);
+
+    params = *main_drive()->params;
+    params.over_voltage_v = 33.0f;
+    TEST_ASSERT_FALSE(drive_tune(main_drive(), &params, &culprit));
+    TEST_ASSERT_EQUAL_UINT16(PARAM_over_voltage_v, culprit);
+    params = *main_drive()->params;
+    params.over_current_a = 18.1f;
+    TEST_ASSERT_FALSE(drive_tune(main_drive(), &params, &culprit));
+    TEST_ASSERT_EQUAL_UINT16(PARAM_over_current_a, culprit);
+}
+
+/* Coasting at 250 rad/s the motor's voltage is 6.4 V. Its short circuit drives 3.2 A in a period; a current loop that began at no
+ * voltage would let it rise on. */
+void test_virtual_chip_start_into_a_turning_motor_keeps_its_currents(void)
+{
+    start_up();
+    turn_at(250.0f);
+    drive_stop(main_drive());
+    world_run(50);
+    TEST_ASSERT_TRUE(plant.x.speed_rad_s > 240.0);
+    const drive_command_t hold = {.mode = DRIVE_MODE_CURRENT};
+    TEST_ASSERT_TRUE(drive_command(main_drive(), &hold));
+    drive_start(main_drive());
+    double peak_a = 0.0;
+    for (int k = 0; k < 50; k++) {
+        world_run(1);
+        peak_a = fmax(peak_a, largest_current());
+    }
+
+    TEST_ASSERT_EQUAL(FAULT_none, main_drive()->fault);
+    TEST_ASSERT_EQUAL(DRIVE_RUN, main_drive()->state);
+    TEST_ASSERT_TRUE_MESSAGE(peak_a < 5.0, "more than the short circuit of one period");
 }
 
 static int periods_left;

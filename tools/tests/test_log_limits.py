@@ -9,8 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from evenspin.balance.log_reader import read_log
 from evenspin.errors import InputError
-from evenspin.gap.balance.reading import read_log
 from evenspin.log import read_csv
 from evenspin.log.textfile import MOST_BYTES, line_blocks, read_text
 from said import Said

@@ -265,7 +265,7 @@ CASES = {
     ),
     "a negative brake": ("load_brake_a = 1.0", "load_brake_a = -1.0", "13: event.load_brake_a = -1.0: must", "0 .. "),
     "an unknown choice": ('"forc"', '"ford"', "8: drive.method = 'ford': must be \"pi\" or", ""),
-    "an unknown model": ('"guo2024"', '"guo2025"', "2: model = 'guo2025': must be", "did you mean guo2024?"),
+    "an unknown model": ('"guo2024"', '"guo2025"', "2: model = 'guo2025': must be", "mean guo2024 or guo2024-board?"),
     "a model that is not there": ('"guo2024"', '"g.toml"', "2: model = 'g.toml': must be an existing file", ""),
     "a rate that does not divide": ("2000.0", "3000.0", "5: log_rate_hz = 3000.0: must be", "nearest: 3333.3"),
     "events out of order": ("at_s = 0.25", "at_s = 0.0", "16: event.at_s = 0.0: must be later", ""),

@@ -17,7 +17,7 @@ typedef struct {
 /**
  * Newest edge, as of the newest current interrupt. From either interrupt, at most 60 cycles; it is one edge, whole, even when
  * the current interrupt comes in between.
- * @return HAL_OK, HAL_SENSOR_FAULT (phase error: both tracks changed at once).
+ * @return HAL_OK, HAL_SENSOR_FAULT (phase errors: both tracks changed at once, more often than a disturbance makes them).
  */
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out);
 

@@ -14,9 +14,18 @@ typedef struct {
 /** What the hardware itself has found, besides what the firmware checks. */
 typedef enum {
     HAL_INVERTER_FINE = 0,
-    HAL_INVERTER_OVER_CURRENT, /**< Comparator tripped the PWM. */
+    HAL_INVERTER_OVER_CURRENT, /**< Comparator tripped the PWM, or the gate driver found a switch in short circuit. */
     HAL_INVERTER_DRIVER_FAULT, /**< Gate driver pulls its fault line. */
-    HAL_INVERTER_OVER_TEMPERATURE
+    HAL_INVERTER_OVER_TEMPERATURE,
+    HAL_INVERTER_DRIVER_SUPPLY, /**< Gate driver warns of its supply: too low or too high. */
+    HAL_INVERTER_DRIVER_LINK,   /**< Gate driver does not answer, or does not hold the settings that were written. */
+    HAL_INVERTER_TRIP_PATH,     /**< What has to switch the bridge off without the processor did not do so in the self test. */
+    HAL_INVERTER_CURRENT_SUM,   /**< The phase currents do not add up to zero: a sensor reads wrong. */
+    HAL_INVERTER_LATE,          /**< No current interrupt for two PWM periods. */
+    HAL_INVERTER_HALTED,        /**< A debugger halted the processor. */
+    HAL_INVERTER_CLOCK,         /**< The clock of the processor failed. */
+    HAL_INVERTER_MEMORY,        /**< A memory error that could not be corrected, or a bad interrupt vector. */
+    HAL_INVERTER_FAULTS
 } hal_inverter_fault_t;
 
 /** Takes effect at the start of the next PWM period. Values outside [0, 1] are cut. From the current interrupt. */
@@ -27,7 +36,8 @@ hal_status_t hal_inverter_arm(void);
 void hal_inverter_disarm(void);
 /** First hardware fault since the last hal_inverter_clear_fault. Any context. */
 hal_inverter_fault_t hal_inverter_fault(void);
-/** Forget the hardware fault; it comes back if its cause stands. From the main loop, disarmed. */
+/** Forget the hardware fault and set the power stage up anew; the fault comes back if its cause stands. From the main loop, disarmed;
+ *  up to 10 ms. */
 void hal_inverter_clear_fault(void);
 
 #endif

@@ -13,7 +13,7 @@ typedef struct {
     float    vdc_v;            /**< DC link, V. */
     uint32_t theta_m;          /**< Shaft angle, turns in 2^-32. */
     uint32_t at_cyc;           /**< When the angle was taken, on hal_clock_cyc: the begin of this interrupt. */
-    uint32_t seq;              /**< +1 per PWM period; a gap is a lost sample. */
+    uint32_t seq;              /**< +1 per PWM period that went by, whoever counted it; a gap is as many lost samples. */
 } hal_sample_t;
 
 /**

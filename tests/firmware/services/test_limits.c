@@ -14,7 +14,7 @@
 void setUp(void)
 {
     line_start();
-    const hal_limits_t board = {25.0f, 45.0f, 700.0f, 0.8f};
+    const hal_limits_t board = {25.0f, 45.0f, 700.0f, 0.8f, 0.0f};
     bench.limits = board;
     line_hello(services.schema);
 }

@@ -26,6 +26,9 @@ void fake_nop(void);
 #define ERTM ((void)0)
 #define NOP fake_nop()
 
+uint32_t *fake_register(uint32_t address);
+#define HWREG(address) (*fake_register(address))
+
 /* ---- values ---- */
 
 #define ADCA_BASE 0x00007400U
@@ -44,14 +47,23 @@ void fake_nop(void);
 #define CMPSS3_BASE 0x00005CC0U
 #define CMPSS6_BASE 0x00005D20U
 #define CPUTIMER1_BASE 0x00000C08U
+#define CPUSYS_BASE 0x0005D300U
+#define ECAP1_BASE 0x00005000U
 #define EPWM_DB_INPUT_EPWMA 0U
 #define EPWM_TZ_SIGNAL_OSHT1 0x100U
+#define EPWM_TZ_SIGNAL_OSHT5 0x1000U
+#define EPWM_TZ_SIGNAL_OSHT6 0x2000U
 #define EPWM_TZ_SIGNAL_DCAEVT1 0x4000U
+#define EPWM_TZ_SIGNAL_DCBEVT1 0x8000U
 #define EPWM_TZ_FLAG_OST 0x4U
 #define EPWM_TZ_FLAG_DCAEVT1 0x8U
+#define EPWM_TZ_FLAG_DCBEVT1 0x20U
 #define EPWM_TZ_INTERRUPT 0x1U
 #define EPWM_TZ_OST_FLAG_OST1 0x1U
+#define EPWM_TZ_OST_FLAG_OST5 0x10U
+#define EPWM_TZ_OST_FLAG_OST6 0x20U
 #define EPWM_TZ_OST_FLAG_DCAEVT1 0x40U
+#define EPWM_TZ_OST_FLAG_DCBEVT1 0x80U
 #define EPWM_TZ_FORCE_EVENT_OST 0x4U
 #define EPWM1_BASE 0x00004000U
 #define EPWM2_BASE 0x00004100U
@@ -75,6 +87,8 @@ void fake_nop(void);
 #define GPIO_4_EPWM3A 0x00060801U
 #define GPIO_5_EPWM3B 0x00060A01U
 #define GPIO_19_GPIO19 0x00080600U
+#define GPIO_31_GPIO31 0x00081E00U
+#define GPIO_34_GPIO34 0x00460400U
 #define GPIO_20_EQEP1A 0x00080801U
 #define GPIO_21_EQEP1B 0x00080A01U
 #define GPIO_99_EQEP1I 0x00C60605U
@@ -102,6 +116,11 @@ void fake_nop(void);
 #define SYSCTL_CAUSE_XRS 0x00000002U
 #define SYSCTL_CAUSE_WDRS 0x00000004U
 #define SYSCTL_CAUSE_NMIWDRS 0x00000008U
+#define SYSCTL_NMI_CLOCKFAIL 0x2U
+#define SYSCTL_NMI_RAMUNCERR 0x4U
+#define SYSCTL_NMI_FLUNCERR 0x8U
+#define SYSCTL_NMI_PIEVECTERR 0x40U
+#define SYSCTL_O_PIEVERRADDR 0xAU
 #define SYSCTL_FMULT_NONE 0x00000000UL
 #define SYSCTL_OSCSRC_XTAL 0x00010000U
 #define SYSCTL_PLL_ENABLE 0x80000000U
@@ -134,24 +153,32 @@ typedef enum { EPWM_DB_RED = 1, EPWM_DB_FED = 0 } EPWM_DeadBandDelayMode;
 typedef enum { EPWM_DB_POLARITY_ACTIVE_HIGH = 0, EPWM_DB_POLARITY_ACTIVE_LOW = 1 } EPWM_DeadBandPolarity;
 typedef enum { EPWM_DC_EVENT_1 = 0 } EPWM_DigitalCompareEvent;
 typedef enum { EPWM_DC_EVENT_SOURCE_ORIG_SIGNAL = 0 } EPWM_DigitalCompareEventSource;
-typedef enum { EPWM_DC_MODULE_A = 0 } EPWM_DigitalCompareModule;
+typedef enum { ECAP_APWM_ACTIVE_HIGH = 0x000, ECAP_APWM_ACTIVE_LOW = 0x400 } ECAP_APWMPolarity;
+typedef enum { ECAP_EMULATION_FREE_RUN = 0x2 } ECAP_EmulationMode;
+typedef enum { EPWM_DC_MODULE_A = 0, EPWM_DC_MODULE_B = 1 } EPWM_DigitalCompareModule;
 typedef enum { EPWM_DC_EVENT_INPUT_NOT_SYNCED = 1 } EPWM_DigitalCompareSyncMode;
-typedef enum { EPWM_DC_TRIP_TRIPIN4 = 3 } EPWM_DigitalCompareTripInput;
-typedef enum { EPWM_DC_TYPE_DCAH = 0 } EPWM_DigitalCompareType;
+typedef enum { EPWM_DC_TRIP_TRIPIN4 = 3, EPWM_DC_TRIP_TRIPIN5 = 4 } EPWM_DigitalCompareTripInput;
+typedef enum { EPWM_DC_TYPE_DCAH = 0, EPWM_DC_TYPE_DCBH = 2 } EPWM_DigitalCompareType;
 typedef enum { EPWM_EMULATION_FREE_RUN = 2 } EPWM_EmulationMode;
 typedef enum { EPWM_HSCLOCK_DIVIDER_1 = 0 } EPWM_HSClockDivider;
 typedef enum { EPWM_PERIOD_SHADOW_LOAD = 0 } EPWM_PeriodLoadMode;
 typedef enum { EPWM_SYNC_OUT_PULSE_DISABLED = 4 } EPWM_SyncOutPulseMode;
 typedef enum { EPWM_COUNTER_MODE_UP_DOWN = 2 } EPWM_TimeBaseCountMode;
 typedef enum { EPWM_TZ_ACTION_LOW = 2 } EPWM_TripZoneAction;
-typedef enum { EPWM_TZ_DC_OUTPUT_A1 = 0 } EPWM_TripZoneDigitalCompareOutput;
+typedef enum { EPWM_TZ_DC_OUTPUT_A1 = 0, EPWM_TZ_DC_OUTPUT_B1 = 6 } EPWM_TripZoneDigitalCompareOutput;
 typedef enum { EPWM_TZ_EVENT_DCXH_HIGH = 2 } EPWM_TripZoneDigitalCompareOutputEvent;
-typedef enum { EPWM_TZ_ACTION_EVENT_TZA = 0, EPWM_TZ_ACTION_EVENT_TZB = 2, EPWM_TZ_ACTION_EVENT_DCAEVT1 = 4 } EPWM_TripZoneEvent;
+typedef enum {
+    EPWM_TZ_ACTION_EVENT_TZA = 0,
+    EPWM_TZ_ACTION_EVENT_TZB = 2,
+    EPWM_TZ_ACTION_EVENT_DCAEVT1 = 4,
+    EPWM_TZ_ACTION_EVENT_DCBEVT1 = 8
+} EPWM_TripZoneEvent;
 typedef enum { EQEP_CAPTURE_CLK_DIV_2 = 16 } EQEP_CAPCLKPrescale;
 typedef enum { EQEP_EMULATIONMODE_RUNFREE = 2 } EQEP_EmulationMode;
 typedef enum { EQEP_POSITION_RESET_MAX_POS = 0x1000 } EQEP_PositionResetMode;
 typedef enum { EQEP_UNIT_POS_EVNT_DIV_1 = 0 } EQEP_UPEVNTPrescale;
 typedef enum { GPIO_CORE_CPU1 = 0 } GPIO_CoreSelect;
+typedef enum { GPIO_PORT_A = 0 } GPIO_Port;
 typedef enum { GPIO_DIR_MODE_IN = 0, GPIO_DIR_MODE_OUT = 1 } GPIO_Direction;
 typedef enum { GPIO_QUAL_6SAMPLE = 2, GPIO_QUAL_ASYNC = 3 } GPIO_QualificationMode;
 typedef enum { SCI_CONFIG_PAR_NONE = 0 } SCI_ParityType;
@@ -170,6 +197,7 @@ typedef enum {
     SYSCTL_PERIPH_CLK_EPWM1 = 2,
     SYSCTL_PERIPH_CLK_EPWM2 = 0x102,
     SYSCTL_PERIPH_CLK_EPWM3 = 0x202,
+    SYSCTL_PERIPH_CLK_ECAP1 = 3,
     SYSCTL_PERIPH_CLK_EQEP1 = 4,
     SYSCTL_PERIPH_CLK_SCIA = 7,
     SYSCTL_PERIPH_CLK_SPIA = 8,
@@ -184,11 +212,12 @@ typedef enum { SYSCTL_WD_MODE_RESET = 0 } SysCtl_WDMode;
 typedef enum { SYSCTL_WD_PRESCALE_4 = 3 } SysCtl_WDPrescaler;
 typedef enum {
     XBAR_EPWM_MUX00_CMPSS1_CTRIPH_OR_L = 0x0001,
+    XBAR_EPWM_MUX00_ECAP1_OUT = 0x0003,
     XBAR_EPWM_MUX04_CMPSS3_CTRIPH_OR_L = 0x0801,
     XBAR_EPWM_MUX10_CMPSS6_CTRIPH_OR_L = 0x1401
 } XBAR_EPWMMuxConfig;
 typedef enum { XBAR_INPUT1 = 0 } XBAR_InputNum;
-typedef enum { XBAR_TRIP4 = 0 } XBAR_TripNum;
+typedef enum { XBAR_TRIP4 = 0, XBAR_TRIP5 = 2 } XBAR_TripNum;
 
 /* ---- System control ---- */
 
@@ -206,6 +235,9 @@ void     SysCtl_setEPWMClockDivider(SysCtl_EPWMCLKDivider divider);
 void     SysCtl_enablePeripheral(SysCtl_PeripheralPCLOCKCR peripheral);
 void     SysCtl_disablePeripheral(SysCtl_PeripheralPCLOCKCR peripheral);
 void     SysCtl_delay(uint32_t count);
+void     SysCtl_setWatchdogWindowValue(uint16_t value);
+void     SysCtl_enableNMIGlobalInterrupt(void);
+uint16_t SysCtl_getNMIShadowFlagStatus(void);
 
 /* ---- GPIO ---- */
 
@@ -217,12 +249,28 @@ void     GPIO_setPinConfig(uint32_t pinConfig);
 void     GPIO_setQualificationMode(uint32_t pin, GPIO_QualificationMode qualification);
 void     GPIO_setQualificationPeriod(uint32_t pin, uint32_t divider);
 void     GPIO_writePin(uint32_t pin, uint32_t outVal);
+void     GPIO_lockPortConfig(GPIO_Port port, uint32_t pinMask);
 
 /* ---- X-BAR ---- */
 
 void XBAR_setInputPin(XBAR_InputNum input, uint16_t pin);
 void XBAR_setEPWMMuxConfig(XBAR_TripNum trip, XBAR_EPWMMuxConfig muxConfig);
 void XBAR_enableEPWMMux(XBAR_TripNum trip, uint32_t muxes);
+void XBAR_lockInput(XBAR_InputNum input);
+void XBAR_lockEPWM(void);
+
+/* ---- eCAP ---- */
+
+void ECAP_stopCounter(uint32_t base);
+void ECAP_startCounter(uint32_t base);
+void ECAP_setEmulationMode(uint32_t base, ECAP_EmulationMode mode);
+void ECAP_enableAPWMMode(uint32_t base);
+void ECAP_setAPWMPolarity(uint32_t base, ECAP_APWMPolarity polarity);
+void ECAP_setAPWMPeriod(uint32_t base, uint32_t periodCount);
+void ECAP_setAPWMCompare(uint32_t base, uint32_t compareCount);
+void ECAP_setPhaseShiftCount(uint32_t base, uint32_t shiftCount);
+void ECAP_enableLoadCounter(uint32_t base);
+void ECAP_loadCounter(uint32_t base);
 
 /* ---- ePWM ---- */
 
@@ -363,7 +411,13 @@ void            SPI_setEmulationMode(uint32_t base, SPI_EmulationMode mode);
 
 /* ---- Flash ---- */
 
-void Flash_initModule(uint32_t ctrlBase, uint32_t eccBase, uint16_t waitstates);
+void     Flash_initModule(uint32_t ctrlBase, uint32_t eccBase, uint16_t waitstates);
+void     Flash_setErrorThreshold(uint32_t eccBase, uint16_t threshold);
+uint32_t Flash_getErrorCount(uint32_t eccBase);
+
+/* ---- memories ---- */
+
+uint32_t MemCfg_getCorrErrorCount(void);
 
 #define FLASHPUMPSEMAPHORE_BASE 0x00050024U
 #define EALLOW fake_eallow()

@@ -79,7 +79,11 @@ void fake_power_on(void)
     chip.pll_locks = true;
     chip.intm = true;
     chip.cycles = 1000U;
+    chip.drv[0x5] = 0x344; /* values at reset */
+    chip.drv[0x6] = 0x344;
     chip.drv[0x7] = 0x216;
+    chip.drv[0x9] = 0x020;
+    chip.drv[0xB] = 0x10A;
     chip.drv[0xC] = 0x0C8;
     chip.qep_direction = 1;
     chip.tx_room = 16;
@@ -128,7 +132,44 @@ void SysCtl_disableWatchdog(void)
 void SysCtl_serviceWatchdog(void)
 {
     RECORD_NONE();
+    const uint64_t least = (uint64_t)chip.watchdog_window * 40960U;
+    chip.watchdog_too_soon += ((least > 0U) && ((chip.cycles - chip.watchdog_cycles) <= least)) ? 1 : 0;
+    chip.watchdog_cycles = chip.cycles;
     chip.watchdog_served++;
+}
+void SysCtl_setWatchdogWindowValue(uint16_t value)
+{
+    RECORD(value);
+    chip.watchdog_window = value;
+}
+uint16_t SysCtl_getNMIShadowFlagStatus(void)
+{
+    RECORD_NONE();
+    return chip.nmi_shadow;
+}
+uint32_t MemCfg_getCorrErrorCount(void)
+{
+    RECORD_NONE();
+    return chip.ram_errors;
+}
+uint32_t Flash_getErrorCount(uint32_t eccBase)
+{
+    RECORD(eccBase);
+    return chip.flash_errors;
+}
+uint32_t *fake_register(uint32_t address)
+{
+    static uint32_t other;
+    return (address == (CPUSYS_BASE + SYSCTL_O_PIEVERRADDR)) ? &chip.pie_error_address : &other;
+}
+
+void fake_halt(uint64_t cycles)
+{
+    chip.halted = true;
+    fake_trips();
+    chip.cycles += cycles;
+    fake_trips();
+    chip.halted = false;
 }
 
 void CPUTimer_startTimer(uint32_t base)
@@ -257,9 +298,15 @@ void GPIO_setDirectionMode(uint32_t pin, GPIO_Direction pinIO)
     RECORD(pin, (uint32_t)pinIO);
     chip.is_output[pin] = pinIO == GPIO_DIR_MODE_OUT;
 }
+void GPIO_lockPortConfig(GPIO_Port port, uint32_t pinMask)
+{
+    RECORD((uint32_t)port, pinMask);
+    chip.port_a_locked |= pinMask;
+}
 void GPIO_setPadConfig(uint32_t pin, uint32_t pinType)
 {
     RECORD(pin, pinType);
+    chip.locked_writes += ((pin < 32U) && ((chip.port_a_locked & (1UL << pin)) != 0U)) ? 1 : 0;
     chip.pulled_up[pin] = (pinType & GPIO_PIN_TYPE_PULLUP) != 0U;
 }
 
@@ -280,7 +327,8 @@ void GPIO_setPinConfig(uint32_t pinConfig)
     if (pin >= 0) {
         const fake_epwm_t *const e = &chip.epwm[pin / 2];
         chip.pin_config[pin] = pinConfig;
-        if (((e->tz_flags & EPWM_TZ_FLAG_OST) == 0U) || !e->action_low[pin % 2] || !e->action_low[2] || chip.pulled_up[pin]) {
+        if (((e->tz_flags & EPWM_TZ_FLAG_OST) == 0U) || !e->action_low[pin % 2] || !e->action_low[2] || !e->action_low[4] ||
+            chip.pulled_up[pin]) {
             chip.unsafe_connections++;
         }
     }
@@ -331,25 +379,29 @@ void EPWM_setTripZoneAction(uint32_t base, EPWM_TripZoneEvent tzEvent, EPWM_Trip
 void EPWM_selectDigitalCompareTripInput(uint32_t base, EPWM_DigitalCompareTripInput tripSource, EPWM_DigitalCompareType dcType)
 {
     RECORD(base, (uint32_t)tripSource, (uint32_t)dcType);
-    epwm_of(base)->dc_input = (tripSource == EPWM_DC_TRIP_TRIPIN4) && (dcType == EPWM_DC_TYPE_DCAH);
+    if (dcType == EPWM_DC_TYPE_DCAH) {
+        epwm_of(base)->dc_input[0] = tripSource == EPWM_DC_TRIP_TRIPIN4;
+    } else {
+        epwm_of(base)->dc_input[1] = tripSource == EPWM_DC_TRIP_TRIPIN5;
+    }
 }
 void EPWM_setTripZoneDigitalCompareEventCondition(uint32_t base, EPWM_TripZoneDigitalCompareOutput dcType,
                                                   EPWM_TripZoneDigitalCompareOutputEvent dcEvent)
 {
     RECORD(base, (uint32_t)dcType, (uint32_t)dcEvent);
-    epwm_of(base)->dc_condition = (dcType == EPWM_TZ_DC_OUTPUT_A1) && (dcEvent == EPWM_TZ_EVENT_DCXH_HIGH);
+    epwm_of(base)->dc_condition[(dcType == EPWM_TZ_DC_OUTPUT_A1) ? 0 : 1] = dcEvent == EPWM_TZ_EVENT_DCXH_HIGH;
 }
 void EPWM_setDigitalCompareEventSource(uint32_t base, EPWM_DigitalCompareModule dcModule, EPWM_DigitalCompareEvent dcEvent,
                                        EPWM_DigitalCompareEventSource dcEventSource)
 {
     RECORD(base, (uint32_t)dcModule, (uint32_t)dcEvent, (uint32_t)dcEventSource);
-    epwm_of(base)->dc_source = true;
+    epwm_of(base)->dc_source[dcModule] = true;
 }
 void EPWM_setDigitalCompareEventSyncMode(uint32_t base, EPWM_DigitalCompareModule dcModule, EPWM_DigitalCompareEvent dcEvent,
                                          EPWM_DigitalCompareSyncMode syncMode)
 {
     RECORD(base, (uint32_t)dcModule, (uint32_t)dcEvent, (uint32_t)syncMode);
-    epwm_of(base)->dc_direct = syncMode == EPWM_DC_EVENT_INPUT_NOT_SYNCED;
+    epwm_of(base)->dc_direct[dcModule] = syncMode == EPWM_DC_EVENT_INPUT_NOT_SYNCED;
 }
 uint16_t EPWM_getTripZoneFlagStatus(uint32_t base)
 {
@@ -394,11 +446,17 @@ void EPWM_setADCTriggerEventPrescale(uint32_t base, EPWM_ADCStartOfConversionTyp
 void XBAR_setInputPin(XBAR_InputNum input, uint16_t pin)
 {
     RECORD((uint32_t)input, pin);
+    chip.locked_writes += chip.input_locked ? 1 : 0;
     chip.input_xbar1 = pin;
 }
 void XBAR_setEPWMMuxConfig(XBAR_TripNum trip, XBAR_EPWMMuxConfig muxConfig)
 {
     RECORD((uint32_t)trip, (uint32_t)muxConfig);
+    chip.locked_writes += chip.xbar_locked ? 1 : 0;
+    if (trip == XBAR_TRIP5) {
+        chip.guard_routed = muxConfig == XBAR_EPWM_MUX00_ECAP1_OUT;
+        return;
+    }
     chip.cmpss[0].routed = chip.cmpss[0].routed || (muxConfig == XBAR_EPWM_MUX10_CMPSS6_CTRIPH_OR_L);
     chip.cmpss[1].routed = chip.cmpss[1].routed || (muxConfig == XBAR_EPWM_MUX04_CMPSS3_CTRIPH_OR_L);
     chip.cmpss[2].routed = chip.cmpss[2].routed || (muxConfig == XBAR_EPWM_MUX00_CMPSS1_CTRIPH_OR_L);
@@ -406,7 +464,90 @@ void XBAR_setEPWMMuxConfig(XBAR_TripNum trip, XBAR_EPWMMuxConfig muxConfig)
 void XBAR_enableEPWMMux(XBAR_TripNum trip, uint32_t muxes)
 {
     RECORD((uint32_t)trip, muxes);
+    chip.locked_writes += chip.xbar_locked ? 1 : 0;
+    if (trip == XBAR_TRIP5) {
+        chip.guard_enabled = (muxes & XBAR_MUX00) != 0U;
+        return;
+    }
     chip.epwm_xbar_muxes |= muxes;
+}
+void XBAR_lockInput(XBAR_InputNum input)
+{
+    RECORD((uint32_t)input);
+    chip.input_locked = true;
+}
+void XBAR_lockEPWM(void)
+{
+    RECORD_NONE();
+    chip.xbar_locked = true;
+}
+
+/* ---- guard: the counter of the eCAP, and the pulses that its output has made since it was fed last ---- */
+
+void ECAP_stopCounter(uint32_t base)
+{
+    RECORD(base);
+    chip.guard_on = false;
+}
+void ECAP_startCounter(uint32_t base)
+{
+    RECORD(base);
+    chip.guard_on = true;
+    chip.guard_fed_cycles = chip.cycles;
+    chip.guard_pulses = 0U;
+}
+void ECAP_enableAPWMMode(uint32_t base)
+{
+    RECORD(base);
+    chip.guard_apwm = true;
+}
+void ECAP_setAPWMPolarity(uint32_t base, ECAP_APWMPolarity polarity)
+{
+    RECORD(base, (uint32_t)polarity);
+    chip.guard_active_low = polarity == ECAP_APWM_ACTIVE_LOW;
+}
+void ECAP_setAPWMPeriod(uint32_t base, uint32_t periodCount)
+{
+    RECORD(base, periodCount);
+    chip.guard_period = periodCount;
+}
+void ECAP_setAPWMCompare(uint32_t base, uint32_t compareCount)
+{
+    RECORD(base, compareCount);
+    chip.guard_compare = compareCount;
+}
+void ECAP_setPhaseShiftCount(uint32_t base, uint32_t shiftCount)
+{
+    RECORD(base, shiftCount);
+    chip.guard_loads = chip.guard_loads && (shiftCount == 0U);
+}
+void ECAP_enableLoadCounter(uint32_t base)
+{
+    RECORD(base);
+    chip.guard_loads = true;
+}
+void ECAP_loadCounter(uint32_t base)
+{
+    RECORD(base);
+    fake_trips(); /* what was before */
+    if (chip.guard_loads) {
+        chip.guard_fed_cycles = chip.cycles;
+        chip.guard_pulses = 0U;
+    }
+}
+
+static bool guard_pulses(void)
+{
+    if (!chip.guard_on || !chip.guard_apwm || !chip.guard_active_low || !chip.guard_routed || !chip.guard_enabled ||
+        chip.guard_dead || (chip.guard_period <= chip.guard_compare)) {
+        return false;
+    }
+    const uint64_t age = chip.cycles - chip.guard_fed_cycles;
+    const uint64_t pulses = (age + (chip.guard_period - chip.guard_compare)) / chip.guard_period;
+    const bool     stands = (age % chip.guard_period) >= chip.guard_compare;
+    const bool     any_new = pulses != chip.guard_pulses;
+    chip.guard_pulses = pulses;
+    return any_new || stands;
 }
 
 static fake_cmpss_t *cmpss_of(uint32_t base) { return &chip.cmpss[(base == CMPSS6_BASE) ? 0 : ((base == CMPSS3_BASE) ? 1 : 2)]; }
@@ -433,7 +574,7 @@ static bool any_comparator_trips(void)
     for (int k = 0; k < 3; k++) {
         const fake_cmpss_t *const c = &chip.cmpss[k];
         const double              code = c->volts / 3.3 * 4096.0; /* VDDA, not the reference of the converter */
-        const bool                over = (code > c->high) || (code < c->low);
+        const bool                over = (code > c->high) || ((code < c->low) && !chip.low_comparators_dead);
         any = any || (c->on && c->routed && over && ((chip.epwm_xbar_muxes & MUX[k]) != 0U));
     }
     return any && !chip.comparators_dead;
@@ -443,10 +584,24 @@ void fake_trips(void)
 {
     const bool over = any_comparator_trips();
     const bool nfault = nfault_is_low() && (chip.input_xbar1 == BOARD_PIN_NFAULT);
+    const bool late = guard_pulses();
     for (int k = 0; k < 3; k++) {
         fake_epwm_t *const e = &chip.epwm[k];
-        if (over && ((e->tz_signals & EPWM_TZ_SIGNAL_DCAEVT1) != 0U) && e->dc_input && e->dc_condition && e->dc_source &&
-            e->dc_direct) {
+        const bool         a = e->dc_input[0] && e->dc_condition[0] && e->dc_source[0] && e->dc_direct[0];
+        const bool         b = e->dc_input[1] && e->dc_condition[1] && e->dc_source[1] && e->dc_direct[1];
+        if (late && b && ((e->tz_signals & EPWM_TZ_SIGNAL_DCBEVT1) != 0U)) {
+            e->tz_flags = (uint16_t)(e->tz_flags | EPWM_TZ_FLAG_OST | EPWM_TZ_FLAG_DCBEVT1);
+            e->ost_flags = (uint16_t)(e->ost_flags | EPWM_TZ_OST_FLAG_DCBEVT1);
+        }
+        if (chip.halted && ((e->tz_signals & EPWM_TZ_SIGNAL_OSHT6) != 0U)) {
+            e->tz_flags = (uint16_t)(e->tz_flags | EPWM_TZ_FLAG_OST);
+            e->ost_flags = (uint16_t)(e->ost_flags | EPWM_TZ_OST_FLAG_OST6);
+        }
+        if (chip.clock_failed && ((e->tz_signals & EPWM_TZ_SIGNAL_OSHT5) != 0U)) {
+            e->tz_flags = (uint16_t)(e->tz_flags | EPWM_TZ_FLAG_OST);
+            e->ost_flags = (uint16_t)(e->ost_flags | EPWM_TZ_OST_FLAG_OST5);
+        }
+        if (over && ((e->tz_signals & EPWM_TZ_SIGNAL_DCAEVT1) != 0U) && a) {
             e->tz_flags = (uint16_t)(e->tz_flags | EPWM_TZ_FLAG_OST | EPWM_TZ_FLAG_DCAEVT1);
             e->ost_flags = (uint16_t)(e->ost_flags | EPWM_TZ_OST_FLAG_DCAEVT1);
         }
@@ -472,8 +627,8 @@ bool fake_gate_follows(int k)
 bool fake_gate_is_low(int k)
 {
     const fake_epwm_t *const e = &chip.epwm[k];
-    return !connected(k) ||
-           (((e->tz_flags & EPWM_TZ_FLAG_OST) != 0U) && e->action_low[0] && e->action_low[1] && e->action_low[2]);
+    return !connected(k) || (((e->tz_flags & EPWM_TZ_FLAG_OST) != 0U) && e->action_low[0] && e->action_low[1] &&
+                             e->action_low[2] && e->action_low[4]);
 }
 
 double fake_duty(int k)
@@ -602,7 +757,8 @@ void EQEP_clearInterruptStatus(uint32_t base, uint16_t intFlags)
 
 static bool driver_listens(void)
 {
-    const bool awake = (chip.latch[BOARD_PIN_WAKE] != 0U) && (chip.latch[BOARD_PIN_EN_GATE] != 0U);
+    const bool awake =
+        (chip.latch[BOARD_PIN_WAKE] != 0U) && (chip.latch[BOARD_PIN_EN_GATE] != 0U) && (chip.cycles >= chip.drv_supplied_cycles);
     return awake && ((chip.cycles - chip.en_gate_cycles) >= 200000U) && (chip.latch[BOARD_PIN_CHIP_SELECT] == 0U) &&
            !chip.drv_mute;
 }
@@ -613,6 +769,10 @@ void SPI_writeDataNonBlocking(uint32_t base, uint16_t data)
     const uint16_t address = (uint16_t)((data >> 11) & 0xFU);
     chip.spi_answer = 0U;
     chip.spi_full = !chip.spi_hangs;
+    if (chip.drv_stuck) {
+        chip.spi_answer = 0x7FFU;
+        return;
+    }
     if (!driver_listens()) {
         return;
     }
@@ -620,6 +780,10 @@ void SPI_writeDataNonBlocking(uint32_t base, uint16_t data)
         chip.drv[i] |= chip.drv_cause[i];
     }
     chip.spi_answer = (uint16_t)(chip.drv[address] & 0x7FFU);
+    if (chip.drv_garbled > 0) {
+        chip.drv_garbled--;
+        chip.spi_answer ^= 0x004U;
+    }
     if ((data & 0x8000U) == 0U) {
         chip.drv[address] = (uint16_t)(data & 0x7FFU);
         if ((address == 0x9U) && ((data & 2U) != 0U)) {

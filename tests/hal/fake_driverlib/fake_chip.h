@@ -22,8 +22,8 @@ typedef struct {
     uint16_t period, compare, compare_active;
     uint16_t red, fed;
     uint16_t tz_flags, ost_flags, tz_signals;
-    bool     action_low[3]; /* on a trip, outputs A and B; on the digital compare event, output A */
-    bool     dc_input, dc_condition, dc_source, dc_direct;
+    bool     action_low[5]; /* on a trip, outputs A and B; on the digital compare events, outputs A and B (3 is not used) */
+    bool     dc_input[2], dc_condition[2], dc_source[2], dc_direct[2]; /* of modules A and B */
     bool     rises_on_up, falls_on_down;
 } fake_epwm_t;
 
@@ -60,14 +60,30 @@ typedef struct {
 
     /* bridge */
     fake_epwm_t  epwm[3];
-    fake_cmpss_t cmpss[3]; /* of phases A, B, C */
-    uint32_t     epwm_xbar_muxes;
+    fake_cmpss_t cmpss[3];        /* of phases A, B, C */
+    uint32_t     epwm_xbar_muxes; /* of trip 4 */
     uint16_t     input_xbar1;
     bool         clocks_run, soc_enabled;
     bool         comparators_dead; /* a broken trip path */
     bool         trip_zone_dead;   /* forcing a trip has no effect */
     bool         nfault_stuck;     /* low without a reason in the status */
-    uint16_t     soc_prescale;
+    bool         low_comparators_dead;
+    bool         xbar_locked, input_locked;
+    uint32_t     port_a_locked;
+    int          locked_writes; /* to what is locked */
+
+    /* the guard: eCAP1 in its PWM mode, on trip 5 */
+    bool     guard_on, guard_apwm, guard_active_low, guard_loads, guard_routed, guard_enabled;
+    bool     guard_dead; /* it never pulses */
+    uint32_t guard_period, guard_compare;
+    uint64_t guard_fed_cycles, guard_pulses;
+
+    /* the processor */
+    bool     halted, clock_failed; /* levels of TZ6 and TZ5 */
+    uint16_t nmi_shadow;
+    uint32_t pie_error_address;
+    uint32_t ram_errors, flash_errors;
+    uint16_t soc_prescale;
 
     /* converter: input voltages and results */
     double   dc_link_pin_v;
@@ -84,10 +100,13 @@ typedef struct {
     bool     qep_on;
 
     /* gate driver */
-    uint16_t drv[16];      /* registers */
-    uint16_t drv_cause[5]; /* standing causes, by status register */
-    bool     drv_mute;     /* nothing on SOMI */
-    bool     spi_hangs;    /* the SPI never finishes */
+    uint16_t drv[16];             /* registers */
+    uint16_t drv_cause[5];        /* standing causes, by status register */
+    bool     drv_mute;            /* nothing on SOMI */
+    bool     drv_stuck;           /* SOMI stuck high */
+    int      drv_garbled;         /* so many answers to come have a wrong bit */
+    uint64_t drv_supplied_cycles; /* its motor supply comes at this time */
+    bool     spi_hangs;           /* the SPI never finishes */
     uint64_t en_gate_cycles;
     uint16_t spi_answer;
     bool     spi_full;
@@ -99,7 +118,10 @@ typedef struct {
     bool     rx_overflow;
     bool     watchdog_on;
     uint32_t watchdog_served;
-    uint32_t reset_cause; /* bits of the register; 1 after fake_chip_reset */
+    uint16_t watchdog_window;   /* steps of 40960 cycles */
+    uint64_t watchdog_cycles;   /* when it was served last */
+    int      watchdog_too_soon; /* it would have reset the chip */
+    uint32_t reset_cause;       /* bits of the register; 1 after fake_chip_reset */
 } fake_chip_t;
 
 extern fake_chip_t chip;
@@ -114,6 +136,8 @@ bool fake_gate_is_low(int k);
 double fake_duty(int k);
 /** Look at the trip sources again after a change of the outside. */
 void fake_trips(void);
+/** The debugger halts the processor for so many cycles, and lets it go on. */
+void fake_halt(uint64_t cycles);
 /** One PWM zero: load the duties, convert if everything is set up, run the interrupts. */
 void fake_pwm_zero(void);
 /** Run what is pending and not masked. */

@@ -7,6 +7,9 @@ void SysCtl_setWatchdogPrescaler(SysCtl_WDPrescaler prescaler) { RECORD((uint32_
 void SysCtl_clearResetCause(uint32_t rstCauses) { RECORD((uint32_t)rstCauses); }
 void SysCtl_setLowSpeedClock(SysCtl_LSPCLKPrescaler prescaler) { RECORD((uint32_t)prescaler); }
 void SysCtl_setEPWMClockDivider(SysCtl_EPWMCLKDivider divider) { RECORD((uint32_t)divider); }
+void SysCtl_enableNMIGlobalInterrupt(void) { RECORD_NONE(); }
+void ECAP_setEmulationMode(uint32_t base, ECAP_EmulationMode mode) { RECORD((uint32_t)base, (uint32_t)mode); }
+void Flash_setErrorThreshold(uint32_t eccBase, uint16_t threshold) { RECORD(eccBase, threshold); }
 void GPIO_setControllerCore(uint32_t pin, GPIO_CoreSelect core) { RECORD((uint32_t)pin, (uint32_t)core); }
 void GPIO_setQualificationMode(uint32_t pin, GPIO_QualificationMode qualification)
 {

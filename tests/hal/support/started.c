@@ -33,12 +33,22 @@ void started(void)
     fake_power_on();
     TEST_ASSERT_EQUAL(PORT_OK, port_init());
     port_start(&current_isr, &speed_isr);
+    period(); /* the first interrupt comes before anybody can arm */
+    current_runs = 0;
 }
 
 void period(void)
 {
     chip.cycles += 20000U;
     fake_pwm_zero();
+}
+
+void pass_ms(int ms)
+{
+    for (int i = 0; i < (10 * ms); i++) {
+        period();
+    }
+    port_background();
 }
 
 void arm(void)

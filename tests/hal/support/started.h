@@ -28,6 +28,8 @@ extern hal_duty_t         duty; /* set in every current interrupt */
 void started(void);
 /** One PWM period: 20000 cycles later the counters are at zero. */
 void period(void);
+/** So many milliseconds of PWM periods, and then one pass of the main loop. */
+void pass_ms(int ms);
 /** Arm, and let the period begin that carries it out. */
 void arm(void);
 bool all_gates_follow(void);

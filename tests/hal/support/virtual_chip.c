@@ -9,6 +9,7 @@
 
 sim_plant_t plant;
 double      amplifier_offset_v[3];
+double      amplifier_gain[3];
 double      short_circuit_a;
 bool        encoder_reversed;
 uint32_t    periods_with_gates_on;
@@ -38,6 +39,7 @@ void world_begin(double angle_rad)
     fake_power_on();
     for (int k = 0; k < 3; k++) {
         amplifier_offset_v[k] = 0.0;
+        amplifier_gain[k] = 1.0;
     }
     short_circuit_a = 0.0;
     encoder_reversed = false;
@@ -55,7 +57,7 @@ static void analog_pins(void)
     sim_plant_phase_currents(&plant, i);
     i[0] += short_circuit_a;
     for (int k = 0; k < 3; k++) {
-        chip.cmpss[k].volts = 1.65 + amplifier_offset_v[k] + (0.07 * i[k]);
+        chip.cmpss[k].volts = 1.65 + amplifier_offset_v[k] + (0.07 * amplifier_gain[k] * i[k]);
     }
     chip.dc_link_pin_v = plant.outside.dc_link_v / 13.42;
 }

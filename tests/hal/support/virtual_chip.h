@@ -23,6 +23,7 @@ drive_t      *main_drive(void);
 
 extern sim_plant_t plant;
 extern double      amplifier_offset_v[3]; /* zero errors of phases A, B, C */
+extern double      amplifier_gain[3];     /* of their nominal gain */
 extern double      short_circuit_a;       /* additional current through the shunt of phase A */
 extern bool        encoder_reversed;      /* tracks swapped */
 extern uint32_t    periods_with_gates_on;

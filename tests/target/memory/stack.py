@@ -20,8 +20,8 @@ from chip_objects import WORD
 CALL_WORDS = 2  # return address
 # A leaf of the run-time or driver library: divisions, memcpy, SysCtl_setClock and the like.
 EXTERNAL_WORDS = 24
-# Pushed by the CPU (14, and 1 to align), and at most by the compiler at the entry of an interrupt: ACC is done; XT, XAR0
-# to XAR7 (18), the old return address (2), R0H to R7H (16), STF and RB (4).
+# Pushed by the CPU (14, and 1 to align), and at most by the compiler at the entry of an interrupt: ACC is done; XT,
+# XAR0 to XAR7 (18), the old return address (2), R0H to R7H (16), STF and RB (4).
 INTERRUPT_WORDS = 15 + 18 + 2 + 16 + 4
 MAIN = ("main_start", "main_pass")
 INTERRUPTS = ("main_speed_isr", "main_current_isr", "port_unexpected_isr")

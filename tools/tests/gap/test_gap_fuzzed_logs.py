@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from evenspin.balance import run_balance
+from evenspin.balance.log_reader import read_log
 from evenspin.compare import case_gap
 from evenspin.errors import EvenspinError
-from evenspin.gap.balance import run_balance
-from evenspin.gap.balance.reading import read_log
 from evenspin.gap.check import checked_case
 from evenspin.identify.source import read_runs
 

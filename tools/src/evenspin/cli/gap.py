@@ -273,8 +273,8 @@ def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
 def _balance(
     path: Path, model: str | None, map_file: Path | None, out: Path, as_json: bool, check: bool, force: bool
 ) -> None:
+    from evenspin.balance import run_balance
     from evenspin.cli.log import imported_from, is_native, keep, show
-    from evenspin.gap.balance import run_balance
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table

@@ -164,8 +164,8 @@ def check_log(place: Path, file: Path) -> None:
     """What contradicts itself is told before anything is kept."""
     import numpy as np
 
+    from evenspin.balance.log_reader import read_log
     from evenspin.errors import InputError
-    from evenspin.gap.balance.reading import read_log
     from evenspin.plausible.finding import Finding
     from evenspin.plausible.torque import current_is_reversed
 

@@ -47,6 +47,7 @@ REGISTERS = {  # reads, writes, cycles beside: masks, comparisons, shifts
     "ADC_getInterruptOverflowStatus": (1, 0, 2),
     "ADC_clearInterruptOverflowStatus": (0, 1, 0),
     "CPUTimer_getTimerCount": (1, 0, 0),
+    "ECAP_loadCounter": (1, 1, 1),
     "EPWM_setCounterCompareValue": (0, 1, 0),
     "EPWM_getOneShotTripZoneFlagStatus": (1, 0, 1),
     "EQEP_getPosition": (1, 0, 0),
