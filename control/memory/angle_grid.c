@@ -29,42 +29,117 @@ void ctl_grid_clear(ctl_grid_t *self)
     }
 }
 
-/* part / whole within [0, 1], both >= 0 and whole > 0, in 2^-32 cells */
-static num_t ratio(int64_t part, int64_t whole)
-{
-#ifdef EVENSPIN_FIXED
-    return (num_t)((part * INT64_C(0x1000000)) / whole); /* part is one cell at most: 2^32 2^24 fits */
-#else
-    return (num_t)part / (num_t)whole;
-#endif
-}
-
-ctl_grid_walk_t ctl_grid_walk(const ctl_grid_t *self, angle_t from, num_t v_from, angle_t to, num_t v_to)
+/* What the two functions below share; inline, since the current and the speed interrupt run it once a sample. */
+static inline void begin_walk(const ctl_grid_t *self, angle_t from, num_t v_from, angle_t to, num_t v_to, ctl_grid_walk_t *w)
 {
     const uint64_t start = (uint64_t)from * self->cells;
     const uint32_t inside = (uint32_t)start; /* part of a cell above the point below */
     const int32_t  turn = (int32_t)(to - from);
-    const int64_t  travel = ((turn < 0) ? -(int64_t)turn : (int64_t)turn) * self->cells;
+    const uint32_t way = angle_size(to - from);
+    const uint64_t travel = (uint64_t)way * self->cells;
     const uint16_t below = (uint16_t)(start >> 32);
 
-    ctl_grid_walk_t w = {below, 0U, self->cells, turn >= 0, v_from, (num_t)0};
-    int64_t         first; /* way to the first point */
-    if (w.up) {
-        first = ONE_CELL - (int64_t)inside;
-        w.index = (uint16_t)(((below + 1U) < self->cells) ? (below + 1U) : 0U);
-    } else if (inside != 0U) {
-        first = (int64_t)inside;
+    uint32_t before; /* the way to the first point less 2^-32 cells: it lies within [1, 2^32] */
+    w->index = below;
+    w->left = 0U;
+    w->cells = self->cells;
+    w->up = turn >= 0;
+    w->value = v_from;
+    w->slope = (num_t)0;
+    if (w->up) {
+        before = UINT32_MAX - inside;
+        w->index = (uint16_t)(((below + 1U) < self->cells) ? (below + 1U) : 0U);
     } else {
-        first = ONE_CELL;
-        w.index = (uint16_t)((below > 0U) ? (below - 1U) : (self->cells - 1U));
+        before = inside - 1U; /* from a point on: a whole cell to the next one */
+        if (inside == 0U) {
+            w->index = (uint16_t)((below > 0U) ? (below - 1U) : (self->cells - 1U));
+        }
     }
-    if (travel >= first) {
+    if (travel > before) {
         const num_t rise = num_sub(v_to, v_from);
-        w.left = (uint16_t)(((travel - first) >> 32) + 1);
-        w.value = num_mac(v_from, rise, ratio(first, travel));
-        w.slope = (w.left > 1U) ? num_mul(rise, ratio(ONE_CELL, travel)) : (num_t)0;
+        w->left = (uint16_t)(((travel - before - 1U) >> 32) + 1U);
+#ifdef EVENSPIN_FIXED
+        w->value = num_mac(v_from, rise, (num_t)(((int64_t)before + 1) * INT64_C(0x1000000) / (int64_t)travel));
+        w->slope = (w->left > 1U) ? num_mul(rise, (num_t)((ONE_CELL * INT64_C(0x1000000)) / (int64_t)travel)) : (num_t)0;
+#else
+        const float per_part = 1.0f / ((float)way * self->cells_real); /* parts of 2^-32 cells; way > 0 here */
+        w->value = num_mac(v_from, rise, ((float)before + 1.0f) * per_part);
+        w->slope = rise * (4294967296.0f * per_part); /* not used where it is steep: then one point is all */
+#endif
     }
+}
+
+ctl_grid_walk_t ctl_grid_walk(const ctl_grid_t *self, angle_t from, num_t v_from, angle_t to, num_t v_to)
+{
+    ctl_grid_walk_t w;
+    begin_walk(self, from, v_from, to, v_to, &w);
     return w;
+}
+
+/* `count` cells from @p at on upwards; four at a time, since the end of the loop costs more than a cell. @return the next value. */
+static inline num_t write_up(num_t *at, uint16_t count, num_t value, num_t slope)
+{
+    num_t v = value;
+    for (uint16_t fours = (uint16_t)(count >> 2); fours > 0U; fours--) {
+        at[0] = v;
+        v = num_add(v, slope);
+        at[1] = v;
+        v = num_add(v, slope);
+        at[2] = v;
+        v = num_add(v, slope);
+        at[3] = v;
+        v = num_add(v, slope);
+        at += 4;
+    }
+    for (uint16_t left = (uint16_t)(count & 3U); left > 0U; left--) {
+        *at = v;
+        v = num_add(v, slope);
+        at++;
+    }
+    return v;
+}
+
+/* The same downwards: the first cell lies before @p at. */
+static inline num_t write_down(num_t *end, uint16_t count, num_t value, num_t slope)
+{
+    num_t *at = end;
+    num_t  v = value;
+    for (uint16_t fours = (uint16_t)(count >> 2); fours > 0U; fours--) {
+        at -= 4;
+        at[3] = v;
+        v = num_add(v, slope);
+        at[2] = v;
+        v = num_add(v, slope);
+        at[1] = v;
+        v = num_add(v, slope);
+        at[0] = v;
+        v = num_add(v, slope);
+    }
+    for (uint16_t left = (uint16_t)(count & 3U); left > 0U; left--) {
+        at--;
+        *at = v;
+        v = num_add(v, slope);
+    }
+    return v;
+}
+
+void ctl_grid_write(const ctl_grid_t *self, angle_t from, num_t v_from, angle_t to, num_t v_to)
+{
+    ctl_grid_walk_t w;
+    begin_walk(self, from, v_from, to, v_to, &w);
+    const uint16_t room = w.up ? (uint16_t)(self->cells - w.index) : (uint16_t)(w.index + 1U); /* before the end */
+    const uint16_t first = (w.left < room) ? w.left : room;
+    if (w.up) {
+        const num_t v = write_up(&self->cell[w.index], first, w.value, w.slope);
+        if (first < w.left) {
+            (void)write_up(self->cell, (uint16_t)(w.left - first), v, w.slope);
+        }
+    } else {
+        const num_t v = write_down(&self->cell[room], first, w.value, w.slope);
+        if (first < w.left) {
+            (void)write_down(&self->cell[self->cells], (uint16_t)(w.left - first), v, w.slope);
+        }
+    }
 }
 
 bool ctl_grid_walk_next(ctl_grid_walk_t *walk, uint16_t *index, num_t *value)
@@ -84,6 +159,7 @@ bool ctl_grid_walk_next(ctl_grid_walk_t *walk, uint16_t *index, num_t *value)
     return true;
 }
 
+#ifdef EVENSPIN_FIXED
 num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle)
 {
     const ctl_grid_spot_t spot = ctl_grid_spot(self, angle);
@@ -98,3 +174,6 @@ num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle)
     }
     return sum;
 }
+#else
+num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle) { return ctl_grid_read_cubic_raw(self, angle); }
+#endif

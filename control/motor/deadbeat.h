@@ -16,7 +16,7 @@
  *          1.65 with 0.2; 0.58 and 1.4 with 0.5. The first answer to a step is that ratio times the step: 30 % too large
  *          an L overshoots by 30 %. With R, L, psi each off by 30 % it settles to 1 % within 40 samples
  *          (tests/control/motor/test_deadbeat.c, w T_s up to 0.16).
- * Source   Tang et al. 2020 section II (current references reached after a delay); the prediction is the usual one, e.g.
+ * Source   Tang et al. 2020 section II (current references reached after a delay); the prediction is the common one, e.g.
  *          Moreno et al. 2009.
  * Total    non-finite currents count as predicted, references as the last; c and v stay bounded.
  * Cost     30 products, no division.
@@ -74,7 +74,7 @@ static inline ctl_dq_t ctl_deadbeat_drop(const ctl_deadbeat_params_t *p, num_t i
     return v;
 }
 
-static inline ctl_dq_t ctl_deadbeat_step_raw(ctl_deadbeat_t *self, ctl_dq_t i, ctl_dq_t ref, num_t w, ctl_dq_t v)
+static inline ctl_dq_t ctl_deadbeat_step_unchecked(ctl_deadbeat_t *self, ctl_dq_t i, ctl_dq_t ref, num_t w, ctl_dq_t v)
 {
     const ctl_deadbeat_params_t *const p = &self->params;
     ctl_deadbeat_state_t *const        s = &self->state;

@@ -22,7 +22,7 @@ bool ctl_clarke(const ctl_abc_t *in, ctl_ab_t *out)
     const bool a = take(in->a, &x.a);
     const bool b = take(in->b, &x.b);
     const bool c = take(in->c, &x.c);
-    *out = ctl_clarke_raw(x);
+    *out = ctl_clarke_unchecked(x);
     return a && b && c;
 }
 
@@ -31,7 +31,7 @@ bool ctl_inverse_clarke(const ctl_ab_t *in, ctl_abc_t *out)
     ctl_ab_t   x;
     const bool alpha = take(in->alpha, &x.alpha);
     const bool beta = take(in->beta, &x.beta);
-    *out = ctl_inverse_clarke_raw(x);
+    *out = ctl_inverse_clarke_unchecked(x);
     return alpha && beta;
 }
 
@@ -42,7 +42,7 @@ bool ctl_park(const ctl_ab_t *in, const ctl_rotor_t *rotor, ctl_dq_t *out)
     const bool  alpha = take(in->alpha, &x.alpha);
     const bool  beta = take(in->beta, &x.beta);
     const bool  angle = take_rotor(rotor, &r);
-    *out = ctl_park_raw(x, r);
+    *out = ctl_park_unchecked(x, r);
     return alpha && beta && angle;
 }
 
@@ -53,6 +53,6 @@ bool ctl_inverse_park(const ctl_dq_t *in, const ctl_rotor_t *rotor, ctl_ab_t *ou
     const bool  d = take(in->d, &x.d);
     const bool  q = take(in->q, &x.q);
     const bool  angle = take_rotor(rotor, &r);
-    *out = ctl_inverse_park_raw(x, r);
+    *out = ctl_inverse_park_unchecked(x, r);
     return d && q && angle;
 }

@@ -36,27 +36,27 @@ bool ctl_park(const ctl_ab_t *in, const ctl_rotor_t *rotor, ctl_dq_t *out);
 /** Inverse of (2). */
 bool ctl_inverse_park(const ctl_dq_t *in, const ctl_rotor_t *rotor, ctl_ab_t *out);
 
-static inline ctl_ab_t ctl_clarke_raw(ctl_abc_t x)
+static inline ctl_ab_t ctl_clarke_unchecked(ctl_abc_t x)
 {
     /* differences first: a fixed-point sum 2 a - b - c would saturate before it is divided */
     const ctl_ab_t out = {num_mul(num_add(num_sub(x.a, x.b), num_sub(x.a, x.c)), NUM_C(0.33333333333f)),
                           num_mul(num_sub(x.b, x.c), NUM_C(0.57735026919f))}; /* 1 / 3, 1 / sqrt(3) */
     return out;
 }
-static inline ctl_abc_t ctl_inverse_clarke_raw(ctl_ab_t x)
+static inline ctl_abc_t ctl_inverse_clarke_unchecked(ctl_ab_t x)
 {
     const num_t     half = num_mul(x.alpha, NUM_C(-0.5f));
     const num_t     side = num_mul(x.beta, NUM_C(0.86602540378f)); /* sqrt(3) / 2 */
     const ctl_abc_t out = {x.alpha, num_add(half, side), num_sub(half, side)};
     return out;
 }
-static inline ctl_dq_t ctl_park_raw(ctl_ab_t x, ctl_rotor_t r)
+static inline ctl_dq_t ctl_park_unchecked(ctl_ab_t x, ctl_rotor_t r)
 {
     const ctl_dq_t out = {num_add(num_mul(x.alpha, r.cosine), num_mul(x.beta, r.sine)),
                           num_sub(num_mul(x.beta, r.cosine), num_mul(x.alpha, r.sine))};
     return out;
 }
-static inline ctl_ab_t ctl_inverse_park_raw(ctl_dq_t x, ctl_rotor_t r)
+static inline ctl_ab_t ctl_inverse_park_unchecked(ctl_dq_t x, ctl_rotor_t r)
 {
     const ctl_ab_t out = {num_sub(num_mul(x.d, r.cosine), num_mul(x.q, r.sine)),
                           num_add(num_mul(x.d, r.sine), num_mul(x.q, r.cosine))};

@@ -40,7 +40,10 @@ void ctl_pi_reset(ctl_pi_t *self, num_t x)
 
 num_t ctl_pi_output(ctl_pi_t *self, num_t err)
 {
-    return ctl_pi_output_raw(self, num_guard(err, (num_t)0, &self->state.rejected));
+    ctl_pi_state_t *const s = &self->state;
+    s->err = num_guard(err, (num_t)0, &s->rejected);
+    s->wanted = ctl_pi_propose_unchecked(self, s->err);
+    return num_clamp(s->wanted, self->params.out_min, self->params.out_max);
 }
 
 void ctl_pi_commit(ctl_pi_t *self, num_t realised)
@@ -53,6 +56,6 @@ void ctl_pi_commit(ctl_pi_t *self, num_t realised)
         hold = (self->params.anti_windup == CTL_PI_HOLD) || (too_low ? (s->err > (num_t)0) : (s->err < (num_t)0));
     }
     if (!hold) {
-        ctl_pi_learn_raw(self);
+        ctl_pi_learn_unchecked(self, s->err);
     }
 }

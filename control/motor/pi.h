@@ -68,20 +68,16 @@ void ctl_pi_commit(ctl_pi_t *self, num_t realised);
 /** Instead of a commit: the integrator holds, whatever the mode. For a vector limited as a whole. */
 static inline void ctl_pi_hold(ctl_pi_t *self) { self->state.err = (num_t)0; }
 
-static inline num_t ctl_pi_output_raw(ctl_pi_t *self, num_t err)
+/** (1) without the limits, for an output that is limited as a vector; nothing is noted. Together with ctl_pi_learn_unchecked it
+ *  costs 60 cycles less than ctl_pi_output and ctl_pi_commit, on each of two axes in every current period. */
+static inline num_t ctl_pi_propose_unchecked(const ctl_pi_t *self, num_t err)
 {
-    self->state.err = err;
-    self->state.wanted = num_mac(self->state.x, self->params.kp, err);
-    return num_clamp(self->state.wanted, self->params.out_min, self->params.out_max);
+    return num_mac(self->state.x, self->params.kp, err);
 }
-/** (1) without the limits, for an output that is limited as a vector; nothing is noted. */
-static inline num_t ctl_pi_propose_raw(const ctl_pi_t *self, num_t err) { return num_mac(self->state.x, self->params.kp, err); }
 /** (2) for the error of such a proposal, when it was not limited. */
-static inline void ctl_pi_learn_from_raw(ctl_pi_t *self, num_t err)
+static inline void ctl_pi_learn_unchecked(ctl_pi_t *self, num_t err)
 {
     self->state.x = num_clamp(num_mac(self->state.x, self->params.ki_ts, err), num_neg(self->bound), self->bound);
 }
-/** ctl_pi_commit of a proposal that was not limited. */
-static inline void ctl_pi_learn_raw(ctl_pi_t *self) { ctl_pi_learn_from_raw(self, self->state.err); }
 
 #endif

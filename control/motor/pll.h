@@ -47,9 +47,9 @@ static inline num_t ctl_pll_step(ctl_pll_t *self, angle_t theta)
     const ctl_pll_params_t *const p = &self->params;
     ctl_pll_state_t *const        s = &self->state;
 
-    s->error = angle_to_rad_signed(theta - s->th);                                                      /* (1) */
-    s->w = num_clamp(num_mac(s->w, p->ki_ts, s->error), num_neg(p->speed_max), p->speed_max);           /* (2) */
-    s->th += angle_from_rad_short_raw(num_mac(num_mul(s->w, p->rad_per_speed_ts), p->kp_ts, s->error)); /* (3) */
+    s->error = angle_to_rad_signed(theta - s->th);                                                           /* (1) */
+    s->w = num_clamp(num_mac(s->w, p->ki_ts, s->error), num_neg(p->speed_max), p->speed_max);                /* (2) */
+    s->th += angle_step_from_rad_unchecked(num_mac(num_mul(s->w, p->rad_per_speed_ts), p->kp_ts, s->error)); /* (3) */
     return s->w;
 }
 

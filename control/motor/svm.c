@@ -14,7 +14,7 @@ bool ctl_vector_limit(const ctl_dq_t *v, num_t limit, ctl_dq_t *out)
     /* in units of the largest component, so that neither numeric overflows in the squares */
     const num_t big = num_max(num_abs(v->d), num_abs(v->q));
     if (big <= num_mul(limit, NUM_C(0.7071f))) {
-        *out = *v; /* the usual case: no root, no division */
+        *out = *v; /* the nominal case: no root, no division */
         return true;
     }
     const num_t d = num_div(v->d, big);
@@ -38,6 +38,9 @@ bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty)
         duty->c = HALF;
         return false;
     }
-    *duty = ctl_svm_raw(*v, v_dc);
+    const ctl_abc_t open = ctl_svm_unchecked(*v, v_dc);
+    duty->a = num_clamp(open.a, (num_t)0, NUM_C(1.0f));
+    duty->b = num_clamp(open.b, (num_t)0, NUM_C(1.0f));
+    duty->c = num_clamp(open.c, (num_t)0, NUM_C(1.0f));
     return true;
 }

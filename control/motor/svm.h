@@ -33,10 +33,10 @@ bool ctl_svm(const ctl_ab_t *v, num_t v_dc, ctl_abc_t *duty);
 #define CTL_VECTOR_NONE_SQUARED 1.0e-36f
 
 /**
- * ctl_vector_limit without looking. Float: lengths up to 1e12, limits from 0 to 1e12. What is below 1e-18 counts as none: such a
+ * ctl_vector_limit of finite inputs; float: 90 cycles less. Lengths up to 1e12, limits from 0 to 1e12. What is below 1e-18 counts as none: such a
  * length stays, whatever the limit, and such a limit leaves at most 1e-18.
  */
-static inline bool ctl_vector_limit_raw(ctl_dq_t v, num_t limit, ctl_dq_t *out)
+static inline bool ctl_vector_limit_unchecked(ctl_dq_t v, num_t limit, ctl_dq_t *out)
 {
 #ifdef EVENSPIN_FIXED
     return ctl_vector_limit(&v, limit, out);
@@ -46,31 +46,23 @@ static inline bool ctl_vector_limit_raw(ctl_dq_t v, num_t limit, ctl_dq_t *out)
         *out = v;
         return true;
     }
-    const num_t scale = limit / num_sqrt_raw(square);
+    const num_t scale = limit / num_sqrt_unchecked(square);
     out->d = v.d * scale;
     out->q = v.q * scale;
     return false;
 #endif
 }
 
-/** ctl_svm without looking and without the clip at 0 and 1, for an actuator that clips. */
-static inline ctl_abc_t ctl_svm_open_raw(ctl_ab_t v, num_t v_dc)
+/** ctl_svm of finite inputs, without the clip at 0 and 1, for an actuator that clips: 40 cycles less than ctl_svm. */
+static inline ctl_abc_t ctl_svm_unchecked(ctl_ab_t v, num_t v_dc)
 {
     const num_t     scale = num_quotient(NUM_C(1.0f), v_dc);
     const ctl_ab_t  of_dc = {num_mul(v.alpha, scale), num_mul(v.beta, scale)};
-    const ctl_abc_t x = ctl_inverse_clarke_raw(of_dc);
+    const ctl_abc_t x = ctl_inverse_clarke_unchecked(of_dc);
     const num_t     high = num_max(x.a, num_max(x.b, x.c));
     const num_t     low = num_min(x.a, num_min(x.b, x.c));
     const num_t     shift = num_sub(NUM_C(0.5f), num_mul(num_add(high, low), NUM_C(0.5f)));
     const ctl_abc_t duty = {num_add(x.a, shift), num_add(x.b, shift), num_add(x.c, shift)};
-    return duty;
-}
-
-static inline ctl_abc_t ctl_svm_raw(ctl_ab_t v, num_t v_dc)
-{
-    const ctl_abc_t open = ctl_svm_open_raw(v, v_dc);
-    const ctl_abc_t duty = {num_clamp(open.a, (num_t)0, NUM_C(1.0f)), num_clamp(open.b, (num_t)0, NUM_C(1.0f)),
-                            num_clamp(open.c, (num_t)0, NUM_C(1.0f))};
     return duty;
 }
 

@@ -1,6 +1,9 @@
 #include "control/numeric/angle.h"
 
-angle_t angle_from_rad(num_t rad) { return ((rad <= ANGLE_RAD_MAX) && (rad >= -ANGLE_RAD_MAX)) ? angle_from_rad_raw(rad) : 0U; }
+angle_t angle_from_rad(num_t rad)
+{
+    return ((rad <= ANGLE_RAD_MAX) && (rad >= -ANGLE_RAD_MAX)) ? angle_from_rad_unchecked(rad) : 0U;
+}
 
 /* t: angle in quarter turns, within +-1/2. Minimax fits, errors 3.3e-9 (relative, sine) and 5.4e-11 (cosine). */
 static num_t sine_reduced(num_t t)

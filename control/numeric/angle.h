@@ -20,7 +20,7 @@ typedef uint32_t angle_t;
 angle_t angle_from_rad(num_t rad);
 
 /** The same for |rad| <= ANGLE_RAD_MAX, and nothing else. */
-static inline angle_t angle_from_rad_raw(num_t rad)
+static inline angle_t angle_from_rad_unchecked(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
     /* 2^32 / (2 pi 2^24) = 40.7436654; the product of two 32-bit numbers keeps its low 32 bits by design */
@@ -34,22 +34,22 @@ static inline angle_t angle_from_rad_raw(num_t rad)
 }
 
 /** From radians within +-pi: a step or an advance. Cut to that; NaN gives minus half a turn. One product and one conversion. */
-static inline angle_t angle_from_rad_short_raw(num_t rad)
+static inline angle_t angle_step_from_rad_unchecked(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
     return (angle_t)(int32_t)(((int64_t)num_clamp(rad, NUM_C(-3.14159250f), NUM_C(3.14159250f)) * INT64_C(683565276)) >> 24);
 #else
-    return (angle_t)(int32_t)(num_clamp(rad, -3.14159250f, 3.14159250f) * 6.83565276e8f); /* 2^31 / pi */
+    return (angle_t)(int32_t)num_clamp(rad * 6.83565276e8f, -2147483648.0f, 2147483520.0f); /* 2^31 / pi */
 #endif
 }
 
 /** The same; NaN gives 0. */
-static inline angle_t angle_from_rad_short(num_t rad)
+static inline angle_t angle_step_from_rad(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
-    return angle_from_rad_short_raw(rad);
+    return angle_step_from_rad_unchecked(rad);
 #else
-    return (rad == rad) ? angle_from_rad_short_raw(rad) : 0U;
+    return (rad == rad) ? angle_step_from_rad_unchecked(rad) : 0U;
 #endif
 }
 
@@ -74,7 +74,7 @@ static inline num_t angle_to_rad(angle_t angle)
 }
 
 /** From turns within +-1/2: cut to that; NaN gives minus half a turn. */
-static inline angle_t angle_from_turns_short(num_t turns)
+static inline angle_t angle_step_from_turns(num_t turns)
 {
 #ifdef EVENSPIN_FIXED
     return (angle_t)num_clamp(turns, NUM_C(-0.5f), NUM_C(0.4999999f)) << 8;
@@ -126,7 +126,7 @@ static inline void angle_sincos_lead(angle_t angle, num_t lead_turns, num_t *sin
     *sine = tmu_sin_turns(turns);
     *cosine = tmu_cos_turns(turns);
 #else
-    angle_sincos_portable(angle + angle_from_turns_short(lead_turns), sine, cosine);
+    angle_sincos_portable(angle + angle_step_from_turns(lead_turns), sine, cosine);
 #endif
 }
 

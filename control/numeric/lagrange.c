@@ -16,7 +16,7 @@ void ctl_lagrange(uint16_t order, num_t f, num_t a[CTL_LAGRANGE_TAPS])
         a[0] = num_neg(f1);
         a[1] = f0;
     } else if (n == 2U) {
-        ctl_lagrange_2_raw(f0, a);
+        ctl_lagrange_2_unchecked(f0, a);
     } else if (n == 3U) {
         const num_t f01 = num_mul(f0, f1);
         const num_t f23 = num_mul(f2, f3);

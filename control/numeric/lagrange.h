@@ -20,7 +20,7 @@
 void ctl_lagrange(uint16_t order, num_t f, num_t a[CTL_LAGRANGE_TAPS]);
 
 /** The same for order 2 and f within [0, 2]; a[3] is not written. */
-static inline void ctl_lagrange_2_raw(num_t f, num_t a[CTL_LAGRANGE_TAPS])
+static inline void ctl_lagrange_2_unchecked(num_t f, num_t a[CTL_LAGRANGE_TAPS])
 {
     const num_t f1 = num_sub(f, NUM_C(1.0f));
     const num_t f2 = num_sub(f, NUM_C(2.0f));

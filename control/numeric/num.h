@@ -12,8 +12,8 @@
  * Total: with operands within +-NUM_MAX no operation gives NaN or infinity in either build, as long as no more than
  * two products are chained (1e12^3 is below FLT_MAX). Inputs from outside go through num_guard first.
  *
- * A function whose name ends in _raw does the work of the one without it and leaves the looking out: for a caller that has
- * looked at its inputs already, such as the current interrupt, which looks at each sample once.
+ * A function whose name ends in _unchecked does the work of the one without it for inputs that the caller has checked: finite, and
+ * within the range that its comment states. The current interrupt checks each sample once. See control/conventions.md.
  */
 #ifndef CONTROL_NUMERIC_NUM_H
 #define CONTROL_NUMERIC_NUM_H

@@ -53,17 +53,20 @@ num_t num_sqrt_portable(num_t x)
 
 #else /* float */
 
-num_t num_log2(num_t x) { return num_log2_raw((x > NUM_SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : NUM_SMALLEST_NORMAL); }
+num_t num_log2(num_t x)
+{
+    return num_log2_unchecked((x > NUM_SMALLEST_NORMAL) ? ((x > NUM_MAX) ? NUM_MAX : x) : NUM_SMALLEST_NORMAL);
+}
 
 num_t num_exp2(num_t x)
 {
     if (!(x < 40.0f)) { /* log2(NUM_MAX) = 39.86 */
         return (x >= 40.0f) ? NUM_MAX : 0.0f;
     }
-    return (x < -126.0f) ? 0.0f : num_min(num_exp2_raw(x), NUM_MAX);
+    return (x < -126.0f) ? 0.0f : num_min(num_exp2_unchecked(x), NUM_MAX);
 }
 
-num_t num_sqrt_open(num_t x)
+num_t num_sqrt_newton(num_t x)
 {
     num_bits_t y;
     y.value = x;
@@ -79,7 +82,7 @@ num_t num_sqrt_portable(num_t x)
     if (!(x > NUM_SMALLEST_NORMAL)) {
         return 0.0f;
     }
-    return num_sqrt_open((x > NUM_MAX) ? NUM_MAX : x);
+    return num_sqrt_newton((x > NUM_MAX) ? NUM_MAX : x);
 }
 
 #endif

@@ -41,18 +41,18 @@ num_t num_sqrt_portable(num_t x);
 
 #ifndef EVENSPIN_FIXED
 /** num_sqrt_portable for x from the smallest normal number to the largest there is. */
-num_t num_sqrt_open(num_t x);
+num_t num_sqrt_newton(num_t x);
 #endif
 
 /** The same for x from the smallest normal number to NUM_MAX squared; one instruction of the TMU where there is one. */
-static inline num_t num_sqrt_raw(num_t x)
+static inline num_t num_sqrt_unchecked(num_t x)
 {
 #ifdef CTL_HAS_TMU
     return tmu_sqrt(x);
 #elif defined(EVENSPIN_FIXED)
     return num_sqrt_portable(x);
 #else
-    return num_sqrt_open(x);
+    return num_sqrt_newton(x);
 #endif
 }
 
@@ -93,8 +93,8 @@ static inline num_t num_exp2_reduced(num_t f)
 
 #ifdef EVENSPIN_FIXED
 
-static inline num_t num_log2_raw(num_t x) { return num_log2(x); }
-static inline num_t num_exp2_raw(num_t x) { return num_exp2(x); }
+static inline num_t num_log2_unchecked(num_t x) { return num_log2(x); }
+static inline num_t num_exp2_unchecked(num_t x) { return num_exp2(x); }
 
 #else
 
@@ -105,7 +105,7 @@ typedef union {
 } num_bits_t;
 
 /** num_log2 from the smallest normal number to NUM_MAX. */
-static inline num_t num_log2_raw(num_t x)
+static inline num_t num_log2_unchecked(num_t x)
 {
     num_bits_t m;
     m.value = x;
@@ -118,7 +118,7 @@ static inline num_t num_log2_raw(num_t x)
 }
 
 /** num_exp2 from -126 to 40; cut to that. */
-static inline num_t num_exp2_raw(num_t x)
+static inline num_t num_exp2_unchecked(num_t x)
 {
     const num_t   cut = num_clamp(x, -126.0f, 40.0f);
     const int32_t k = (int32_t)(cut + ((cut < 0.0f) ? -0.5f : 0.5f));
@@ -130,6 +130,9 @@ static inline num_t num_exp2_raw(num_t x)
 #endif
 
 /** num_pow for a base from the smallest normal number to NUM_MAX; not cut to NUM_MAX. */
-static inline num_t num_pow_raw(num_t base, num_t exponent) { return num_exp2_raw(num_mul(exponent, num_log2_raw(base))); }
+static inline num_t num_pow_unchecked(num_t base, num_t exponent)
+{
+    return num_exp2_unchecked(num_mul(exponent, num_log2_unchecked(base)));
+}
 
 #endif

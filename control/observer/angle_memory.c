@@ -79,7 +79,8 @@ void ctl_angle_memory_pause(ctl_angle_memory_t *self)
     self->state.above = NO_HAT;
 }
 
-static void gather_one(ctl_hat_t *hat, num_t nearness, num_t v)
+/* Inline, as the three below: the current interrupt, once a sample or once a point. */
+static inline void gather_one(ctl_hat_t *hat, num_t nearness, num_t v)
 {
     hat->sum = num_mac(hat->sum, nearness, v);
     hat->weight = num_add(hat->weight, nearness);
@@ -90,14 +91,14 @@ static void gather_one(ctl_hat_t *hat, num_t nearness, num_t v)
 }
 
 /* Add a sample to the hats of its two neighbours. */
-static void gather(ctl_angle_memory_state_t *s, num_t part, num_t v)
+static inline void gather(ctl_angle_memory_state_t *s, num_t part, num_t v)
 {
     gather_one(&s->below, num_sub(NUM_C(1.0f), part), v);
     gather_one(&s->above, part, v);
 }
 
 /* The motion passes the point of @p hat. Where hardly a sample came near, the line between two of them stands for it. */
-static void pass(ctl_hat_t *hat, num_t line)
+static inline void pass(ctl_hat_t *hat, num_t line)
 {
     if (hat->weight < HAT_MIN_WEIGHT) {
         hat->sum = num_mac(hat->sum, HAT_MIN_WEIGHT, line);
@@ -139,7 +140,7 @@ static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now,
     s->above = up ? NO_HAT : hat;
 }
 
-static void write_hat(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+static inline void write_hat(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     if (now.below != s->spot.below) {
@@ -158,7 +159,7 @@ static void write_all(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t ga
     }
 }
 
-void ctl_angle_memory_write_otherwise(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     if (!s->primed) {
@@ -184,5 +185,5 @@ void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, nu
         num_count(&s->rejected); /* a jump: nobody knows which way */
         ctl_angle_memory_pause(self);
     }
-    ctl_angle_memory_write_raw(self, angle, v, num_clamp(gain, (num_t)0, NUM_C(1.0f)));
+    ctl_angle_memory_write_unchecked(self, angle, v, num_clamp(gain, (num_t)0, NUM_C(1.0f)));
 }

@@ -113,8 +113,8 @@ static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t 
     }
 }
 
-/** CTL_WRITE_ALL and CTL_WRITE_HAT: what ctl_angle_memory_write_raw does not do itself. */
-void ctl_angle_memory_write_otherwise(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain);
+/** CTL_WRITE_ALL and CTL_WRITE_HAT: what ctl_angle_memory_write_unchecked does not do itself. */
+void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain);
 
 /** CTL_WRITE_ONE, not for a first sample; without @p learn it only follows the motion. */
 static inline void ctl_angle_memory_write_next(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain, bool learn)
@@ -127,13 +127,13 @@ static inline void ctl_angle_memory_write_next(ctl_angle_memory_t *self, angle_t
     s->value = v;
 }
 
-/** ctl_angle_memory_write without looking at the inputs: @p v is finite, @p gain within [0, 1], the step below a quarter turn. */
-static inline void ctl_angle_memory_write_raw(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
+/** ctl_angle_memory_write of checked inputs: @p v is finite, @p gain within [0, 1], the step below a quarter turn. */
+static inline void ctl_angle_memory_write_unchecked(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
     if (self->params.write != CTL_WRITE_ONE) {
-        ctl_angle_memory_write_otherwise(self, angle, now, v, gain);
+        ctl_angle_memory_write_general(self, angle, now, v, gain);
     } else if (s->primed) {
         ctl_angle_memory_write_one(self, angle, now, v, gain, true);
     } else {

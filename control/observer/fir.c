@@ -99,5 +99,5 @@ void ctl_fir_reset(ctl_fir_t *self, num_t x)
 
 num_t ctl_fir_step(ctl_fir_t *self, num_t x)
 {
-    return ctl_fir_step_raw(self, num_guard(x, ctl_window_newest(&self->state.past)[0], &self->state.rejected));
+    return ctl_fir_step_unchecked(self, num_guard(x, ctl_window_newest(&self->state.past)[0], &self->state.rejected));
 }

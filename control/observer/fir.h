@@ -61,7 +61,7 @@ static inline num_t ctl_fir_six_pairs(const num_t *h, const num_t *young, const 
 }
 
 /** (1) for an @p x that is known to be finite. */
-static inline num_t ctl_fir_step_raw(ctl_fir_t *self, num_t x)
+static inline num_t ctl_fir_step_unchecked(ctl_fir_t *self, num_t x)
 {
     const num_t *const young = ctl_window_push(&self->state.past, x);
     const num_t *const old = &young[self->order];

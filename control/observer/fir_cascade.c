@@ -20,9 +20,9 @@ void ctl_fir_cascade_tune(ctl_fir_cascade_t *self, const ctl_fir_params_t *first
     }
 }
 
-num_t ctl_fir_cascade_step_raw(ctl_fir_cascade_t *self, num_t x)
+num_t ctl_fir_cascade_step_unchecked(ctl_fir_cascade_t *self, num_t x)
 {
-    num_t y = ctl_fir_cascade_step_short(self, x);
+    num_t y = ctl_fir_cascade_ten_pairs(self, x);
     if (self->order > CTL_FIR_CASCADE_SHORT) {
         const num_t *const young = ctl_long_window_newest(&self->past);
         const num_t *const old = &young[self->order];

@@ -155,7 +155,7 @@ static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
     const uint64_t most = UINT64_C(13493037704);                                        /* pi 2^32 */
     return (uint32_t)((((rad < most) ? rad : most) * UINT64_C(683565276)) >> 32);
 #else
-    return angle_from_rad_short(num_abs(speed * p->rad_per_speed));
+    return angle_step_from_rad(num_abs(speed * p->rad_per_speed));
 #endif
 }
 
@@ -279,7 +279,7 @@ static void learn_time(ctl_observer_t *self, num_t torque, num_t gain)
     ctl_ring_push(&s->time, num_clamp(x, num_neg(m->limit), m->limit));
 }
 
-num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t w, num_t t)
+num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t w, num_t t)
 {
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
@@ -305,7 +305,7 @@ num_t ctl_observer_step_raw(ctl_observer_t *self, angle_t theta, num_t w, num_t 
     num_t out;
     if (p->kind == CTL_OBSERVER_ARO) {
         if (learn) {
-            ctl_angle_memory_write_raw(&s->memory, then, news, gain);
+            ctl_angle_memory_write_unchecked(&s->memory, then, news, gain);
         } else {
             ctl_angle_memory_skip(&s->memory, then, news);
         }
@@ -330,7 +330,7 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
     s->held = held || !num_is_finite(speed) || !num_is_finite(torque); /* such a sample teaches nothing */
     const num_t w = num_guard(speed, s->speed_known, &s->rejected);
     s->speed_known = w;
-    const num_t out = ctl_observer_step_raw(self, theta, w, num_guard(torque, s->mean, &s->rejected));
+    const num_t out = ctl_observer_step_unchecked(self, theta, w, num_guard(torque, s->mean, &s->rejected));
     s->held = held;
     return out;
 }

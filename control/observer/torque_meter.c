@@ -45,6 +45,8 @@ void ctl_meter_prepare(ctl_meter_t *self, const ctl_meter_params_t *params)
 {
     self->prepared.whole = (uint16_t)num_floor(params->actuation);
     self->prepared.part = num_sub(params->actuation, num_from_int((int16_t)self->prepared.whole));
+    self->prepared.is_short =
+        ((params->fir1.order + params->fir2.order) <= CTL_FIR_CASCADE_SHORT) && (params->step_max_rad < NUM_C(1.57f));
 }
 
 void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params)
@@ -54,7 +56,6 @@ void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params)
     self->params.fir1 = params->fir1;
     self->params.fir2 = params->fir2;
     ctl_fir_tune(&self->state.speed_fir, &params->fir1);
-    self->is_short = (params->fir1.order + params->fir2.order) <= CTL_FIR_CASCADE_SHORT;
     ctl_fir_cascade_tune(&self->state.torque_fir, &params->fir1, &params->fir2, NUM_C(16.0f));
 }
 
@@ -68,25 +69,25 @@ void ctl_meter_reset(ctl_meter_t *self)
     s->speed = (num_t)0;
 }
 
-num_t ctl_meter_speed_raw(ctl_meter_t *self) { return ctl_fir_step_raw(&self->state.speed_fir, self->state.speed); }
+num_t ctl_meter_speed_unchecked(ctl_meter_t *self) { return ctl_fir_step_unchecked(&self->state.speed_fir, self->state.speed); }
 
 void ctl_meter_resume_speed(ctl_meter_t *self) { ctl_fir_reset(&self->state.speed_fir, self->state.speed); }
 
-num_t ctl_meter_torque_raw(ctl_meter_t *self, angle_t theta, num_t ref_last)
+num_t ctl_meter_torque_unchecked(ctl_meter_t *self, angle_t theta, num_t ref_last)
 {
     ctl_meter_state_t *const s = &self->state;
-    const num_t              way = ctl_meter_way(self, theta);
-    num_t                    speed = num_mul(way, self->params.speed_per_rad);
+    const num_t              travel = ctl_meter_travel(self, theta);
+    num_t                    speed = num_mul(travel, self->params.speed_per_rad);
     if (!s->primed) {
         s->primed = true;
         speed = (num_t)0;
-    } else if (num_abs(way) > self->params.step_max_rad) {
+    } else if (num_abs(travel) > self->params.step_max_rad) {
         num_count(&s->rejected);
         speed = s->speed;
     } else {
         /* as it should be */
     }
-    return ctl_fir_cascade_step_raw(&s->torque_fir, ctl_meter_gather(self, theta, speed, ref_last)); /* (4) */
+    return ctl_fir_cascade_step_unchecked(&s->torque_fir, ctl_meter_gather(self, theta, speed, ref_last)); /* (4) */
 }
 
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params)
@@ -98,7 +99,7 @@ ctl_meter_out_t ctl_meter_step(ctl_meter_t *self, angle_t theta, num_t ref_last)
 {
     ctl_meter_state_t *const s = &self->state;
     const num_t              before = num_mul(ctl_window_newest(&s->ref)[0], NUM_C(16.0f));
-    const num_t              torque = ctl_meter_torque_raw(self, theta, num_guard(ref_last, before, &s->rejected));
-    const ctl_meter_out_t    out = {ctl_meter_speed_raw(self), torque};
+    const num_t              torque = ctl_meter_torque_unchecked(self, theta, num_guard(ref_last, before, &s->rejected));
+    const ctl_meter_out_t    out = {ctl_meter_speed_unchecked(self), torque};
     return out;
 }

@@ -24,4 +24,7 @@ ctl_diag_t ctl_friction_check(const ctl_friction_t *p)
     return d;
 }
 
-num_t ctl_friction(const ctl_friction_t *p, num_t speed) { return num_is_finite(speed) ? ctl_friction_raw(p, speed) : (num_t)0; }
+num_t ctl_friction(const ctl_friction_t *p, num_t speed)
+{
+    return num_is_finite(speed) ? ctl_friction_unchecked(p, speed) : (num_t)0;
+}

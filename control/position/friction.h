@@ -30,11 +30,11 @@ ctl_diag_t ctl_friction_check(const ctl_friction_t *p);
 /** (1) for parameters that ctl_friction_check accepted. */
 num_t ctl_friction(const ctl_friction_t *p, num_t speed);
 
-static inline num_t ctl_friction_raw(const ctl_friction_t *p, num_t speed)
+static inline num_t ctl_friction_unchecked(const ctl_friction_t *p, num_t speed)
 {
     const num_t size = num_abs(speed);
     const num_t share = num_clamp(num_quotient(size, p->stribeck), NUM_EPS, NUM_MAX);
-    const num_t decay = num_exp2_raw(num_neg(num_mul(num_pow_raw(share, p->shape), NUM_C(1.44269504f)))); /* log2 e */
+    const num_t decay = num_exp2_unchecked(num_neg(num_mul(num_pow_unchecked(share, p->shape), NUM_C(1.44269504f)))); /* log2 e */
     const num_t rise = num_mul(num_sub(p->stat, p->coulomb), decay);
     const num_t sign = (speed > (num_t)0) ? NUM_C(1.0f) : ((speed < (num_t)0) ? NUM_C(-1.0f) : (num_t)0);
     return num_mac(num_mul(num_add(p->coulomb, rise), sign), p->viscous, speed);

@@ -23,5 +23,3 @@ ctl_diag_t ctl_harmonics_check(const ctl_harmonics_t *p)
     }
     return ctl_diag_ok();
 }
-
-num_t ctl_harmonics(const ctl_harmonics_t *p, ctl_position_t position) { return ctl_harmonics_raw(p, position); }

@@ -28,10 +28,8 @@ enum { CTL_HARMONICS_LINES = 1, CTL_HARMONICS_AMPLITUDE };
 /** Cycles per turn within [0, 4095] (cut; NaN gives 0) as a whole number of 2^-20. Main loop. */
 uint32_t   ctl_cycles_q20(float cycles_per_turn);
 ctl_diag_t ctl_harmonics_check(const ctl_harmonics_t *p);
-num_t      ctl_harmonics(const ctl_harmonics_t *p, ctl_position_t position);
-
-/** The same, inline. */
-static inline num_t ctl_harmonics_raw(const ctl_harmonics_t *p, ctl_position_t position)
+/** T, of lines that ctl_harmonics_check accepted; every position is a valid one, so that there is nothing to check. */
+static inline num_t ctl_harmonics(const ctl_harmonics_t *p, ctl_position_t position)
 {
     const uint32_t part = (uint32_t)(uint64_t)position;
     const uint32_t turn = (uint32_t)((uint64_t)position >> 32);

@@ -55,12 +55,12 @@ ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *par
 {
     const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
-        ctl_profile_tune_raw(self, params);
+        ctl_profile_tune_unchecked(self, params);
     }
     return d;
 }
 
-void ctl_profile_tune_raw(ctl_profile_t *self, const ctl_profile_params_t *params)
+void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params)
 {
     const bool other_mean = self->params.smooth != params->smooth;
     self->params = *params;

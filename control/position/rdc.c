@@ -62,5 +62,5 @@ num_t ctl_rdc_step(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, 
     ctl_setpoint_t  c = *command;
     c.speed = num_guard(c.speed, (num_t)0, rejected);
     c.acceleration = num_guard(c.acceleration, (num_t)0, rejected);
-    return ctl_rdc_step_raw(self, &c, num_guard(error, (num_t)0, rejected), num_guard(speed_error, (num_t)0, rejected));
+    return ctl_rdc_step_unchecked(self, &c, num_guard(error, (num_t)0, rejected), num_guard(speed_error, (num_t)0, rejected));
 }

@@ -86,9 +86,9 @@ ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)
 num_t ctl_fal(const ctl_fal_t *self, num_t e)
 {
     return (num_abs(e) <= NUM_MAX)
-               ? ctl_fal_raw(self, e)
-               : ((e > (num_t)0) ? ctl_fal_raw(self, NUM_MAX)
-                                 : ((e < (num_t)0) ? ctl_fal_raw(self, -NUM_MAX) : (num_t)0)); /* NaN: neither */
+               ? ctl_fal_unchecked(self, e)
+               : ((e > (num_t)0) ? ctl_fal_unchecked(self, NUM_MAX)
+                                 : ((e < (num_t)0) ? ctl_fal_unchecked(self, -NUM_MAX) : (num_t)0)); /* NaN: neither */
 }
 
 num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e)

@@ -72,7 +72,7 @@ static inline num_t ctl_fal_power(const ctl_fal_t *self, num_t size)
 }
 #endif
 
-static inline num_t ctl_fal_raw(const ctl_fal_t *self, num_t e)
+static inline num_t ctl_fal_unchecked(const ctl_fal_t *self, num_t e)
 {
     const num_t size = num_abs(e);
     if (size > self->params.delta) {

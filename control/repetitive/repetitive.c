@@ -46,7 +46,7 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
     return d;
 }
 
-static bool is_usual(const ctl_rc_params_t *p)
+static bool is_fast(const ctl_rc_params_t *p)
 {
     return (p->order == 2U) & (p->memory == CTL_RC_KEEP) & (p->lead > 0U) & (p->fal_at != CTL_RC_FAL_OUTPUT) &
            !(p->freeze_above > (num_t)0);
@@ -93,7 +93,7 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
 #endif
         self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
         self->params = *params;
-        self->usual = is_usual(params);
+        self->fast = is_fast(params);
         self->fal = &self->table[0];
         self->prepared = false;
         design(&self->table[0], params);
@@ -116,10 +116,10 @@ void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params)
         self->prepared = false;
     }
     self->params = *params;
-    if (self->usual) { /* that way does not keep them; its order is 2 */
-        ctl_lagrange_2_raw(self->state.period.fraction, self->state.a);
+    if (self->fast) { /* that way does not keep them; its order is 2 */
+        ctl_lagrange_2_unchecked(self->state.period.fraction, self->state.a);
     }
-    self->usual = is_usual(params);
+    self->fast = is_fast(params);
 }
 
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
@@ -183,7 +183,7 @@ static num_t period_step(ctl_period_t a, ctl_period_t b)
     return num_add(num_from_int((int16_t)((whole > 2) ? 2 : ((whole < -2) ? -2 : whole))), num_sub(a.fraction, b.fraction));
 }
 
-static void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
+static inline void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
 {
     ctl_rc_state_t *const s = &self->state;
     const ctl_period_t    before = s->period;
@@ -197,21 +197,32 @@ static void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
     ctl_lagrange(self->params.order, s->period.fraction, s->a);
 }
 
-/* What this sample teaches: k_rc f(e), or nothing while learning rests. */
-static num_t lesson(ctl_rc_t *self, num_t e)
+/* Whether learning rests in this sample. */
+static bool rests(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
     ctl_rc_state_t *const        s = &self->state;
 
     if ((p->freeze_above > (num_t)0) && (num_abs(e) > p->freeze_above)) {
         s->frozen = p->freeze_samples;
-        return (num_t)0;
+        return true;
     }
     if (s->frozen > 0U) {
         s->frozen--;
+        return true;
+    }
+    return false;
+}
+
+/* What this sample teaches: k_rc f(e), or nothing while learning rests. Inline: every sample; one branch for what can rest. */
+static inline num_t learned_now(ctl_rc_t *self, num_t e)
+{
+    const ctl_rc_params_t *const p = &self->params;
+
+    if (((p->freeze_above > (num_t)0) | (self->state.frozen > 0U)) && rests(self, e)) {
         return (num_t)0;
     }
-    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_raw(self->fal, e) : e);
+    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_unchecked(self->fal, e) : e);
 }
 
 /* Q(z) of the Lagrange sum: the sum of the middle, and of its neighbours on both sides, of x[0..4], newest first. */
@@ -253,15 +264,15 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
     return y;
 }
 
-/* The same where `usual` says that there is nothing to decide but fal, and the memory has no gaps (ctl_ring_fill_zero). The
+/* The same where `fast` says that there is nothing to decide but fal, and the memory has no gaps (ctl_ring_fill_zero). The
  * samples to read lie one after the other but for one jump at the end of the memory, hence two pointers and no branch. */
-static inline num_t step_usual(ctl_rc_t *self, num_t e)
+static inline num_t step_fast(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
     const ctl_ring_t *const      ring = &self->state.time;
-    const num_t                  learned = num_mul(p->gain, ctl_fal_raw(self->fal, e));
+    const num_t                  learned = num_mul(p->gain, ctl_fal_unchecked(self->fal, e));
     num_t                        a[CTL_LAGRANGE_TAPS];
-    ctl_lagrange_2_raw(self->state.period.fraction, a);
+    ctl_lagrange_2_unchecked(self->state.period.fraction, a);
 
     num_t *const w = &ring->sample[ctl_ring_place(ring, (uint16_t)(p->lead - 1U))];
     *w = num_clamp(num_add(*w, learned), num_neg(p->limit), p->limit);
@@ -276,14 +287,21 @@ static inline num_t step_usual(ctl_rc_t *self, num_t e)
     return y;
 }
 
-static num_t read_turn(const ctl_rc_t *self, angle_t angle)
+/* Q of what the turn holds around @p angle, its neighbours a sample away. Inline like its parts: three reads every sample. */
+static inline num_t read_turn(const ctl_rc_t *self, angle_t angle, angle_t sample)
 {
-    return (self->params.order < 2U) ? ctl_grid_read_linear(&self->state.turn, angle)
-                                     : ctl_grid_read_cubic(&self->state.turn, angle);
+    const ctl_grid_t *const turn = &self->state.turn;
+    const ctl_q_t *const    q = &self->params.q;
+    if (self->params.order < 2U) {
+        return ctl_q_apply(q, ctl_grid_read_linear(turn, angle - sample), ctl_grid_read_linear(turn, angle),
+                           ctl_grid_read_linear(turn, angle + sample));
+    }
+    return ctl_q_apply(q, ctl_grid_read_cubic_raw(turn, angle - sample), ctl_grid_read_cubic_raw(turn, angle),
+                       ctl_grid_read_cubic_raw(turn, angle + sample));
 }
 
 /* Sample k - m is complete now: walk the memory from the last complete sample to it. */
-static void write_turn(ctl_rc_t *self, num_t learned)
+static inline void write_turn(ctl_rc_t *self, num_t learned)
 {
     ctl_rc_state_t *const s = &self->state;
     const num_t           limit = self->params.limit;
@@ -293,20 +311,15 @@ static void write_turn(ctl_rc_t *self, num_t learned)
     const angle_t  angle = s->at_past[at];
     const num_t    value = num_clamp(num_add(s->y_past[at], learned), num_neg(limit), limit);
 
-    if (s->writing && ((angle - s->written_at) + ANGLE_QUARTER < (2U * ANGLE_QUARTER))) {
-        ctl_grid_walk_t walk = ctl_grid_walk(&s->turn, s->written_at, s->written, angle, value);
-        uint16_t        i = 0U;
-        num_t           v = (num_t)0;
-        while (ctl_grid_walk_next(&walk, &i, &v)) {
-            s->turn.cell[i] = v;
-        }
+    if (s->writing & ((angle - s->written_at) + ANGLE_QUARTER < (2U * ANGLE_QUARTER))) {
+        ctl_grid_write(&s->turn, s->written_at, s->written, angle, value);
     }
     s->written_at = angle;
     s->written = value;
     s->writing = true;
 }
 
-static num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
+static inline num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
 {
     const ctl_rc_params_t *const p = &self->params;
     ctl_rc_state_t *const        s = &self->state;
@@ -321,45 +334,58 @@ static num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e)
 #else
     const angle_t step = (angle_t)(4294967296.0f / ((num_t)s->period.whole + s->period.fraction));
 #endif
-    num_t y = ctl_q_apply(&p->q, read_turn(self, theta_e - step), read_turn(self, theta_e), read_turn(self, theta_e + step));
-    y = num_clamp(y, num_neg(p->limit), p->limit);
+    const num_t y = num_clamp(read_turn(self, theta_e, step), num_neg(p->limit), p->limit);
 
     s->past = (uint16_t)((s->past + 1U) & CTL_RC_LEAD_MAX);
     s->y_past[s->past] = y;
     s->at_past[s->past] = theta_e;
-    if (s->known <= CTL_RC_LEAD_MAX) {
-        s->known++;
-    }
+    s->known = (uint16_t)(s->known + ((s->known <= CTL_RC_LEAD_MAX) ? 1U : 0U));
     return y;
 }
 
-static num_t step_otherwise(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction, angle_t theta_e)
+static inline num_t output(const ctl_rc_t *self, num_t e, num_t y)
 {
-    take_period(self, whole, fraction);
-    const num_t learned = lesson(self, e);
-    const num_t y = (self->params.memory == CTL_RC_ANGLE) ? step_in_angle(self, learned, theta_e) : step_in_time(self, learned);
     return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(self->fal, e), y) : y;
 }
 
-num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
+static num_t step_general_in_time(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)
 {
-    if (!self->usual) {
-        return step_otherwise(self, err, whole, fraction, theta_e);
-    }
+    take_period(self, whole, fraction);
+    return output(self, e, step_in_time(self, learned_now(self, e)));
+}
+
+/* A period that is not too long: set_period for a caller that has checked it. */
+static inline void use_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
+{
     self->state.period.whole = whole;
     self->state.period.fraction = fraction;
     if ((whole < self->shortest) | (fraction >= ALMOST_ONE)) {
         correct_period(self);
     }
-    return step_usual(self, err);
+}
+
+static inline num_t step_over_angle(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction, angle_t theta_e)
+{
+    use_period(self, whole, fraction);
+    return output(self, e, step_in_angle(self, learned_now(self, e), theta_e));
+}
+
+num_t ctl_rc_step_unchecked(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e)
+{
+    if (!self->fast) {
+        return (self->params.memory == CTL_RC_ANGLE) ? step_over_angle(self, err, whole, fraction, theta_e)
+                                                     : step_general_in_time(self, err, whole, fraction);
+    }
+    use_period(self, whole, fraction);
+    return step_fast(self, err);
 }
 
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
     const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
-    if (!self->usual) {
-        return step_otherwise(self, e, period.whole, period.fraction, theta_e);
+    if (!(self->fast | (self->params.memory == CTL_RC_ANGLE))) {
+        return step_general_in_time(self, e, period.whole, period.fraction);
     }
     set_period(self, period.whole, period.fraction);
-    return ctl_rc_step_raw(self, e, self->state.period.whole, self->state.period.fraction, theta_e);
+    return ctl_rc_step_unchecked(self, e, self->state.period.whole, self->state.period.fraction, theta_e);
 }

@@ -86,7 +86,7 @@ typedef struct {
     float too_long; /**< longest + 1. */
 #endif
     bool             whole_only; /**< ...and whether they have no fraction. */
-    bool             usual;      /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
+    bool             fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
     const ctl_fal_t *fal;        /**< The table in use, */
     ctl_fal_t        table[2];   /**< one of these; the other is for ctl_rc_prepare. */
     bool             prepared;   /**< It is ready to be used. */
@@ -163,7 +163,8 @@ static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
 }
 
 /** The same for numerator > 0. @return false when the memory is too short for it, or denominator is 0: then it is no period. */
-static inline bool ctl_rc_period_raw(const ctl_rc_t *self, num_t numerator, num_t denominator, uint16_t *whole, num_t *fraction)
+static inline bool ctl_rc_period_unchecked(const ctl_rc_t *self, num_t numerator, num_t denominator, uint16_t *whole,
+                                           num_t *fraction)
 {
 #ifdef EVENSPIN_FIXED
     ctl_period_split(numerator, denominator, whole, fraction);
@@ -179,8 +180,8 @@ static inline bool ctl_rc_period_raw(const ctl_rc_t *self, num_t numerator, num_
 #endif
 }
 
-/** ctl_rc_step for an error that is known to be finite and a period as ctl_rc_period_raw made it. */
-num_t ctl_rc_step_raw(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e);
+/** ctl_rc_step for an error that is known to be finite and a period as ctl_rc_period_unchecked made it. */
+num_t ctl_rc_step_unchecked(ctl_rc_t *self, num_t err, uint16_t whole, num_t fraction, angle_t theta_e);
 
 /**
  * Advance one sample.

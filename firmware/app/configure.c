@@ -45,6 +45,7 @@ static uint16_t refused(const drive_params_t *p)
 static uint16_t make(const drive_params_t *p, drive_setup_t *s)
 {
     s->scale = make_scale(p);
+    s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);

@@ -49,7 +49,6 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     o->encoder_counts = (uint32_t)p->encoder_counts;
     o->sync_band = num_from_float(p->aro_sync_hz * ts_s);
     s->hold = p->observer_hold != 0U;
-    s->direct = s->used && (s->meter.step_max_rad < NUM_C(1.57f));
     s->capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
     return PARAM_COUNT;
 }

@@ -116,7 +116,7 @@ typedef struct {
     ctl_pi_params_t      pi;
     ctl_mt_params_t      mt;
     drive_speed_source_t source;
-    uint16_t             divider;     /**< Current periods per speed sample. */
+    uint16_t             between;     /**< Current periods between two speed samples: one less than their distance. */
     bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
     num_t                error_scale; /**< Speed error to loop error. */
     ctl_rc_params_t      rc;
@@ -131,12 +131,17 @@ typedef struct {
     uint16_t              capacity;
     bool                  used, meter_used, hold;
     bool                  speed_asked; /**< The speed loop uses the speed of the meter. */
-    bool                  direct;      /**< There is one, and a step of the angle is below a quarter turn. */
 } drive_observer_setup_t;
+
+/** What every sample is judged by, SI. */
+typedef struct {
+    float over_current_a, over_voltage_v, under_voltage_v, over_speed_rad_s;
+} drive_limits_t;
 
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_scale_t          scale;
+    drive_limits_t         limits;
     drive_current_setup_t  current;
     drive_tracking_setup_t tracking;
     drive_speed_setup_t    speed;
@@ -360,7 +365,7 @@ float drive_speed_rad_s(const drive_t *d);
 /** Position and its command in rad, with the precision of a float. Any context. */
 float drive_position_rad(const drive_t *d);
 float drive_position_ref_rad(const drive_t *d);
-/** Inputs that were refused, all blocks together. */
+/** Inputs that were refused: samples, and by the PI controllers of current and speed and the repetitive controller. */
 uint32_t drive_rejected(const drive_t *d);
 
 #endif

@@ -22,8 +22,7 @@ void drive_take_over(drive_t *d);
  *     build    start the blocks from them; `differs` tells that a change needs that
  *     rest     controllers at rest, for a start
  *
- * What the current interrupt changes in a part that runs (retune) is in take_over.c, what a part has refused (rejected) in speed_isr.c:
- * both run in an interrupt. */
+ * What the current interrupt changes in a part that runs (retune) is in take_over.c. */
 uint16_t drive_make_current(const drive_params_t *params, const drive_scale_t *scale, drive_current_setup_t *setup);
 uint16_t drive_judge_current(const drive_current_setup_t *setup);
 void     drive_build_current(drive_current_t *current, const drive_current_setup_t *setup);
@@ -120,7 +119,7 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
 void drive_make_motion(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: the first samples of an angle, or of one after a gap; then the encoder is known. Current interrupt. */
 void drive_find_angle(drive_t *d, angle_t theta);
-/** motion_check.c: a motion that is not usual: speed, or an angle that cannot be. @return the angle to go on with. Current interrupt. */
+/** motion_check.c: over-speed, or an angle that cannot be. @return the angle to go on with. Current interrupt. */
 angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta);
 /** motion_check.c: torque and voltage against motion. Speed interrupt, after the speed has been measured. */
 void drive_check_motion(drive_t *d);

@@ -1,3 +1,5 @@
+#include "firmware/app/protection.h"
+
 #include "firmware/app/internal.h"
 #include "hal/hal_inverter.h"
 
@@ -13,10 +15,7 @@ void drive_trip(drive_t *d, drive_fault_t fault)
     d->state = DRIVE_FAULT;
 }
 
-/* NaN compares false, hence the negation. */
-static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit); }
-
-static bool is_number(float x) { return inside(x, 1.0e12f); }
+static bool is_number(float x) { return drive_is_within(x, 1.0e12f); }
 
 void drive_check_hardware(drive_t *d)
 {
@@ -47,12 +46,11 @@ void drive_check_hardware(drive_t *d)
  * control of the current: it has to last. */
 static void check_bus(drive_t *d)
 {
-    const drive_params_t *const p = d->params;
-    const hal_sample_t *const   s = &d->sample;
-    if (s->vdc_v > p->over_voltage_v) {
+    const hal_sample_t *const s = &d->sample;
+    if (!drive_voltage_not_over(d, &d->setup->limits)) {
         drive_trip(d, FAULT_over_voltage);
     }
-    if (drive_is_armed(d) && (s->vdc_v < p->under_voltage_v)) {
+    if (drive_is_armed(d) && !drive_voltage_not_under(d, &d->setup->limits)) {
         d->low_bus_samples = (s->seq == (d->low_bus_seq + 1U)) ? (uint16_t)(d->low_bus_samples + 1U) : 1U;
         d->low_bus_seq = s->seq;
         if (d->low_bus_samples >= UNDER_VOLTAGE_SAMPLES) {
@@ -110,10 +108,8 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
     }
     d->bad_samples = 0U;
 
-    d->ia_a = s->ia_a - d->offset_a_a;
-    d->ib_a = s->ib_a - d->offset_b_a;
-    d->ic_a = s->ic_a - d->offset_c_a;
-    if (!inside(d->ia_a, p->over_current_a) || !inside(d->ib_a, p->over_current_a) || !inside(d->ic_a, p->over_current_a)) {
+    drive_take_off_offsets(d);
+    if (!drive_currents_allowed(d, &d->setup->limits)) {
         drive_trip(d, FAULT_over_current);
     }
     check_bus(d);

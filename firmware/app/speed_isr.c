@@ -21,10 +21,10 @@ static num_t ripple_correction(drive_t *d, num_t error, num_t ref)
     }
     uint16_t whole = 0U;
     num_t    fraction = (num_t)0;
-    if (!ctl_rc_period_raw(&d->speed.rc, d->setup->speed.rc_period_scale, num_abs(ref), &whole, &fraction)) {
+    if (!ctl_rc_period_unchecked(&d->speed.rc, d->setup->speed.rc_period_scale, num_abs(ref), &whole, &fraction)) {
         return (num_t)0; /* too slow for the memory, or no reference: the controller rests and keeps what it knows */
     }
-    return ctl_rc_step_raw(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
+    return ctl_rc_step_unchecked(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
 }
 
 void drive_speed_step(drive_t *d)
@@ -78,29 +78,8 @@ float drive_speed_rad_s(const drive_t *d)
     return num_to_float(speed) * d->scale.speed_rad_s;
 }
 
-static uint32_t rejected_current(const drive_current_t *c)
-{
-    return c->d.state.rejected + c->q.state.rejected + c->deadbeat.state.rejected;
-}
-
-static uint32_t rejected_speed(const drive_speed_t *v, const drive_speed_setup_t *s)
-{
-    return v->pi.state.rejected + (s->rc_used ? v->rc.state.rejected : 0U);
-}
-
-static uint32_t rejected_observer(const drive_observer_t *o, const drive_observer_setup_t *s)
-{
-    return (s->meter_used ? o->meter.state.rejected : 0U) +
-           (s->used ? (o->observer.state.rejected + o->observer.state.memory.state.rejected) : 0U);
-}
-
-static uint32_t rejected_position(const drive_position_t *o)
-{
-    return o->pi.state.rejected + o->ilc.state.rejected + o->learn.state.rejected + o->src.state.rejected + o->rdc.state.rejected;
-}
-
 uint32_t drive_rejected(const drive_t *d)
 {
-    return d->rejected + rejected_current(&d->current) + rejected_speed(&d->speed, &d->setup->speed) +
-           rejected_observer(&d->observer, &d->setup->observer) + rejected_position(&d->position);
+    return d->rejected + d->current.d.state.rejected + d->current.q.state.rejected + d->speed.pi.state.rejected +
+           (d->setup->speed.rc_used ? d->speed.rc.state.rejected : 0U);
 }

@@ -13,7 +13,7 @@ uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, d
                      drive_fitted(p->speed_ki_a_per_unit_s * ts_s * per_error, PARAM_speed_ki_a_per_unit_s, &culprit),
                      p->iq_limit_a / scale->current_a, CTL_PI_HOLD_OUTWARD);
     s->error_scale = num_from_float(p->speed_error_gain * scale->speed_rad_s / scale->error_unit);
-    s->divider = p->speed_divider;
+    s->between = (uint16_t)(p->speed_divider - 1U);
     s->inlined = p->speed_inline != 0U;
 
     s->source = (drive_speed_source_t)p->speed_source;

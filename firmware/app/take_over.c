@@ -47,7 +47,7 @@ static void retune_observer(drive_observer_t *o, const drive_observer_setup_t *s
 static void retune_position(drive_position_t *o, const drive_position_setup_t *q)
 {
     ctl_pi_tune(&o->pi, &q->velocity_pi);
-    ctl_profile_tune_raw(&o->profile, o->homing ? &q->homing : &q->profile);
+    ctl_profile_tune_unchecked(&o->profile, o->homing ? &q->homing : &q->profile);
     if (q->method == DRIVE_POSITION_RDC) {
         o->rdc.params = q->rdc;
         o->learn.params = q->learn;

@@ -59,7 +59,7 @@ static inline void timing_follow(timing_one_t *one, uint16_t epoch)
 }
 
 /** Note that a run of the same epoch took @p cyc cycles. */
-static inline void timing_note_raw(timing_one_t *one, uint32_t cyc)
+static inline void timing_note_same_epoch(timing_one_t *one, uint32_t cyc)
 {
     const uint32_t bin = cyc >> TIMING_BIN_SHIFT;
     one->last_cyc = cyc;
@@ -72,7 +72,7 @@ static inline void timing_note_raw(timing_one_t *one, uint32_t cyc)
 static inline void timing_note(timing_one_t *one, uint16_t epoch, uint32_t cyc)
 {
     timing_follow(one, epoch);
-    timing_note_raw(one, cyc);
+    timing_note_same_epoch(one, cyc);
 }
 
 #endif

@@ -66,8 +66,8 @@ hal_status_t store_begin(store_t *s, store_part_t part, uint32_t tag, uint16_t w
         s->set.at = s->next_at;
     } else {
         const uint16_t others = (uint16_t)(hal_storage_pages() - 1U); /* the next, or after a failure the one behind it */
-        s->set.page = all.found ? (uint16_t)((newest.page + 1U + (s->failures % others)) % hal_storage_pages())
-                                : (uint16_t)(s->failures % hal_storage_pages());
+        const uint32_t from_page = all.found ? ((uint32_t)newest.page + 1U + (s->failures % others)) : s->failures;
+        s->set.page = (uint16_t)(from_page % hal_storage_pages());
         s->set.at = FIRST_AT;
     }
     s->part = part;

@@ -12,7 +12,7 @@ bool es_clarke(double a, double b, double c, double *alpha_beta)
     const bool      usable = capi_usable(in, 3);
     ctl_ab_t        y;
     if (usable) {
-        y = ctl_clarke_raw(x);
+        y = ctl_clarke_unchecked(x);
     } else {
         (void)ctl_clarke(&x, &y);
     }
@@ -28,7 +28,7 @@ bool es_inverse_clarke(double alpha, double beta, double *abc)
     const bool     usable = capi_usable(in, 2);
     ctl_abc_t      y;
     if (usable) {
-        y = ctl_inverse_clarke_raw(x);
+        y = ctl_inverse_clarke_unchecked(x);
     } else {
         (void)ctl_inverse_clarke(&x, &y);
     }
@@ -53,7 +53,7 @@ bool es_park(double alpha, double beta, double angle_rad, double *dq)
     const bool        usable = capi_usable(in, 2);
     ctl_dq_t          y;
     if (usable) {
-        y = ctl_park_raw(x, r);
+        y = ctl_park_unchecked(x, r);
     } else {
         (void)ctl_park(&x, &r, &y);
     }
@@ -70,7 +70,7 @@ bool es_inverse_park(double d, double q, double angle_rad, double *alpha_beta)
     const bool        usable = capi_usable(in, 2);
     ctl_ab_t          y;
     if (usable) {
-        y = ctl_inverse_park_raw(x, r);
+        y = ctl_inverse_park_unchecked(x, r);
     } else {
         (void)ctl_inverse_park(&x, &r, &y);
     }
@@ -84,7 +84,7 @@ bool es_vector_limit(double d, double q, double limit, double *dq)
     const double   in[] = {d, q, limit};
     const ctl_dq_t x = {capi_signal_in(d), capi_signal_in(q)};
     ctl_dq_t       y;
-    const bool     untouched = (capi_usable(in, 3) && (limit >= 0.0)) ? ctl_vector_limit_raw(x, capi_signal_in(limit), &y)
+    const bool     untouched = (capi_usable(in, 3) && (limit >= 0.0)) ? ctl_vector_limit_unchecked(x, capi_signal_in(limit), &y)
                                                                       : ctl_vector_limit(&x, capi_signal_in(limit), &y);
     dq[0] = capi_out(y.d);
     dq[1] = capi_out(y.q);
@@ -102,7 +102,7 @@ bool es_svm(double v_alpha, double v_beta, double v_dc, double *duty_abc)
     const bool     usable = capi_usable(in, 3) && (dc >= V_DC_MIN);
     ctl_abc_t      y;
     if (usable) {
-        y = ctl_svm_open_raw(x, dc);
+        y = ctl_svm_unchecked(x, dc);
     } else {
         (void)ctl_svm(&x, dc, &y);
     }

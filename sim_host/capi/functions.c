@@ -105,7 +105,7 @@ bool es_stribeck(double speed, double coulomb, double stat, double v_s, double s
                               capi_signal_in(shape)};
     const ctl_diag_t     d = ctl_friction_check(&p);
     if (d.status == CTL_OK) {
-        *torque = capi_out(capi_usable(&speed, 1) ? ctl_friction_raw(&p, capi_signal_in(speed))
+        *torque = capi_out(capi_usable(&speed, 1) ? ctl_friction_unchecked(&p, capi_signal_in(speed))
                                                   : ctl_friction(&p, capi_signal_in(speed)));
         return true;
     }
@@ -142,7 +142,7 @@ bool es_rdc_robust_term(const double *e, const double *p_row, double inertia, do
     if (d.status == CTL_OK) {
         const ctl_setpoint_t rest = {0, (num_t)0, (num_t)0, true};
         rdc.state.x1 = capi_signal_in(e[0]);
-        *torque = capi_out(capi_usable(e, 3) ? ctl_rdc_step_raw(&rdc, &rest, capi_signal_in(e[1]), capi_signal_in(e[2]))
+        *torque = capi_out(capi_usable(e, 3) ? ctl_rdc_step_unchecked(&rdc, &rest, capi_signal_in(e[1]), capi_signal_in(e[2]))
                                              : ctl_rdc_step(&rdc, &rest, capi_signal_in(e[1]), capi_signal_in(e[2])));
         return true;
     }

@@ -332,7 +332,7 @@ void test_configure_voltage_limit_and_switches_arrive(void)
     TEST_ASSERT_TRUE(drive.setup->speed.inlined);
     TEST_ASSERT_TRUE(drive.setup->tracking.encoder_reversed);
     TEST_ASSERT_EQUAL_UINT16(7U, drive.setup->tracking.pole_pairs);
-    TEST_ASSERT_EQUAL_UINT16(20U, drive.setup->speed.divider);
+    TEST_ASSERT_EQUAL_UINT16(20U, drive.setup->speed.between + 1U);
     TEST_ASSERT_EQUAL_UINT32(400000U, drive.setup->speed.mt.sample_cyc);
     /* a quarter turn; 2^-24 of a turn is what the float of the angle holds */
     TEST_ASSERT_UINT32_WITHIN(256U, 0x40000000U, drive.setup->tracking.encoder_offset);

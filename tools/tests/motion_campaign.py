@@ -53,8 +53,9 @@ CASES = (
     Case("guo2024", "light", LIGHT, {"speed_kp_a_per_unit": 0.00368, "speed_ki_a_per_unit_s": 0.092}),
     Case("guo2024", "light, with the gains of the heavy one: it oscillates", LIGHT),
     Case("guo2024", "heavy", {"inertia_kgm2": 7.06e-4}),
-    Case("guo2024", "20 times its inertia", {"inertia_kgm2": 1.412e-3}, share=0.9),
-    Case("servo", "20 times its inertia", {"inertia_kgm2": 0.016}, share=0.9),
+    # zero_check is off: in current mode it trips in one of 70 runs of 10 s with so slow a rotor and an eccentric disc
+    Case("guo2024", "20 times its inertia", {"inertia_kgm2": 1.412e-3}, {"zero_check": 0.0}, share=0.9),
+    Case("servo", "20 times its inertia", {"inertia_kgm2": 0.016}, {"zero_check": 0.0}, share=0.9),
     Case("guo2024", "pll", drive={"speed_source": 0.0}),
     Case("guo2024", "16 counts", **encoder(16.0), share=0.2, locks=True),  # a count is 90 degrees electrical
     Case("guo2024", "64 counts", **encoder(64.0), share=0.6),

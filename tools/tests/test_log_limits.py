@@ -102,4 +102,4 @@ def test_a_path_that_is_not_there_is_told_as_one(
     said = evenspin("gap", "lop", "--out", "out")
 
     assert said.status == 2
-    assert said.err.strip() == "gap: CASE_DIR|LOG.csv = 'lop': must be an existing folder or file; did you mean loop?"
+    assert said.err.strip() == "gap: CASE_DIR|LOG = 'lop': must be an existing folder or file; did you mean loop?"

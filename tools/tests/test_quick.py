@@ -65,5 +65,5 @@ def test_times_are_added_up_by_file(tmp_path: Path) -> None:
 def test_the_import_graph_has_this_repository_in_it() -> None:
     graph = quick.import_graph()
 
-    assert "tools/src/evenspin/blocks.py" in graph["tools/tests/test_blocks.py"]
+    assert "tools/src/evenspin/blocks/__init__.py" in graph["tools/tests/test_blocks.py"]
     assert "tools/setup/quick.py" not in graph

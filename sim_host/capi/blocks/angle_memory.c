@@ -50,7 +50,7 @@ static void write_sample(void *self, const double *in, double *out)
         /* an ordinary step */
     }
     if (capi_usable(in, 2) && memory->primed && (fabs(travel) < 0.25 * CAPI_PI)) {
-        ctl_angle_memory_write_raw(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
+        ctl_angle_memory_write_unchecked(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
     } else {
         ctl_angle_memory_write(m, capi_angle_in(theta_rad), capi_signal_in(value), m->params.gain);
     }

@@ -39,7 +39,7 @@ static void step(void *self, const double *in, double *out)
     const ctl_dq_t ref = {capi_signal_in(in[2]), capi_signal_in(in[3])};
     const ctl_dq_t last = {capi_signal_in(in[5]), capi_signal_in(in[6])};
     const num_t    speed = capi_signal_in(in[4]);
-    const ctl_dq_t v = capi_usable(in, 7) ? ctl_deadbeat_step_raw(self, meas, ref, speed, last)
+    const ctl_dq_t v = capi_usable(in, 7) ? ctl_deadbeat_step_unchecked(self, meas, ref, speed, last)
                                           : ctl_deadbeat_step(self, &meas, &ref, speed, &last);
     out[0] = capi_out(v.d);
     out[1] = capi_out(v.q);

@@ -25,7 +25,7 @@ static void step(void *self, const double *in, double *out)
 {
     ctl_fir_t *const fir = &((low_pass_t *)self)->fir;
     const num_t      x = capi_signal_in(in[0]);
-    out[0] = capi_out(capi_usable(in, 1) ? ctl_fir_step_raw(fir, x) : ctl_fir_step(fir, x));
+    out[0] = capi_out(capi_usable(in, 1) ? ctl_fir_step_unchecked(fir, x) : ctl_fir_step(fir, x));
 }
 
 static void delay(void *self, const double *in, double *out)

@@ -25,7 +25,6 @@ enum {
 
 #define LIMIT_NM 1.0e6
 #define RO_SAMPLES 8192
-#define QUARTER_TURN NUM_C(1.57f)
 
 typedef struct {
     ctl_meter_t    meter;
@@ -92,15 +91,15 @@ static void step(void *self, const double *in, double *out)
         m = ctl_meter_step(&o->meter, theta, ref);
         expected = ctl_observer_step(&o->observer, theta, m.speed, m.torque);
     } else {
-        const num_t travel = ctl_meter_way(&o->meter, theta);
-        if ((num_abs(travel) < QUARTER_TURN) && ctl_meter_is_usual(&o->meter, travel) && ctl_observer_is_usual(&o->observer)) {
-            m.torque = ctl_meter_torque_usual(&o->meter, theta, travel, ref);
-            m.speed = ctl_meter_speed_raw(&o->meter);
-            expected = ctl_observer_step_usual(&o->observer, theta, m.speed, m.torque);
+        const num_t travel = ctl_meter_travel(&o->meter, theta);
+        if (ctl_meter_is_fast(&o->meter, travel) && o->observer.state.ready) {
+            m.torque = ctl_meter_torque_fast(&o->meter, theta, travel, ref);
+            m.speed = ctl_meter_speed_unchecked(&o->meter);
+            expected = ctl_observer_step_fast(&o->observer, theta, m.speed, m.torque);
         } else {
-            m.torque = ctl_meter_torque_raw(&o->meter, theta, ref);
-            m.speed = ctl_meter_speed_raw(&o->meter);
-            expected = ctl_observer_step_raw(&o->observer, theta, m.speed, m.torque);
+            m.torque = ctl_meter_torque_unchecked(&o->meter, theta, ref);
+            m.speed = ctl_meter_speed_unchecked(&o->meter);
+            expected = ctl_observer_step_unchecked(&o->observer, theta, m.speed, m.torque);
         }
     }
     out[0] = capi_out(expected);

@@ -35,14 +35,14 @@ static void propose(void *self, const double *in, double *out)
     if (!capi_usable(in, 1)) {
         num_count(&pi->state.rejected);
     }
-    out[0] = capi_out(ctl_pi_propose_raw(pi, capi_usable(in, 1) ? capi_signal_in(in[0]) : (num_t)0));
+    out[0] = capi_out(ctl_pi_propose_unchecked(pi, capi_usable(in, 1) ? capi_signal_in(in[0]) : (num_t)0));
 }
 
 static void learn(void *self, const double *in, double *out)
 {
     (void)out;
     if (capi_usable(in, 1)) {
-        ctl_pi_learn_from_raw(self, capi_signal_in(in[0]));
+        ctl_pi_learn_unchecked(self, capi_signal_in(in[0]));
     }
 }
 

@@ -65,7 +65,8 @@ static void step(void *self, const double *in, double *out)
     const bool      usable = capi_usable(in, 1) && (period > 0.0) && (n.whole <= rc->longest);
     const num_t     error = capi_signal_in(in[0]);
     const angle_t   theta_e = capi_angle_in(in[2]);
-    out[0] = capi_out(usable ? ctl_rc_step_raw(rc, error, n.whole, n.fraction, theta_e) : ctl_rc_step(rc, error, n, theta_e));
+    out[0] =
+        capi_out(usable ? ctl_rc_step_unchecked(rc, error, n.whole, n.fraction, theta_e) : ctl_rc_step(rc, error, n, theta_e));
 }
 
 static void reset(void *self, const double *in, double *out)

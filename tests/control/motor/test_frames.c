@@ -282,17 +282,17 @@ void test_ctl_frames_raw_are_the_same_for_numbers(void)
         ctl_abc_t         abc_want;
         ctl_dq_t          dq_want;
 
-        const ctl_ab_t clarke = ctl_clarke_raw(abc);
+        const ctl_ab_t clarke = ctl_clarke_unchecked(abc);
         TEST_ASSERT_TRUE(ctl_clarke(&abc, &ab_want));
         ASSERT_SAME_BITS(ab_want, clarke);
-        const ctl_abc_t back = ctl_inverse_clarke_raw(ab);
+        const ctl_abc_t back = ctl_inverse_clarke_unchecked(ab);
         TEST_ASSERT_TRUE(ctl_inverse_clarke(&ab, &abc_want));
         ASSERT_SAME_BITS(abc_want, back);
-        const ctl_dq_t park = ctl_park_raw(ab, r);
+        const ctl_dq_t park = ctl_park_unchecked(ab, r);
         TEST_ASSERT_TRUE(ctl_park(&ab, &r, &dq_want));
         TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(dq_want.d), value_of(park.d)); /* the other one cuts the sine to 1 */
         TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(dq_want.q), value_of(park.q));
-        const ctl_ab_t out = ctl_inverse_park_raw(dq, r);
+        const ctl_ab_t out = ctl_inverse_park_unchecked(dq, r);
         TEST_ASSERT_TRUE(ctl_inverse_park(&dq, &r, &ab_want));
         TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(ab_want.alpha), value_of(out.alpha));
         TEST_ASSERT_DOUBLE_WITHIN(BOUND, value_of(ab_want.beta), value_of(out.beta));

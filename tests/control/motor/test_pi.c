@@ -457,36 +457,19 @@ void test_ctl_pi_tune_goes_on_from_its_state_with_the_new_gains_and_bound(void)
     TEST_ASSERT_TRUE(value_of(pi.state.x) >= -8.0);
 }
 
-void test_ctl_pi_raw_is_output_and_commit_of_a_proposal_that_was_realised(void)
-{
-    ctl_pi_t twin = pi;
-    noise_t  noise = {35U};
-    for (int k = 0; k < 300; k++) {
-        const num_t err = num_of(noise_next(&noise));
-        const num_t want = ctl_pi_output(&twin, err);
-        ctl_pi_commit(&twin, twin.state.wanted);
-
-        const num_t got = ctl_pi_output_raw(&pi, err);
-        ctl_pi_learn_raw(&pi);
-
-        TEST_ASSERT_TRUE_MESSAGE(want == got, at("sample %d", k));
-        ASSERT_SAME_BITS(twin.state, pi.state);
-    }
-}
-
 void test_ctl_pi_of_a_vector_proposes_without_limits_notes_nothing_and_learns_what_it_is_told(void)
 {
     ctl_pi_t twin = pi;
     noise_t  noise = {36U};
     for (int k = 0; k < 300; k++) {
         const num_t err = num_of(4.0 * noise_next(&noise)); /* beyond the limits now and then */
-        (void)ctl_pi_output_raw(&twin, err);
-        ctl_pi_learn_raw(&twin);
+        (void)ctl_pi_output(&twin, err);
+        ctl_pi_commit(&twin, twin.state.wanted);
 
         const num_t before = pi.state.x;
-        const num_t got = ctl_pi_propose_raw(&pi, err);
+        const num_t got = ctl_pi_propose_unchecked(&pi, err);
         TEST_ASSERT_TRUE(before == pi.state.x);
-        ctl_pi_learn_from_raw(&pi, err);
+        ctl_pi_learn_unchecked(&pi, err);
 
         TEST_ASSERT_TRUE_MESSAGE(twin.state.wanted == got, at("sample %d", k));
         TEST_ASSERT_TRUE_MESSAGE(twin.state.x == pi.state.x, at("sample %d", k));

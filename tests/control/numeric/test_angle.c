@@ -196,8 +196,8 @@ void test_angle_from_rad_short_keeps_its_bound_within_half_a_turn(void)
         for (int sign = -1; sign <= 1; sign += 2) {
             const double given = value_of(num_of(sign * size));
 
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(
-                from_rad_bound(size), 0.0, distance_rad(angle_from_rad_short(num_of(sign * size)), given), at("%g rad", given));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(size), 0.0,
+                                              distance_rad(angle_step_from_rad(num_of(sign * size)), given), at("%g rad", given));
         }
     }
 }
@@ -210,8 +210,8 @@ void test_angle_from_rad_short_beyond_half_a_turn_is_half_a_turn(void)
     static const double BEYOND[] = {3.14159265, 3.1416, 4.0, 50.0, 127.0, 1e30};
     const double        half = TWO_PI / 2.0;
     for (size_t i = 0; i < COUNT_OF(BEYOND); i++) {
-        TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, half, value_of(angle_to_rad_signed(angle_from_rad_short(num_of(BEYOND[i])))));
-        TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_from_rad_short(num_of(-BEYOND[i])))));
+        TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, half, value_of(angle_to_rad_signed(angle_step_from_rad(num_of(BEYOND[i])))));
+        TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_step_from_rad(num_of(-BEYOND[i])))));
     }
 }
 
@@ -219,13 +219,13 @@ void test_angle_from_rad_short_of_anything_is_an_angle(void)
 {
     const double half = TWO_PI / 2.0;
 #ifdef EVENSPIN_FIXED
-    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_from_rad_short(INT32_MIN))));
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_step_from_rad(INT32_MIN))));
 #else
-    TEST_ASSERT_EQUAL_UINT32(0U, angle_from_rad_short(NAN));
-    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, half, value_of(angle_to_rad_signed(angle_from_rad_short(INFINITY))));
-    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_from_rad_short(-INFINITY))));
+    TEST_ASSERT_EQUAL_UINT32(0U, angle_step_from_rad(NAN));
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, half, value_of(angle_to_rad_signed(angle_step_from_rad(INFINITY))));
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -half, value_of(angle_to_rad_signed(angle_step_from_rad(-INFINITY))));
 #endif
-    TEST_ASSERT_EQUAL_UINT32(0U, angle_from_rad_short((num_t)0));
+    TEST_ASSERT_EQUAL_UINT32(0U, angle_step_from_rad((num_t)0));
 }
 
 /* ---- without looking, sizes, turns ------------------------------------------------------------------------------------ */
@@ -237,15 +237,16 @@ void test_angle_raw_forms_are_the_same_within_their_range(void)
         const num_t far = num_of(180.0 * noise_next(&noise));
         const num_t near = num_of(6.0 * noise_next(&noise));
 
-        TEST_ASSERT_EQUAL_UINT32(angle_from_rad(far), angle_from_rad_raw(far));
-        TEST_ASSERT_EQUAL_UINT32(angle_from_rad_short(near), angle_from_rad_short_raw(near));
+        TEST_ASSERT_EQUAL_UINT32(angle_from_rad(far), angle_from_rad_unchecked(far));
+        TEST_ASSERT_EQUAL_UINT32(angle_step_from_rad(near), angle_step_from_rad_unchecked(near));
     }
 }
 
 void test_angle_from_rad_short_raw_of_what_is_not_a_number_is_half_a_turn_back(void)
 {
     FLOAT_ONLY();
-    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -TWO_PI / 2.0, value_of(angle_to_rad_signed(angle_from_rad_short_raw(NOT_FINITE[0]))));
+    TEST_ASSERT_DOUBLE_WITHIN(CUT_BOUND, -TWO_PI / 2.0,
+                              value_of(angle_to_rad_signed(angle_step_from_rad_unchecked(NOT_FINITE[0]))));
 }
 
 void test_angle_size_is_the_shortest_way(void)
@@ -271,11 +272,11 @@ void test_angle_to_turns_is_the_part_of_a_turn(void)
 void test_angle_from_turns_short_keeps_its_bound_and_cuts_at_half_a_turn(void)
 {
     for (double turns = -0.5; turns < 0.5; turns += 0.00390625) { /* exact in both numerics */
-        TEST_ASSERT_EQUAL_UINT32((uint32_t)(int32_t)(turns * TURN_STEPS), angle_from_turns_short(num_of(turns)));
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)(int32_t)(turns * TURN_STEPS), angle_step_from_turns(num_of(turns)));
     }
     /* the largest float below a half is 2^-25 below it; fixed point is cut one step and some below */
-    TEST_ASSERT_UINT32_WITHIN(per_numeric(130, 1000), UINT32_C(0x7FFFFFFF), angle_from_turns_short(num_of(0.7)));
-    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x80000000), angle_from_turns_short(num_of(-0.7)));
+    TEST_ASSERT_UINT32_WITHIN(per_numeric(130, 1000), UINT32_C(0x7FFFFFFF), angle_step_from_turns(num_of(0.7)));
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(0x80000000), angle_step_from_turns(num_of(-0.7)));
 }
 
 void test_angle_sincos_lead_is_that_of_the_sum_of_both(void)

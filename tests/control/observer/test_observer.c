@@ -3,7 +3,7 @@
  * Speed counts 156.25 rad/s, so that fixed point knows the angle per sample, 1/64 rad, exactly; torque 1 N m, 10 kHz. */
 #include "tests/support/numeric.h"
 
-#include "control/observer/observer.h"
+#include "control/observer/disturbance.h"
 #include "control/observer/torque_meter.h"
 
 #define TS_S 1e-4
@@ -1440,7 +1440,7 @@ void test_ctl_observer_raw_is_the_same_for_numbers(void)
                 const num_t torque = num_of(noise_next(&noise));
                 const num_t speed = num_of(0.5);
                 const num_t out = (pass == 0) ? ctl_observer_step(&observer, angle_at(0.008 * k), speed, torque)
-                                              : ctl_observer_step_raw(&observer, angle_at(0.008 * k), speed, torque);
+                                              : ctl_observer_step_unchecked(&observer, angle_at(0.008 * k), speed, torque);
                 if (pass == 0) {
                     first[k] = value_of(out);
                 } else {
@@ -1452,7 +1452,7 @@ void test_ctl_observer_raw_is_the_same_for_numbers(void)
 }
 
 /* Half ages and whole ones, both directions, on hold and at a synchronous speed, for points that are written and others. */
-void test_ctl_observer_usual_way_gives_the_same_bits(void)
+void test_ctl_observer_fast_path_gives_the_same_bits(void)
 {
     for (uint16_t age_half = 20U; age_half <= 21U; age_half++) {
         ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
@@ -1465,27 +1465,77 @@ void test_ctl_observer_usual_way_gives_the_same_bits(void)
             own[i] = (num_t)0;
         }
         noise_t noise = {112U};
-        int     usual = 0;
+        int     fast = 0;
         for (int k = 0; k < 3000; k++) {
             const num_t   torque = num_of(noise_next(&noise));
             const num_t   speed = num_of((k < 2000) ? 0.5 : -0.5);
             const angle_t theta = angle_at(0.008 * ((k < 2000) ? k : (4000 - k)));
             ctl_observer_hold(&observer, (k > 500) && (k < 700));
             ctl_observer_hold(&twin, (k > 500) && (k < 700));
-            const num_t want = ctl_observer_step_raw(&twin, theta, speed, torque);
-            const bool  is_usual = ctl_observer_is_usual(&observer);
-            usual += is_usual ? 1 : 0;
-            const num_t got = is_usual ? ctl_observer_step_usual(&observer, theta, speed, torque)
-                                       : ctl_observer_step_raw(&observer, theta, speed, torque);
+            const num_t want = ctl_observer_step_unchecked(&twin, theta, speed, torque);
+            fast += observer.state.ready ? 1 : 0;
+            const num_t got = observer.state.ready ? ctl_observer_step_fast(&observer, theta, speed, torque)
+                                                   : ctl_observer_step_unchecked(&observer, theta, speed, torque);
             ASSERT_NUM_WITHIN_AT(0.0, value_of(want), got, at("age %u halves, sample %d", age_half, k));
         }
-        TEST_ASSERT_EQUAL_INT(2999, usual); /* all but the first */
+        TEST_ASSERT_EQUAL_INT(2999, fast); /* all but the first */
         TEST_ASSERT_EQUAL_UINT32(twin.state.memory.state.written, observer.state.memory.state.written);
         TEST_ASSERT_TRUE(observer.state.memory.state.written > 300U);
     }
 }
 
-void test_ctl_observer_usual_way_is_for_a_plain_aro_after_its_fast_start(void)
+/* Meter and observer in one step: kinds, a pause of the observer, and jumps of the angle. */
+void test_ctl_disturbance_step_is_the_meter_and_then_the_observer(void)
+{
+    for (int kind = 0; kind < 3; kind++) {
+        ctl_meter_params_t m = {.speed_per_rad = num_of(1.0), .torque_per_16 = num_of(0.5), .a22 = num_of(0.99)};
+        m.fir1.order = 3U;
+        m.fir2.order = 2U;
+        for (uint16_t i = 0; i < 4U; i++) {
+            m.fir1.tap[i] = num_of(0.25);
+            m.fir2.tap[i] = num_of((i < 3U) ? 0.25 : 0.0);
+        }
+        m.actuation = num_of(2.0);
+        m.step_max_rad = num_of(0.5);
+        ctl_meter_t gauge;
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_meter_init(&gauge, &m).status);
+        ctl_meter_t           twin_gauge = gauge;
+        ctl_observer_params_t p = params_of((ctl_observer_kind_t)kind);
+        start(&p);
+        ctl_observer_target(&observer, num_of(0.5));
+        ctl_observer_t twin = observer;
+        num_t          own[ROOM];
+        for (size_t i = 0; i < COUNT_OF(own); i++) {
+            own[i] = (num_t)0;
+        }
+        if (kind == (int)CTL_OBSERVER_ARO) {
+            twin.state.memory.state.grid.cell = own;
+        } else if (kind == (int)CTL_OBSERVER_RO) {
+            twin.state.time.sample = own;
+        } else {
+            /* no memory */
+        }
+        noise_t noise = {113U};
+        num_t   want = (num_t)0;
+        num_t   got = (num_t)0;
+        for (int k = 0; k < 3000; k++) {
+            const bool    observes = (k < 1000) || (k > 1020);
+            const num_t   ref = num_of(noise_next(&noise));
+            const num_t   speed = num_of(0.5);
+            const angle_t theta = angle_at((0.008 * k) + ((k > 2000) ? 1.0 : 0.0) + ((k > 2500) ? 2.0 : 0.0));
+            const num_t   torque = ctl_meter_torque_unchecked(&twin_gauge, theta, ref);
+            if (observes) {
+                want = ctl_observer_step_unchecked(&twin, theta, speed, torque);
+            }
+            const num_t seen = ctl_disturbance_step_unchecked(&gauge, &observer, observes, theta, speed, ref, &got);
+            ASSERT_NUM_WITHIN_AT(0.0, value_of(torque), seen, at("kind %d, torque of sample %d", kind, k));
+            ASSERT_NUM_WITHIN_AT(0.0, value_of(want), got, at("kind %d, sample %d", kind, k));
+        }
+        TEST_ASSERT_EQUAL_UINT32(twin.state.rejected, observer.state.rejected);
+    }
+}
+
+void test_ctl_observer_fast_path_is_for_a_plain_aro_after_its_fast_start(void)
 {
     for (int option = 0; option < 8; option++) {
         ctl_observer_params_t p =
@@ -1498,8 +1548,7 @@ void test_ctl_observer_usual_way_is_for_a_plain_aro_after_its_fast_start(void)
         p.fast_samples = 100U;
         start(&p);
         for (int k = 0; k < 200; k++) {
-            TEST_ASSERT_EQUAL_MESSAGE((option == 0) && (k > 100), ctl_observer_is_usual(&observer),
-                                      at("option %d, sample %d", option, k));
+            TEST_ASSERT_EQUAL_MESSAGE((option == 0) && (k > 100), observer.state.ready, at("option %d, sample %d", option, k));
             (void)step(0.008 * k, 80.0, 0.1);
         }
     }

@@ -532,8 +532,8 @@ void test_ctl_meter_tune_to_the_same_parameters_leaves_no_trace(void)
             ctl_meter_tune(&meter, &p);
         }
         const ctl_meter_out_t want = ctl_meter_step(&twin, theta, ref);
-        const num_t           torque = ctl_meter_torque_raw(&meter, theta, ref);
-        const ctl_meter_out_t got = {ctl_meter_speed_raw(&meter), torque};
+        const num_t           torque = ctl_meter_torque_unchecked(&meter, theta, ref);
+        const ctl_meter_out_t got = {ctl_meter_speed_unchecked(&meter), torque};
 
         ASSERT_SAME_BITS(want, got);
     }
@@ -561,47 +561,52 @@ void test_ctl_meter_prepare_shows_only_when_it_is_taken(void)
     }
 }
 
-void test_ctl_meter_usual_way_gives_the_same_bits_and_leaves_out_first_angles_jumps_and_long_filters(void)
+void test_ctl_meter_fast_path_gives_the_same_bits_and_leaves_out_first_angles_jumps_and_long_filters(void)
 {
     ctl_meter_t twin = meter;
     noise_t     noise = {76U};
-    int         usual = 0;
+    int         fast = 0;
     for (int k = 0; k < 300; k++) {
         const num_t   ref = num_of(noise_next(&noise));
         const angle_t theta = angle_at((0.02 * k) + ((k > 200) ? 1.0 : 0.0)); /* a jump of 1 rad after 200 */
-        const num_t   want = ctl_meter_torque_raw(&twin, theta, ref);
-        const num_t   way = ctl_meter_way(&meter, theta);
+        const num_t   want = ctl_meter_torque_unchecked(&twin, theta, ref);
+        const num_t   travel = ctl_meter_travel(&meter, theta);
         if ((k == 0) || (k == 201)) {
-            TEST_ASSERT_FALSE(ctl_meter_is_usual(&meter, way));
+            TEST_ASSERT_FALSE(ctl_meter_is_fast(&meter, travel));
         }
-        if (ctl_meter_is_usual(&meter, way)) {
-            usual++;
-            const num_t got = ctl_meter_torque_usual(&meter, theta, way, ref);
+        if (ctl_meter_is_fast(&meter, travel)) {
+            fast++;
+            const num_t got = ctl_meter_torque_fast(&meter, theta, travel, ref);
             ASSERT_SAME_BITS(want, got);
         } else {
-            (void)ctl_meter_torque_raw(&meter, theta, ref);
+            (void)ctl_meter_torque_unchecked(&meter, theta, ref);
         }
     }
-    TEST_ASSERT_EQUAL_INT(298, usual);
+    TEST_ASSERT_EQUAL_INT(298, fast);
 
     const ctl_meter_params_t orders[] = {params_of(9U, 10U, 0.0), params_of(10U, 10U, 0.0)};
     for (uint16_t i = 0; i < 2; i++) {
         start(&orders[i]);
-        (void)ctl_meter_torque_raw(&meter, 0U, (num_t)0);
-        TEST_ASSERT_EQUAL(i == 0, ctl_meter_is_usual(&meter, (num_t)0));
+        (void)ctl_meter_torque_unchecked(&meter, 0U, (num_t)0);
+        TEST_ASSERT_EQUAL(i == 0, ctl_meter_is_fast(&meter, (num_t)0));
     }
+    ctl_meter_params_t far = params_of(9U, 10U, 0.0);
+    far.step_max_rad = num_of(1.6); /* more than a quarter turn: an observer has to look at its steps itself */
+    start(&far);
+    (void)ctl_meter_torque_unchecked(&meter, 0U, (num_t)0);
+    TEST_ASSERT_FALSE(ctl_meter_is_fast(&meter, (num_t)0));
 }
 
 void test_ctl_meter_speed_that_nobody_asked_for_resumes_from_the_speed_of_now(void)
 {
     for (int k = 0; k < 50; k++) {
-        (void)ctl_meter_torque_raw(&meter, angle_at(0.01 * k), (num_t)0); /* 100 rad/s: 1 */
+        (void)ctl_meter_torque_unchecked(&meter, angle_at(0.01 * k), (num_t)0); /* 100 rad/s: 1 */
     }
 
     ctl_meter_resume_speed(&meter);
 
     for (int k = 50; k < 60; k++) {
-        (void)ctl_meter_torque_raw(&meter, angle_at(0.01 * k), (num_t)0);
-        ASSERT_NUM_WITHIN(1e-5, 1.0, ctl_meter_speed_raw(&meter));
+        (void)ctl_meter_torque_unchecked(&meter, angle_at(0.01 * k), (num_t)0);
+        ASSERT_NUM_WITHIN(1e-5, 1.0, ctl_meter_speed_unchecked(&meter));
     }
 }

@@ -1148,8 +1148,8 @@ void test_ctl_rc_the_straight_way_gives_what_the_general_way_gives(void)
         start(&p);
         p.freeze_above = num_of(120.0);
         TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&general, &p, other_memory, CAPACITY).status);
-        TEST_ASSERT_TRUE(rc.usual);
-        TEST_ASSERT_FALSE(general.usual);
+        TEST_ASSERT_TRUE(rc.fast);
+        TEST_ASSERT_FALSE(general.fast);
         noise_t noise = {77U};
         for (int k = 0; k < 2000; k++) {
             const num_t        e = num_of(8.0 * noise_next(&noise));
@@ -1176,7 +1176,7 @@ void test_ctl_rc_raw_takes_a_period_that_is_too_short_or_almost_whole_as_the_oth
         const ctl_period_t  n = period_of(PERIODS[(k / 10) % 4]);
         const num_t         e = num_of((k % 20) * 0.125);
 
-        TEST_ASSERT_TRUE_MESSAGE(ctl_rc_step(&rc, e, n, 0U) == ctl_rc_step_raw(&raw, e, n.whole, n.fraction, 0U),
+        TEST_ASSERT_TRUE_MESSAGE(ctl_rc_step(&rc, e, n, 0U) == ctl_rc_step_unchecked(&raw, e, n.whole, n.fraction, 0U),
                                  at("sample %d", k));
     }
     TEST_ASSERT_EQUAL_UINT32(rc.state.cut_periods, raw.state.cut_periods);
@@ -1189,7 +1189,7 @@ void test_ctl_rc_raw_of_another_kind_goes_the_general_way(void)
     start(&p);
     double got = 0.0;
     for (int k = 0; k < 21; k++) {
-        got = value_of(ctl_rc_step_raw(&rc, num_of((k == 3) ? 2.0 : 0.0), 20U, (num_t)0, 0U));
+        got = value_of(ctl_rc_step_unchecked(&rc, num_of((k == 3) ? 2.0 : 0.0), 20U, (num_t)0, 0U));
         if (k == 20) {
             TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, got); /* half of it, 20 samples less a lead of 3 later */
         }
@@ -1307,7 +1307,7 @@ void test_ctl_rc_period_in_parts_is_the_ratio_as_long_as_the_memory_holds_it(voi
         uint16_t           whole = 0U;
         num_t              fraction = (num_t)0;
 
-        const bool fits = ctl_rc_period_raw(&rc, num_of(100.0), d, &whole, &fraction);
+        const bool fits = ctl_rc_period_unchecked(&rc, num_of(100.0), d, &whole, &fraction);
 
         TEST_ASSERT_EQUAL_MESSAGE(want.whole <= ctl_rc_period_max(&rc), fits, at("%g", speed));
         if (fits) {
@@ -1317,5 +1317,5 @@ void test_ctl_rc_period_in_parts_is_the_ratio_as_long_as_the_memory_holds_it(voi
     }
     uint16_t whole = 0U;
     num_t    fraction = (num_t)0;
-    TEST_ASSERT_FALSE(ctl_rc_period_raw(&rc, num_of(100.0), (num_t)0, &whole, &fraction));
+    TEST_ASSERT_FALSE(ctl_rc_period_unchecked(&rc, num_of(100.0), (num_t)0, &whole, &fraction));
 }

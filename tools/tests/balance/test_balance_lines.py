@@ -10,7 +10,7 @@ import numpy as np
 import numpy_drive as drive
 import pytest
 from evenspin.balance import run_balance
-from evenspin.balance.line_agreement import DIFFERS, contradict, difference_p, part_of_line, same_line
+from evenspin.balance.line_agreement import DIFFERS, contradict, difference_p, in_one_only, part_of_line, same_line
 
 ROWS = 2400
 ANGLE = np.linspace(0.0, 120.0 * np.pi, ROWS)  # 60 turns
@@ -86,6 +86,21 @@ def contradicted(rng: np.random.Generator, clean: np.ndarray, noise_a: float = 0
 def test_a_part_without_the_line_contradicts_the_one_that_has_it() -> None:
     assert contradicted(np.random.default_rng(7), FIRST * line(15.0 * SIGMA_A)) > 0.98
     assert contradicted(np.random.default_rng(8), line(15.0 * SIGMA_A)) == 0.0
+
+
+def test_a_line_whose_phase_turns_with_the_speed_is_not_missing_anywhere() -> None:
+    """By 45 degrees, as half a row of 0.5 ms does at order 60 and 50 rad/s.
+    A part with a fifth of the line misses it.
+    """
+    turned, fifth = (np.where(FIRST, line(1.0), other) for other in (line(1.0, 0.25 * np.pi), line(0.2)))
+    rng = np.random.default_rng(11)
+    found = []
+    for y in (turned, fifth):
+        noisy = y + 0.1 * rng.normal(size=ROWS)
+        parts = [part_of_line(COLUMNS, noisy, part) for part in (FIRST, ~FIRST)]
+        found.append((contradict(1.0, *parts), in_one_only(1.0, *parts)))
+
+    assert found == [(True, False), (True, True)]
 
 
 def test_a_part_with_one_short_stretch_of_information_contradicts_nothing() -> None:

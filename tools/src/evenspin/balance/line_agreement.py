@@ -88,6 +88,15 @@ def contradict(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> boo
     return apart_a >= NEGLIGIBLE * amplitude_a and difference_p(first, second) <= DIFFERS
 
 
+def in_one_only(amplitude_a: float, first: PartOfLine, second: PartOfLine) -> bool:
+    """One part has the line and the other has not: they contradict each other, and the smaller one has less than
+    half of it in the same direction. A late row or a wrong inertia turns the phase with the speed, and leaves more.
+    """
+    small, large = sorted((first.value, second.value), key=lambda value: float(np.linalg.norm(value)))
+    missing = float(_unit(large) @ small) < NEGLIGIBLE * float(np.linalg.norm(large))
+    return missing and contradict(amplitude_a, first, second)
+
+
 def difference_p(first: PartOfLine, second: PartOfLine) -> float:
     """Chance of a difference this large if both parts have the same line.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from evenspin.balance import shaft_regression
 from evenspin.balance.angle_balance import Setting, shaft_balance
-from evenspin.balance.line_agreement import contradict, part_of_line, same_line
+from evenspin.balance.line_agreement import in_one_only, part_of_line, same_line
 from evenspin.balance.line_search import (
     ABOVE_NOISE,
     OrderBank,
@@ -66,7 +66,7 @@ def estimate_line(
     agree = abs(parts[0].phasor - parts[1].phasor) / amplitude
     both = min(abs(part.phasor) for part in parts) > ABOVE_NOISE * noise_a
     same = same_line(amplitude, *parts) and same_line(amplitude, *sets)
-    one_speed = same and contradict(amplitude, *speeds)  # a line that moved in time differs between speeds as well
+    one_speed = same and in_one_only(amplitude, *speeds)  # a line that moved in time differs between speeds as well
     validated = same and not one_speed
     line = Line(k, amplitude, float(np.arctan2(c, s)))
     return FoundLine(line, half, half, noise_a, agree, both, one_speed, validated)

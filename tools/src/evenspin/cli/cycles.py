@@ -70,24 +70,34 @@ def cycles(
 def _estimate(result: Result, check: bool, record: bool, json_file: str | None) -> None:
     from rich.table import Table
 
-    from evenspin.cycles.measure import BUDGETS, read_budgets, source_root, violations, write_recorded
+    from evenspin.cycles.evidence import LARGE_CYC
+    from evenspin.cycles.measure import source_root
+    from evenspin.cycles.rows import BUDGETS, CPU_MHZ, read_budgets, violations, write_recorded
 
     budget_file = source_root() / BUDGETS
     budgets, recorded, known = read_budgets(budget_file)
     screen = console(json_file)
     table = Table("kind", "name", box=None)
-    for title in ("mean", "worst", "budget", "", "Cortex-M4F"):
+    for title in ("mean", "worst", "with band", "budget", "", "us", "published", "us", "Cortex-M4F"):
         table.add_column(title, justify="right")
     for row in result.rows:
-        over = row.budget is not None and row.cycles_worst > row.budget
-        numbers = (str(row.cycles_est), str(row.cycles_worst), str(row.budget or ""))
+        over = row.budget is not None and row.cycles_held > row.budget
+        published = ("", "")
+        if row.published_us is not None:
+            published = (str(row.published_cycles), f"{row.published_us:.2f}")
+        numbers = (str(row.cycles_est), str(row.cycles_worst), str(row.cycles_held), str(row.budget or ""))
         instructions = "" if row.m4_instructions is None else str(row.m4_instructions)
-        table.add_row(row.kind, row.name, *numbers, "OVER" if over else "", instructions)
+        time = f"{row.cycles_worst / CPU_MHZ:.2f}"
+        table.add_row(row.kind, row.name, *numbers, "OVER" if over else "", time, *published, instructions)
     screen.print(table)
-    low, high = result.band
+    block, interrupt = result.block, result.interrupt
     screen.print(
-        f"An estimate: against {len(result.checks)} figures published by TI the model is {100 * low:+.0f} % .. "
-        f"{100 * high:+.0f} % off. The port's share is an estimate, too."
+        f"An estimate. Held against {len(result.listed)} functions that TI's compiler made, model over real is "
+        f"{block.low:.2f} .. {block.high:.2f} for a block (10th to 90th percentile of {block.functions}), "
+        f"{interrupt.low:.2f} .. {interrupt.high:.2f} from {LARGE_CYC} cycles on, as an interrupt "
+        f"({interrupt.functions}). 'with band' is the worst call over the lower end, which a budget holds. 'published' "
+        f"is what the papers state in microseconds for their hardware, as cycles of {CPU_MHZ:.0f} MHz. No chip has "
+        "confirmed a number."
     )
     screen.print(result.m4_note)
     if json_file is not None:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.cycles.costs import ISR_FRAME
-from evenspin.cycles.measure import PLAIN_CONTROLLER, Result
+from evenspin.cycles.measure import Result
+from evenspin.cycles.rows import ISR_FRAME, PLAIN_CONTROLLER
 from evenspin.errors import MISSING, InputError, did_you_mean
 from evenspin.log import read_csv
 from evenspin.sim import Record

@@ -3,46 +3,45 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 
-from evenspin.cycles.costs import cost, names_in_memory, widened
+from evenspin.cycles.classes import Function
+from evenspin.cycles.costs import tenths
+from evenspin.cycles.layout import Layout
 
 TERMINATOR = re.compile(r"^\s+(?:br|ret|switch|unreachable)\b")
 COUNTER = "evenspin_cycles"
+# What the compiler found out about a function without the counter: that it writes no memory, that equal calls are one.
+PROMISES = re.compile(r"\b(?:memory\([^)]*\)|readnone|readonly|writeonly|speculatable)\s*")
 
 
 def instrument(text: str) -> str:
     """The same program with a counter."""
-    lines: list[str] = []
-    inside = False
-    block = 0
-    serial = 0
-    narrow: set[str] = set()
     whole = text.splitlines()
-    in_memory: set[str] = set()
+    layout = Layout(whole)
+    function: Function | None = None
+    lines: list[str] = []
+    serial = 0
+    block: Counter[str] = Counter()
     for number, line in enumerate(whole):
         if line.startswith("define "):
-            inside, block = True, 0
-            narrow.clear()
-            in_memory = names_in_memory(whole[number : whole.index("}", number)])
+            function = Function.read(whole[number : whole.index("}", number)], layout)
+            block.clear()
         elif line == "}":
-            inside = False
-        elif inside:
-            name = widened(line)
-            if name is not None:
-                narrow.add(name)
+            function = None
+        elif function is not None:
+            block += function.classes(line)
             if TERMINATOR.match(line):
-                block += cost(line, narrow, in_memory)
-                if block and not line.lstrip().startswith("unreachable"):
+                cost = tenths(block)
+                if cost and not line.lstrip().startswith("unreachable"):
                     lines += [
                         f"  %evs.a{serial} = load i64, ptr @{COUNTER}",
-                        f"  %evs.b{serial} = add i64 %evs.a{serial}, {block}",
+                        f"  %evs.b{serial} = add i64 %evs.a{serial}, {cost}",
                         f"  store i64 %evs.b{serial}, ptr @{COUNTER}",
                     ]
                     serial += 1
-                block = 0
-            else:
-                block += cost(line, narrow, in_memory)
-        lines.append(line)
+                block.clear()
+        lines.append(PROMISES.sub("", line) if line.startswith("attributes #") else line)
     if f"@{COUNTER} = " not in text:
         lines.append(f"@{COUNTER} = external global i64")
     return "\n".join(lines) + "\n"
