@@ -2,7 +2,7 @@
  *
  * Nothing but this file and hal/f28379d knows the board. The same file runs on the host in tests/hal, on a fake of the
  * driver library with the simulated motor behind it. */
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 #include "firmware/services/services.h"
 #include "hal/f28379d/port.h"
 
@@ -89,7 +89,7 @@ void main_pass(void)
     drive_background(&drive);
     services_pass(&services);
     port_background();
-    drive.stack_used_words = port_stack_used();
+    drive_note_stack(&drive, port_stack_used());
 }
 
 int main(void)

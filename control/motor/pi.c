@@ -30,12 +30,6 @@ ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params)
     return d;
 }
 
-void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params)
-{
-    self->params = *params;
-    self->bound = num_max(num_abs(params->out_min), num_abs(params->out_max));
-}
-
 void ctl_pi_reset(ctl_pi_t *self, num_t x)
 {
     ctl_pi_state_t *const s = &self->state;

@@ -48,7 +48,17 @@ enum { CTL_PI_KP = 1, CTL_PI_KI_TS, CTL_PI_OUT_MIN, CTL_PI_OUT_MAX, CTL_PI_ANTI_
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params);
 /** Other parameters, that ctl_pi_init would accept; the state goes on. */
-void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params);
+static inline void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params)
+{
+    self->params = *params;
+    self->bound = num_max(num_abs(params->out_min), num_abs(params->out_max));
+}
+/** The same when only the gains differ. */
+static inline void ctl_pi_tune_gains(ctl_pi_t *self, const ctl_pi_params_t *params)
+{
+    self->params.kp = params->kp;
+    self->params.ki_ts = params->ki_ts;
+}
 /** Start again with integrator @p x (clamped to the limits; 0 when not finite). Counters stay. */
 void ctl_pi_reset(ctl_pi_t *self, num_t x);
 /** (1): proposal for this sample, within the limits. */

@@ -81,23 +81,21 @@ ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *
     return d;
 }
 
+void ctl_observer_prepare(ctl_observer_t *self, const ctl_observer_params_t *params)
+{
+    ctl_observer_derived_t *const made = &self->prepared;
+    made->watches = params->remove_mean || (params->rest_torque > (num_t)0) || (params->rest_step > (num_t)0);
+    made->plain = (params->kind == CTL_OBSERVER_ARO) && (params->memory.write == CTL_WRITE_ONE) &&
+                  (params->memory.read == CTL_READ_LINEAR) && !made->watches;
+    made->ahead_per_speed = num_mul(params->rad_per_speed, params->ahead);
+    made->age = (uint16_t)(params->age_half >> 1);
+    made->half = ((params->age_half & 1U) != 0U) ? UINT32_MAX : 0U;
+}
+
 void ctl_observer_tune(ctl_observer_t *self, const ctl_observer_params_t *params)
 {
-    ctl_observer_state_t *const s = &self->state;
-    self->params = *params;
-    s->memory.params = params->memory;
-    self->watches = params->remove_mean || (params->rest_torque > (num_t)0) || (params->rest_step > (num_t)0);
-    self->plain = (params->kind == CTL_OBSERVER_ARO) && (params->memory.write == CTL_WRITE_ONE) &&
-                  (params->memory.read == CTL_READ_LINEAR) && !self->watches;
-    self->ahead_per_speed = num_mul(params->rad_per_speed, params->ahead);
-    self->age = (uint16_t)(params->age_half >> 1);
-    self->half = ((params->age_half & 1U) != 0U) ? UINT32_MAX : 0U;
-    s->ready = false;
-    if (!self->watches) { /* what nobody looks at begins anew when somebody does */
-        s->mean_known = false;
-        s->rest_way = (num_t)0;
-        s->rest_left = 0U;
-    }
+    ctl_observer_prepare(self, params);
+    ctl_observer_take_prepared(self, params);
 }
 
 void ctl_observer_reset(ctl_observer_t *self, bool keep)
@@ -129,8 +127,6 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     s->turn_samples = UINT16_MAX;
     s->synchronous = false;
 }
-
-void ctl_observer_hold(ctl_observer_t *self, bool hold) { self->state.held = hold; }
 
 /* Is the rounding error of the encoder, folded by sampling, slow and a whole order of the turn? */
 static bool rounding_is_learned(const ctl_observer_params_t *p, uint32_t step)
@@ -298,13 +294,13 @@ num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t w, 
     const angle_t then = ctl_observer_note_angle(self, theta);
     bool          learn = ctl_observer_may_learn(self);
     num_t         news = t;
-    if (self->watches) {
+    if (self->derived.watches) {
         learn = watch(self, t, w, angle_to_turns(turned)) & learn;
         news = p->remove_mean ? num_sub(t, s->mean) : t;
     }
     const num_t gain = (s->samples < p->fast_samples) ? p->fast_gain : p->memory.gain;
     num_count(&s->samples);
-    s->ready = self->plain & (s->samples > p->fast_samples);
+    s->ready = self->derived.plain & (s->samples > p->fast_samples);
 
     num_t out;
     if (p->kind == CTL_OBSERVER_ARO) {

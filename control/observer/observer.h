@@ -82,14 +82,20 @@ typedef struct {
     uint32_t           rejected;
 } ctl_observer_state_t;
 
+/** What follows from the parameters. */
 typedef struct {
-    ctl_observer_params_t params;
-    num_t                 ahead_per_speed; /**< Angle in rad until the output acts, per unit of speed. */
-    bool                  plain;           /**< ARO, one point a sample, lines, no option: ctl_observer_step_fast. */
-    bool                  watches;         /**< An option asks for the speed or the one-turn mean. */
-    uint16_t              age;             /**< Whole samples of age_half... */
-    uint32_t              half;            /**< ...and all ones when half a sample is left, else 0. */
-    ctl_observer_state_t  state;
+    num_t    ahead_per_speed; /**< Angle in rad until the output acts, per unit of speed. */
+    uint32_t half;            /**< All ones when half a sample of age_half is left, else 0. */
+    uint16_t age;             /**< Whole samples of age_half. */
+    bool     plain;           /**< ARO, one point a sample, lines, no option: ctl_observer_step_fast. */
+    bool     watches;         /**< An option asks for the speed or the one-turn mean. */
+} ctl_observer_derived_t;
+
+typedef struct {
+    ctl_observer_params_t  params;
+    ctl_observer_derived_t derived;
+    ctl_observer_derived_t prepared; /**< By ctl_observer_prepare. */
+    ctl_observer_state_t   state;
 } ctl_observer_t;
 
 enum {
@@ -113,12 +119,30 @@ enum {
 ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *params, num_t *memory, uint16_t capacity);
 /** What ctl_observer_init would say of them with a memory that is large enough; @p p is not NULL. Needs no object. */
 ctl_diag_t ctl_observer_check(const ctl_observer_params_t *p);
-/** Other parameters, that ctl_observer_init would accept, of the same kind; the state goes on. */
+/**
+ * Other parameters, that ctl_observer_init would accept, of the same kind; the state goes on. In two parts: prepare works where
+ * ctl_observer_step does not look; take_prepared takes it over, with the same parameters, where no step is under way.
+ */
+void               ctl_observer_prepare(ctl_observer_t *self, const ctl_observer_params_t *params);
+static inline void ctl_observer_take_prepared(ctl_observer_t *self, const ctl_observer_params_t *params)
+{
+    ctl_observer_state_t *const s = &self->state;
+    self->params = *params;
+    self->derived = self->prepared;
+    s->memory.params = params->memory;
+    s->ready = false;
+    if (!self->derived.watches) { /* what nobody looks at begins anew when somebody does */
+        s->mean_known = false;
+        s->rest_way = (num_t)0;
+        s->rest_left = 0U;
+    }
+}
+/** Both at once. */
 void ctl_observer_tune(ctl_observer_t *self, const ctl_observer_params_t *params);
 /** Start again; what was learned stays when @p keep. Forgetting costs O(capacity): not for an interrupt. */
 void ctl_observer_reset(ctl_observer_t *self, bool keep);
 /** Stop or allow learning; the output goes on. */
-void ctl_observer_hold(ctl_observer_t *self, bool hold);
+static inline void ctl_observer_hold(ctl_observer_t *self, bool hold) { self->state.held = hold; }
 /**
  * Tell the speed at which the motor is meant to turn, speed unit: gives RO its period, and says whether the encoder's
  * rounding would be learned. Cost: one 32-bit and one 64-bit product, three 32-bit divisions; for the main loop.
@@ -146,8 +170,8 @@ static inline angle_t ctl_observer_note_angle(ctl_observer_t *self, angle_t thet
     const uint32_t back = (uint32_t)((int32_t)(s->theta - theta) >> 1); /* arithmetic on every compiler that builds this */
     s->theta = theta;
     s->head = (uint16_t)((s->head + 1U) & CTL_ARO_AGE_MAX);
-    s->past[s->head] = theta + (back & self->half);
-    const uint16_t then = (uint16_t)((s->head - self->age) & CTL_ARO_AGE_MAX);
+    s->past[s->head] = theta + (back & self->derived.half);
+    const uint16_t then = (uint16_t)((s->head - self->derived.age) & CTL_ARO_AGE_MAX);
     return s->past[then];
 }
 
@@ -163,7 +187,7 @@ static inline bool ctl_observer_may_learn(ctl_observer_t *self)
 /** Where the motor will stand when an output of now acts. */
 static inline angle_t ctl_observer_ahead(const ctl_observer_t *self, angle_t theta, num_t speed)
 {
-    return theta + angle_step_from_rad_unchecked(num_mul(speed, self->ahead_per_speed));
+    return theta + angle_step_from_rad_unchecked(num_mul(speed, self->derived.ahead_per_speed));
 }
 
 /** ctl_observer_step_unchecked while `ready` (a plain ARO after its fast start), for a step below a quarter turn: 110 cycles less.

@@ -41,18 +41,20 @@ ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params)
     return d;
 }
 
-void ctl_meter_adjust(ctl_meter_t *self, const ctl_meter_params_t *params)
+void ctl_meter_prepare(ctl_meter_t *self, const ctl_meter_params_t *params)
 {
-    self->params = *params;
-    self->held_whole = (uint16_t)num_floor(params->actuation);
-    self->is_short =
+    self->prepared.whole = (uint16_t)num_floor(params->actuation);
+    self->prepared.part = num_sub(params->actuation, num_from_int((int16_t)self->prepared.whole));
+    self->prepared.is_short =
         ((params->fir1.order + params->fir2.order) <= CTL_FIR_CASCADE_SHORT) && (params->step_max_rad < NUM_C(1.57f));
-    self->held_part = num_sub(params->actuation, num_from_int((int16_t)self->held_whole));
 }
 
 void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params)
 {
-    ctl_meter_adjust(self, params);
+    ctl_meter_prepare(self, params);
+    ctl_meter_take_prepared(self, params);
+    self->params.fir1 = params->fir1;
+    self->params.fir2 = params->fir2;
     ctl_fir_tune(&self->state.speed_fir, &params->fir1);
     ctl_fir_cascade_tune(&self->state.torque_fir, &params->fir1, &params->fir2, NUM_C(16.0f));
 }

@@ -48,11 +48,17 @@ typedef struct {
     uint32_t          rejected;
 } ctl_meter_state_t;
 
+/** What follows from the parameters: for how long a reference is held back, and whether the fast path can be taken. */
+typedef struct {
+    num_t    part;     /**< Of a sample, [0, 1), that is left beside... */
+    uint16_t whole;    /**< ...whole samples. */
+    bool     is_short; /**< FIR1 and FIR2 have an order up to CTL_FIR_CASCADE_SHORT, steps are below a quarter turn. */
+} ctl_meter_held_t;
+
 typedef struct {
     ctl_meter_params_t params;
-    uint16_t           held_whole; /**< params.actuation in samples... */
-    num_t              held_part;  /**< ...and what is left, [0, 1). */
-    bool               is_short; /**< FIR1 and FIR2 have an order up to CTL_FIR_CASCADE_SHORT, steps are below a quarter turn. */
+    ctl_meter_held_t   held;
+    ctl_meter_held_t   prepared; /**< By ctl_meter_prepare. */
     ctl_meter_state_t  state;
 } ctl_meter_t;
 
@@ -77,8 +83,21 @@ ctl_diag_t ctl_meter_init(ctl_meter_t *self, const ctl_meter_params_t *params);
 ctl_diag_t ctl_meter_check(const ctl_meter_params_t *params);
 /** Other parameters, that ctl_meter_init would accept, without a break in the samples; the orders must be those of before. */
 void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
-/** The same when both filters are those of before: short enough for an interrupt. */
-void ctl_meter_adjust(ctl_meter_t *self, const ctl_meter_params_t *params);
+/**
+ * The same when both filters are those of before, in two parts: prepare works where ctl_meter_step does not look; take_prepared
+ * takes it over, with the same parameters, where no step is under way.
+ */
+void               ctl_meter_prepare(ctl_meter_t *self, const ctl_meter_params_t *params);
+static inline void ctl_meter_take_prepared(ctl_meter_t *self, const ctl_meter_params_t *params)
+{
+    ctl_meter_params_t *const p = &self->params;
+    p->speed_per_rad = params->speed_per_rad;
+    p->torque_per_16 = params->torque_per_16;
+    p->a22 = params->a22;
+    p->actuation = params->actuation;
+    p->step_max_rad = params->step_max_rad;
+    self->held = self->prepared;
+}
 void ctl_meter_reset(ctl_meter_t *self);
 /** Age of the torque, half samples: 2 + n1 + n2. */
 uint16_t ctl_meter_age_half(const ctl_meter_params_t *params);
@@ -107,8 +126,8 @@ static inline num_t ctl_meter_gather(ctl_meter_t *self, angle_t theta, num_t spe
     s->speed = speed;
 
     /* [0] of the window is the reference of sample k - 1, hence actuation + 1 is delay `actuation` there */
-    const num_t *const young = &ctl_window_push(&s->ref, num_mul(ref_last, NUM_C(0.0625f)))[self->held_whole];
-    return num_sub(sum, num_mac(young[0], self->held_part, num_sub(young[1], young[0])));
+    const num_t *const young = &ctl_window_push(&s->ref, num_mul(ref_last, NUM_C(0.0625f)))[self->held.whole];
+    return num_sub(sum, num_mac(young[0], self->held.part, num_sub(young[1], young[0])));
 }
 
 /** Angle since the last sample, rad. */
@@ -120,7 +139,7 @@ static inline num_t ctl_meter_travel(const ctl_meter_t *self, angle_t theta)
 /** No first angle, no jump, steps below a quarter turn, and a filter that ctl_meter_torque_fast has the taps for. */
 static inline bool ctl_meter_is_fast(const ctl_meter_t *self, num_t travel)
 {
-    return self->is_short & self->state.primed & (num_abs(travel) <= self->params.step_max_rad);
+    return self->held.is_short & self->state.primed & (num_abs(travel) <= self->params.step_max_rad);
 }
 
 /** ctl_meter_torque_unchecked where ctl_meter_is_fast holds: 70 cycles less. disturbance.h decides when. */

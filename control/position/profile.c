@@ -37,29 +37,36 @@ static void settle(ctl_profile_t *self, int64_t step)
     ctl_profile_state_t *const s = &self->state;
     const int64_t              n = (int64_t)self->params.smooth;
     const int64_t              twice = step * (n - 1);
-    s->raw = ctl_position_add(s->position, twice / 2);
-    s->rest = -(twice % 2) * (n / 2);
+    const int64_t              odd = (int64_t)((uint64_t)twice & 1U);
+    const int64_t              left = (twice < 0) ? -odd : odd; /* of twice / 2, as its remainder */
+    const int64_t              half = (int64_t)(self->params.smooth >> 1);
+    s->raw = ctl_position_add(s->position, (twice - left) >> 1); /* even; arithmetic on every compiler that builds this */
+    s->rest = (left == 0) ? 0 : ((left > 0) ? -half : half);
     s->step = step;
     s->last = step;
     s->sum = step * n;
     s->head = 0U;
     s->still = (step == 0) ? self->params.smooth : 0U;
-    for (uint16_t i = 0U; i < CTL_PROFILE_SMOOTH_MAX; i++) {
-        s->past[i] = step;
-    }
+    s->settled = step;
+    s->known = 0U;
 }
 
 ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params)
 {
     const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
-        const bool other_mean = self->params.smooth != params->smooth;
-        self->params = *params;
-        if (other_mean) {
-            settle(self, self->state.last);
-        }
+        ctl_profile_tune_unchecked(self, params);
     }
     return d;
+}
+
+void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params)
+{
+    const bool other_mean = self->params.smooth != params->smooth;
+    self->params = *params;
+    if (other_mean) {
+        settle(self, self->state.last);
+    }
 }
 
 void ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift)
@@ -137,8 +144,10 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     s->raw = ctl_position_add(s->raw, s->step);
 
     s->head = (uint16_t)(((s->head + 1U) < p->smooth) ? (s->head + 1U) : 0U);
-    s->sum += s->step - s->past[s->head];
+    const bool all_known = s->known >= p->smooth;
+    s->sum += s->step - *(all_known ? &s->past[s->head] : &s->settled);
     s->past[s->head] = s->step;
+    s->known = (uint16_t)(s->known + (all_known ? 0U : 1U));
     const int64_t whole = s->sum + s->rest;
     const int64_t step = quotient(whole, p->smooth); /* 64 steps of 31 bits, and a rest below one */
     s->rest = whole - (step * (int64_t)p->smooth);

@@ -31,6 +31,8 @@ typedef struct {
     ctl_position_t raw;                          /**< Position of the trapezoid. */
     int64_t        step;                         /**< Its step. */
     int64_t        past[CTL_PROFILE_SMOOTH_MAX]; /**< Newest steps, ring. */
+    int64_t        settled;                      /**< Steps older than the `known` newest ones, all the same. */
+    uint16_t       known;                        /**< Valid entries of `past`, up to `smooth`. */
     int64_t        sum;                          /**< Of these. */
     int64_t        rest;                         /**< Part of the mean that did not fit a whole number. */
     uint16_t       head;
@@ -61,6 +63,8 @@ ctl_diag_t ctl_profile_check(const ctl_profile_params_t *params);
 void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
 /** Other limits during a motion: it goes on from its position and speed, and still ends exactly on its target. */
 ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
+/** ctl_profile_tune without checks, for limits that ctl_profile_init would accept. No loop: short enough for an interrupt. */
+void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params);
 /** The same motion, seen from a zero that lies @p shift further. */
 void           ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift);
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target);

@@ -65,7 +65,7 @@ static ctl_diag_t check(const ctl_fal_params_t *params, num_t *slope)
 ctl_diag_t ctl_fal_check(const ctl_fal_params_t *params)
 {
     num_t slope = (num_t)0;
-    return check(params, &slope);
+    return (params != NULL) ? check(params, &slope) : ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
 }
 
 ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params)

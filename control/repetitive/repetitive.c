@@ -9,6 +9,9 @@
 
 ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
 {
+    if (p == NULL) {
+        return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
+    }
     ctl_diag_t d = ctl_diag_range(p->gain, (num_t)0, NUM_C(100.0f), CTL_RC_GAIN);
     if ((d.status == CTL_OK) && ((p->lead > CTL_RC_LEAD_MAX) || ((p->memory == CTL_RC_ANGLE) && (p->lead < 2U)))) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_RC_LEAD, p->lead);
@@ -43,16 +46,21 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
     return d;
 }
 
-/* All but fal's tables. */
-static void take(ctl_rc_t *self, const ctl_rc_params_t *params)
+static bool is_fast(const ctl_rc_params_t *p)
 {
-    self->params = *params;
-    self->fast = (params->order == 2U) && (params->memory == CTL_RC_KEEP) && (params->lead > 0U) &&
-                 (params->fal_at != CTL_RC_FAL_OUTPUT) && !(params->freeze_above > (num_t)0);
-    if (params->fal_at == CTL_RC_FAL_NONE) { /* a linear part without an end */
-        self->fal.params.alpha = NUM_C(1.0f);
-        self->fal.params.delta = NUM_MAX;
-        self->fal.slope = NUM_C(1.0f);
+    return (p->order == 2U) & (p->memory == CTL_RC_KEEP) & (p->lead > 0U) & (p->fal_at != CTL_RC_FAL_OUTPUT) &
+           !(p->freeze_above > (num_t)0);
+}
+
+/* Without fal: a linear part without an end. */
+static void design(ctl_fal_t *fal, const ctl_rc_params_t *params)
+{
+    if (params->fal_at != CTL_RC_FAL_NONE) {
+        (void)ctl_fal_init(fal, &params->fal);
+    } else {
+        fal->params.alpha = NUM_C(1.0f);
+        fal->params.delta = NUM_MAX;
+        fal->slope = NUM_C(1.0f);
     }
 }
 
@@ -84,23 +92,40 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         self->too_long = (float)self->longest + 1.0f;
 #endif
         self->whole_only = (params->order == 0U) && (params->memory != CTL_RC_ANGLE);
-        if (params->fal_at != CTL_RC_FAL_NONE) {
-            (void)ctl_fal_init(&self->fal, &params->fal);
-        }
-        take(self, params);
+        self->params = *params;
+        self->fast = is_fast(params);
+        self->fal = &self->table[0];
+        self->prepared = false;
+        design(&self->table[0], params);
     }
     return d;
 }
 
+static ctl_fal_t *idle_table(ctl_rc_t *self) { return (self->fal == &self->table[0]) ? &self->table[1] : &self->table[0]; }
+
+void ctl_rc_prepare(ctl_rc_t *self, const ctl_rc_params_t *params)
+{
+    design(idle_table(self), params);
+    self->prepared = true;
+}
+
+void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params)
+{
+    if (self->prepared) {
+        self->fal = idle_table(self);
+        self->prepared = false;
+    }
+    self->params = *params;
+    if (self->fast) { /* that way does not keep them; its order is 2 */
+        ctl_lagrange_2_unchecked(self->state.period.fraction, self->state.a);
+    }
+    self->fast = is_fast(params);
+}
+
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
 {
-    const ctl_fal_params_t *const before = &self->fal.params;
-    const bool                    same = (params->fal.alpha == before->alpha) && (params->fal.delta == before->delta);
-    if ((params->fal_at != CTL_RC_FAL_NONE) && !same) {
-        (void)ctl_fal_init(&self->fal, &params->fal);
-    }
-    take(self, params);
-    ctl_lagrange(params->order, self->state.period.fraction, self->state.a);
+    ctl_rc_prepare(self, params);
+    ctl_rc_take_prepared(self, params);
 }
 
 void ctl_rc_reset(ctl_rc_t *self)
@@ -197,7 +222,7 @@ static inline num_t learned_now(ctl_rc_t *self, num_t e)
     if (((p->freeze_above > (num_t)0) | (self->state.frozen > 0U)) && rests(self, e)) {
         return (num_t)0;
     }
-    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_unchecked(&self->fal, e) : e);
+    return num_mul(p->gain, (p->fal_at == CTL_RC_FAL_INPUT) ? ctl_fal_unchecked(self->fal, e) : e);
 }
 
 /* Q(z) of the Lagrange sum: the sum of the middle, and of its neighbours on both sides, of x[0..4], newest first. */
@@ -245,7 +270,7 @@ static inline num_t step_fast(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
     const ctl_ring_t *const      ring = &self->state.time;
-    const num_t                  learned = num_mul(p->gain, ctl_fal_unchecked(&self->fal, e));
+    const num_t                  learned = num_mul(p->gain, ctl_fal_unchecked(self->fal, e));
     num_t                        a[CTL_LAGRANGE_TAPS];
     ctl_lagrange_2_unchecked(self->state.period.fraction, a);
 
@@ -320,7 +345,7 @@ static inline num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e
 
 static inline num_t output(const ctl_rc_t *self, num_t e, num_t y)
 {
-    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(&self->fal, e), y) : y;
+    return (self->params.fal_at == CTL_RC_FAL_OUTPUT) ? num_mul(ctl_fal_lambda(self->fal, e), y) : y;
 }
 
 static num_t step_general_in_time(ctl_rc_t *self, num_t e, uint16_t whole, num_t fraction)

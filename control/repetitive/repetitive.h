@@ -85,10 +85,12 @@ typedef struct {
 #ifndef EVENSPIN_FIXED
     float too_long; /**< longest + 1. */
 #endif
-    bool           whole_only; /**< ...and whether they have no fraction. */
-    bool           fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
-    ctl_fal_t      fal;
-    ctl_rc_state_t state;
+    bool             whole_only; /**< ...and whether they have no fraction. */
+    bool             fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
+    const ctl_fal_t *fal;        /**< The table in use, */
+    ctl_fal_t        table[2];   /**< one of these; the other is for ctl_rc_prepare. */
+    bool             prepared;   /**< It is ready to be used. */
+    ctl_rc_state_t   state;
 } ctl_rc_t;
 
 enum {
@@ -114,7 +116,14 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
 /** What ctl_rc_init would say with a memory of @p capacity; @p p is not NULL. Needs no object. */
 ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity);
 
-/** Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays. */
+/**
+ * Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays.
+ * In two parts: prepare designs fal where ctl_rc_step does not look, and takes its time; take_prepared switches to it, with the same
+ * parameters, where no step is under way. Prepare once, then switch, before the next.
+ */
+void ctl_rc_prepare(ctl_rc_t *self, const ctl_rc_params_t *params);
+void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params);
+/** Both at once. */
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);
 
 /** Forget what was learned, start from rest. Costs O(capacity): not for an interrupt. Counters stay. */

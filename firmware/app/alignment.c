@@ -41,7 +41,7 @@ static uint32_t turns(float x) { return (uint32_t)(x * 4294967296.0f); }
 
 void drive_align_begin(drive_t *d)
 {
-    const drive_params_t *const p = &d->params;
+    const drive_params_t *const p = d->params;
     drive_align_t *const        a = &d->align;
     const drive_align_t         fresh = {.phase = DRIVE_ALIGN_WAIT, .shift = SHIFT_MAX};
     const float                 limit_a = (p->iq_limit_a < p->id_limit_a) ? p->iq_limit_a : p->id_limit_a;
@@ -220,7 +220,7 @@ bool drive_align_step(drive_t *d)
 {
     drive_align_t *const a = &d->align;
     const angle_t        theta_m = d->tracking.theta_m;
-    const angle_t        theta_e = theta_m * d->setup.pole_pairs;
+    const angle_t        theta_e = theta_m * d->setup->tracking.pole_pairs;
     const uint16_t       phase = a->phase;
     if (phase == (uint16_t)DRIVE_ALIGN_WAIT) {
         wait(d);
@@ -251,7 +251,7 @@ void drive_align_pull(drive_t *d)
     a->period = 0U;
     a->quarter = 0U;
     a->vector = 0U - ANGLE_QUARTER;
-    a->slow = (d->tracking.theta_m * d->setup.pole_pairs) - a->vector;
+    a->slow = (d->tracking.theta_m * d->setup->tracking.pole_pairs) - a->vector;
     a->extreme = d->tracking.theta_m;
     open_window(a, d->tracking.theta_m);
     a->phase = DRIVE_ALIGN_PULL; /* last: from here on it belongs to the current interrupt */
@@ -262,7 +262,7 @@ static float size(float x) { return (x < 0.0f) ? -x : x; }
 /* Motion of the shaft in a pass, over that of a rotor which follows. */
 static float followed(const drive_t *d, uint16_t pass)
 {
-    const float expected = 67108864.0f * (float)((d->align.quarters - LEAD_IN) / 4U) / (float)d->setup.pole_pairs;
+    const float expected = 67108864.0f * (float)((d->align.quarters - LEAD_IN) / 4U) / (float)d->setup->tracking.pole_pairs;
     const float moved = (float)d->align.seen[pass].moved / expected;
     return ((pass & 1U) == 0U) ? moved : -moved;
 }
@@ -273,7 +273,7 @@ static drive_align_result_t explain(const drive_t *d, float slack)
     const float          forward = followed(d, 0U);
     const float          back = followed(d, 1U);
     const float          mean = 0.5f * (forward + back);
-    const float          pairs = (float)d->setup.pole_pairs;
+    const float          pairs = (float)d->setup->tracking.pole_pairs;
     drive_align_result_t r = {FAULT_align_blocked, 0U, 0U};
     if ((size(forward - back) > (0.1f + (2.0f * slack))) || (size(mean) < (0.02f + slack))) {
         return r; /* it did not turn evenly both ways, or not at all */
@@ -300,8 +300,8 @@ drive_align_result_t drive_align_judge(const drive_t *d)
     const drive_align_t *const a = &d->align;
     const float                turns_e = (float)((a->quarters - LEAD_IN) / 4U);
     const float                samples = 4.0f * turns_e * (float)a->quarter_periods * 65536.0f;
-    const float                pairs = (float)d->setup.pole_pairs;
-    const float                slack = 1.5f * pairs / (d->params.encoder_counts * turns_e);
+    const float                pairs = (float)d->setup->tracking.pole_pairs;
+    const float                slack = 1.5f * pairs / (d->params->encoder_counts * turns_e);
     const float                near_pairs = 0.5f / (pairs + 1.0f); /* half way to one pole pair more */
     const float                limit = ((near_pairs < 0.125f) ? near_pairs : 0.125f) + slack;
     float                      mean[DRIVE_ALIGN_PASSES];

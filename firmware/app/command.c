@@ -5,7 +5,7 @@
 #define NUMBER_MAX 1.0e6f
 
 /* The set in force, or the one that waits for the interrupt: what the command will meet. */
-static const drive_params_t *coming(const drive_t *d) { return (d->next_ready != 0U) ? &d->next_params : &d->params; }
+static const drive_params_t *coming(const drive_t *d) { return &drive_newest(d)->params; }
 
 static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit); } /* false for NaN */
 
@@ -73,6 +73,7 @@ static void hand_over(drive_t *d, const drive_command_t *c)
     order->id = drive_per_base(id, d->scale.inv_current);
     order->iq = drive_per_base(c->iq_ref_a, d->scale.inv_current);
     order->iq_max = drive_per_base(room_a(p, id), d->scale.inv_current);
+    hal_order();
     d->command_at = idle;
 }
 

@@ -29,36 +29,18 @@ void drive_command_nothing(drive_t *d)
     d->position.rdc.state.robust = (num_t)0;
 }
 
-void drive_rest(drive_t *d)
-{
-    ctl_pi_reset(&d->current.d, (num_t)0);
-    ctl_pi_reset(&d->current.q, (num_t)0);
-    ctl_pi_reset(&d->speed.pi, (num_t)0);
-    ctl_mt_reset(&d->speed.mt);
-    ctl_deadbeat_reset(&d->current.deadbeat);
-    ctl_meter_reset(&d->observer.meter);
-    if (d->setup.observer_used) {
-        ctl_observer_reset(&d->observer.observer, true); /* what was learned survives a stop */
-    }
-    if (d->setup.rc_used) {
-        ctl_rc_reset(&d->speed.rc);
-    }
-    drive_rest_position(d);
-    drive_command_nothing(d);
-}
-
 static inline angle_t encoder_angle(const drive_t *d)
 {
-    return d->setup.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
+    return d->setup->tracking.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
 }
 
 /* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
-static inline void track(drive_t *d)
+static inline void track(drive_t *d, const drive_setup_t *setup)
 {
     drive_tracking_t *const t = &d->tracking;
-    const float             limit = d->params.over_speed_rad_s;
+    const float             limit = setup->limits.over_speed_rad_s;
     const float             speed = drive_si(num_abs(t->pll.state.w), d->scale.speed_rad_s);
-    const angle_t           jump = d->setup.motion.jump;
+    const angle_t           jump = setup->motion.jump;
     const angle_t           before = t->theta_m;
     angle_t                 theta = encoder_angle(d);
 
@@ -69,37 +51,37 @@ static inline void track(drive_t *d)
     }
     t->theta_m = theta;
     t->expected = (2U * theta) - before;
-    t->theta_e = (theta * d->setup.pole_pairs) + t->zero_e;
+    t->theta_e = (theta * setup->tracking.pole_pairs) + d->zero.e;
     (void)ctl_pll_step(&t->pll, theta);
 }
 
 /* Disturbance torque, measured, and expected for the moment when a reference of now will act. */
-static inline void observe(drive_t *d)
+static inline void observe(drive_t *d, const drive_setup_t *setup)
 {
     drive_observer_t *const o = &d->observer;
-    if (!d->setup.meter_used) {
+    if (!setup->observer.meter_used) {
         return;
     }
-    o->seen.torque = ctl_disturbance_step_unchecked(&o->meter, &o->observer, d->setup.observer_used & (d->state == DRIVE_RUN),
+    o->seen.torque = ctl_disturbance_step_unchecked(&o->meter, &o->observer, setup->observer.used & (d->state == DRIVE_RUN),
                                                     d->tracking.theta_m, d->tracking.pll.state.w, d->current.ref.q, &o->estimate);
-    if (d->setup.speed_source == DRIVE_SPEED_FIR) {
+    if (setup->speed.source == DRIVE_SPEED_FIR) {
         o->seen.speed = ctl_meter_speed_unchecked(&o->meter);
     }
 }
 
-static inline void speed_tick(drive_t *d, uint32_t now_cyc)
+static inline void speed_tick(drive_t *d, const drive_setup_t *setup, uint32_t now_cyc)
 {
     if (d->speed_count > 0U) {
         d->speed_count--;
         return;
     }
-    d->speed_count = (uint16_t)(d->setup.speed_divider - 1U);
+    d->speed_count = setup->speed.between;
 
     drive_speed_t *const s = &d->speed;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (d->setup.speed_inline | (d->speed_busy != 0U)) { /* one branch for both */
-        if (d->setup.speed_inline) {
+    if (setup->speed.inlined | (d->speed_busy != 0U)) { /* one branch for both */
+        if (setup->speed.inlined) {
             drive_speed_step(d);
             return;
         }
@@ -129,13 +111,13 @@ static inline void control_by_pi(drive_current_t *c, num_t limit)
 }
 
 /* The voltage will act at `lead` turns beyond the electrical angle `at`. */
-static inline void control_currents(drive_t *d, angle_t at, num_t lead)
+static inline void control_currents(drive_t *d, const drive_setup_t *setup, angle_t at, num_t lead)
 {
     drive_current_t *const c = &d->current;
     const num_t            v_dc = num_max(drive_per_base(d->sample.vdc_v, d->scale.inv_voltage), V_DC_MIN);
-    const num_t            limit = num_min(d->setup.voltage_limit, num_mul(v_dc, INV_SQRT3));
+    const num_t            limit = num_min(setup->current.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
-    if (d->setup.deadbeat_used) {
+    if (setup->current.deadbeat_used) {
         const ctl_dq_t wanted = ctl_deadbeat_step_unchecked(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
         (void)ctl_vector_limit_unchecked(wanted, limit, &c->volt);
     } else {
@@ -161,7 +143,7 @@ static inline void take_references(drive_t *d)
 
 static void add_to_calibration(drive_t *d)
 {
-    if (d->sum_count < d->params.offset_calibration_periods) {
+    if (d->sum_count < d->params->offset_calibration_periods) {
         d->sum_count++;
         d->sum_a_a += d->sample.ia_a;
         d->sum_b_a += d->sample.ib_a;
@@ -169,14 +151,14 @@ static void add_to_calibration(drive_t *d)
     }
 }
 
-static inline void act(drive_t *d)
+static inline void act(drive_t *d, const drive_setup_t *setup)
 {
     angle_t at = d->tracking.theta_e;
     num_t   lead = (num_t)0;
     if (d->state == DRIVE_RUN) {
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
-        lead = num_mul(d->setup.advance, d->tracking.pll.state.w);
+        lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
     } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
         at = d->align.at;
         const ctl_dq_t ref = {d->align.current_now, (num_t)0};
@@ -191,14 +173,14 @@ static inline void act(drive_t *d)
         return;
     }
     measure_currents(d, at);
-    control_currents(d, at, lead);
+    control_currents(d, setup, at, lead);
 }
 
-static inline bool take_sample(drive_t *d)
+static inline bool take_sample(drive_t *d, const drive_setup_t *setup)
 {
     const uint32_t     previous_seq = d->sample.seq;
     const hal_status_t status = hal_sample_read(&d->sample);
-    if (drive_sample_is_nominal(d, status, previous_seq)) {
+    if (drive_sample_is_nominal(d, &setup->limits, status, previous_seq)) {
         d->lost_samples = 0U;
         d->bad_samples = 0U;
         return true;
@@ -218,21 +200,22 @@ void drive_current_isr(drive_t *d)
     if ((d->next_ready != 0U) && (d->speed_busy == 0U)) {
         drive_take_over(d);
     }
-    const bool     usable = take_sample(d);
-    const uint32_t started = d->sample.at_cyc;
+    const drive_setup_t *const setup = d->setup; /* read once: nothing else changes it */
+    const bool                 usable = take_sample(d, setup);
+    const uint32_t             started = d->sample.at_cyc;
     if (usable) {
-        track(d);
-        observe(d);
-        speed_tick(d, started);
-        act(d);
+        track(d, setup);
+        observe(d, setup);
+        speed_tick(d, setup, started);
+        act(d, setup);
     } else {
         set_zero_voltage(); /* nothing to control with */
     }
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;
-    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > d->setup.period_cyc)) { /* one branch for both */
+    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > setup->period_cyc)) { /* one branch for both */
         timing_follow(&d->timing.current, d->timing.epoch);
-        if (took_cyc > d->setup.period_cyc) {
+        if (took_cyc > setup->period_cyc) {
             drive_trip(d, FAULT_isr_overrun);
         }
     }

@@ -7,8 +7,9 @@
  *     main loop                   state machine, commands, parameters
  *
  * Who writes what: the current interrupt everything in `sample`, `current`, `tracking`; the speed interrupt everything in
- * `speed`; the main loop `state`, `command` and `next`. A fault is the exception: the current interrupt may set it and
- * switches the bridge off there and then. Commands and parameters cross as whole structs (see drive_command, drive_tune).
+ * `speed` and `position`; the main loop `state`, `zero`, `command` and the set that is not in force. A fault is the exception: the
+ * current interrupt may set it and switches the bridge off there and then. Commands and parameters cross as whole structs
+ * (see drive_command, drive_tune), in the order that hal/hal_order.h keeps.
  *
  * Numerics: in the float build signals inside are in SI units; in the fixed build per unit of `scale`.
  */
@@ -96,30 +97,56 @@ typedef struct {
     ctl_position_t          min, max;
 } drive_position_setup_t;
 
-/** Everything that follows from the parameters, in the numeric of the build. Computed in the main loop, taken over by
- *  the current interrupt between two samples. */
+typedef struct {
+    ctl_pi_params_t       pi; /**< Of both axes. */
+    ctl_deadbeat_params_t deadbeat;
+    bool                  deadbeat_used;
+    num_t                 voltage_limit; /**< NUM_MAX: follow the dc link. */
+    num_t                 advance;       /**< Voltage angle advance per mechanical speed, turns electrical. */
+} drive_current_setup_t;
+
+typedef struct {
+    ctl_pll_params_t pll;
+    angle_t          encoder_offset; /**< Electrical. */
+    uint16_t         pole_pairs;
+    bool             encoder_reversed;
+} drive_tracking_setup_t;
+
+typedef struct {
+    ctl_pi_params_t      pi;
+    ctl_mt_params_t      mt;
+    drive_speed_source_t source;
+    uint16_t             between;     /**< Current periods between two speed samples: one less than their distance. */
+    bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
+    num_t                error_scale; /**< Speed error to loop error. */
+    ctl_rc_params_t      rc;
+    uint16_t             rc_capacity;
+    bool                 rc_used;
+    num_t                rc_period_scale; /**< N = this / |speed reference|. */
+} drive_speed_setup_t;
+
+typedef struct {
+    ctl_meter_params_t    meter;
+    ctl_observer_params_t observer;
+    uint16_t              capacity;
+    bool                  used, meter_used, hold;
+    bool                  speed_asked; /**< The speed loop uses the speed of the meter. */
+} drive_observer_setup_t;
+
+/** What every sample is judged by, SI. */
+typedef struct {
+    float over_current_a, over_voltage_v, under_voltage_v, over_speed_rad_s;
+} drive_limits_t;
+
+/** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_scale_t          scale;
-    ctl_pi_params_t        current_pi, speed_pi;
-    ctl_pll_params_t       pll;
-    ctl_mt_params_t        mt;
-    ctl_rc_params_t        rc;
-    uint16_t               rc_capacity;
-    bool                   rc_used;
-    num_t                  rc_period_scale; /**< N = this / |speed reference|. */
-    ctl_deadbeat_params_t  deadbeat;
-    ctl_meter_params_t     meter;
-    ctl_observer_params_t  observer;
-    uint16_t               observer_capacity;
-    bool                   observer_used, meter_used, deadbeat_used, observer_hold;
+    drive_limits_t         limits;
+    drive_current_setup_t  current;
+    drive_tracking_setup_t tracking;
+    drive_speed_setup_t    speed;
+    drive_observer_setup_t observer;
     drive_position_setup_t position;
-    num_t                  error_scale;    /**< Speed error to loop error. */
-    num_t                  voltage_limit;  /**< NUM_MAX: follow the dc link. */
-    num_t                  advance;        /**< Voltage angle advance per mechanical speed, turns electrical. */
-    angle_t                encoder_offset; /**< Electrical. */
-    uint16_t               pole_pairs, speed_divider;
-    bool                   speed_inline, encoder_reversed;
-    drive_speed_source_t   speed_source;
     drive_motion_setup_t   motion;
     uint32_t               period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
@@ -127,14 +154,18 @@ typedef struct {
 typedef struct {
     ctl_pll_t     pll;
     angle_t       theta_m, theta_e;
-    angle_t       zero_e;          /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
-    bool          zero_found;      /**< By alignment; otherwise it follows the parameter. */
-    bool          zero_reversed;   /**< What it was found with: encoder_reversed... */
-    uint16_t      zero_pole_pairs; /**< ...and pole_pairs. */
-    drive_angle_t known;           /**< The filter has been set on a first angle, and the step to the next has been seen. */
-    angle_t       expected;        /**< Where the encoder will be when it goes on as it went. */
-    uint16_t      jump_periods;    /**< Periods for which it has been somewhere else. */
+    drive_angle_t known;        /**< The filter has been set on a first angle, and the step to the next has been seen. */
+    angle_t       expected;     /**< Where the encoder will be when it goes on as it went. */
+    uint16_t      jump_periods; /**< Periods for which it has been somewhere else. */
 } drive_tracking_t;
+
+/** The electrical zero; written by the main loop alone, while the bridge is off. */
+typedef struct {
+    angle_t  e;          /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
+    bool     found;      /**< By alignment; otherwise it follows the parameter. */
+    bool     reversed;   /**< encoder_reversed, with which it was found. */
+    uint16_t pole_pairs; /**< pole_pairs, with which it was found. */
+} drive_zero_t;
 
 typedef struct {
     ctl_pi_t       d, q;
@@ -162,6 +193,12 @@ typedef struct {
     float              ref_rad_s;
 } drive_speed_t;
 
+/** A position for who preempts the speed interrupt or is preempted by it: 64 bits are two accesses. */
+typedef struct {
+    volatile ctl_position_t value[2];
+    volatile uint16_t       at; /**< Which of the two is whole. */
+} drive_shown_t;
+
 /** The position loop; written by the speed interrupt. */
 typedef struct {
     ctl_position_t raw;    /**< The encoder over its turns. */
@@ -180,20 +217,27 @@ typedef struct {
     num_t          error, speed;
     num_t          delayed[8];
     uint16_t       delay_head, error_count;
+    drive_shown_t  now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
 
+/** A parameter set, and what follows from it. */
 typedef struct {
     drive_params_t params;
     drive_setup_t  setup;
-    drive_scale_t  scale;
+} drive_set_t;
 
-    drive_setup_t     next;        /**< Prepared by drive_tune... */
-    drive_params_t    next_params; /**< ...with what it was made from... */
-    volatile uint16_t next_ready;  /**< ...and offered to the current interrupt. */
-    volatile uint16_t speed_busy;  /**< The speed interrupt was requested and has not ended: its blocks may not change. */
-    drive_command_t   command[2];
-    drive_order_t     order[2];   /**< Of each. */
-    volatile uint16_t command_at; /**< Which of the two the interrupts read. */
+typedef struct {
+    const drive_params_t *params; /**< The set in force: one of the two below. Changed by the current interrupt... */
+    const drive_setup_t  *setup;
+    drive_scale_t         scale;
+
+    drive_set_t        set[2];     /**< ...that the main loop writes while they are not in force. */
+    const drive_set_t *next;       /**< Prepared by drive_tune, */
+    volatile uint16_t  next_ready; /**< and offered to the current interrupt. */
+    volatile uint16_t  speed_busy; /**< The speed interrupt was requested and has not ended: its blocks may not change. */
+    drive_command_t    command[2];
+    drive_order_t      order[2];   /**< Of each. */
+    volatile uint16_t  command_at; /**< Which of the two the interrupts read. */
 
     volatile drive_state_t state;
     volatile drive_fault_t fault;
@@ -209,6 +253,7 @@ typedef struct {
     float             sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
     volatile uint16_t sum_count;                 /**< ...and of how many samples. */
     drive_tracking_t  tracking;
+    drive_zero_t      zero;
     drive_align_t     align;
     drive_current_t   current;
     drive_speed_t     speed;
@@ -275,6 +320,9 @@ void drive_home(drive_t *d);
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
 
+/** The newest set that was accepted: in force, or still to be taken over. Main loop. */
+const drive_params_t *drive_newest_params(const drive_t *d);
+
 /** Largest value that the board and the parameter's own range let it have. */
 float drive_board_max(uint16_t param);
 /** Between which values a parameter of a set has to be: its range, the board's maximum, and the other parameters. */
@@ -314,9 +362,10 @@ void drive_restart_timing(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
-/** A position in rad, with the precision of a float. */
-float drive_position_rad(const drive_t *d, ctl_position_t position);
-/** Inputs that were refused, all blocks together. */
+/** Position and its command in rad, with the precision of a float. Any context. */
+float drive_position_rad(const drive_t *d);
+float drive_position_ref_rad(const drive_t *d);
+/** Inputs that were refused: samples, and by the PI controllers of current and speed and the repetitive controller. */
 uint32_t drive_rejected(const drive_t *d);
 
 #endif

@@ -1,9 +1,15 @@
 /* A changed parameter set on its way to the interrupts.
  *
- * Main loop    judges it, and sets up what has another kind or size: memories to clear, filters to start. That takes as long as
- *              it takes, so the bridge is off, and the interrupts keep away from those blocks (drive_withdraw).
- * Interrupt    takes the rest over between two samples: gains, limits, flags. No loop over a memory, no filter design. */
+ * Main loop    makes it into the set that is not in force, and judges it. What has another kind or size, memories to clear and
+ *              filters to start, takes as long as it takes: the bridge is off, and the interrupts keep away from those blocks
+ *              (drive_withdraw). What a running block needs besides numbers is prepared where the block does not look.
+ * Interrupt    switches to that set between two samples: take_over.c. */
 #include "firmware/app/internal.h"
+
+static drive_set_t *in_force(drive_t *d) { return (d->setup == &d->set[0].setup) ? &d->set[0] : &d->set[1]; }
+static drive_set_t *idle_set(drive_t *d) { return (d->setup == &d->set[0].setup) ? &d->set[1] : &d->set[0]; }
+
+const drive_params_t *drive_newest_params(const drive_t *d) { return &drive_newest(d)->params; }
 
 /* A new base would rescale every state: only drive_init does that. All bases are 1 in the float build. */
 static uint16_t changed_base(const drive_scale_t *wanted, const drive_scale_t *used)
@@ -25,7 +31,7 @@ static uint16_t changed_base(const drive_scale_t *wanted, const drive_scale_t *u
 static uint16_t held_param(const drive_t *d, const drive_params_t *params)
 {
     uint16_t k = 0U;
-    while ((k < (uint16_t)PARAM_COUNT) && !(drive_needs_rest(d, k) && (params_get(params, k) != params_get(&d->params, k)))) {
+    while ((k < (uint16_t)PARAM_COUNT) && !(drive_needs_rest(d, k) && (params_get(params, k) != params_get(d->params, k)))) {
         k++;
     }
     return k;
@@ -36,13 +42,13 @@ bool drive_needs_rest(const drive_t *d, uint16_t param) { return drive_is_armed(
 uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *s)
 {
     uint16_t what = 0U;
-    if (drive_repetitive_differs(before, s)) {
+    if (drive_repetitive_differs(&before->speed, &s->speed)) {
         what |= DRIVE_SHAPE_REPETITIVE;
     }
-    if (drive_meter_differs(before, s)) {
+    if (drive_meter_differs(&before->observer, &s->observer)) {
         what |= DRIVE_SHAPE_METER;
     }
-    if (drive_observer_differs(before, s)) {
+    if (drive_observer_differs(&before->observer, &s->observer)) {
         what |= DRIVE_SHAPE_OBSERVER;
     }
     if (drive_position_differs(before, s)) {
@@ -55,31 +61,46 @@ uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *s
  * until the main loop, which is here, arms it again. */
 void drive_withdraw(drive_t *d, uint16_t what)
 {
+    drive_setup_t *const s = &in_force(d)->setup;
     if ((what & DRIVE_SHAPE_REPETITIVE) != 0U) {
-        d->setup.rc_used = false;
+        s->speed.rc_used = false;
     }
     if ((what & DRIVE_SHAPE_METER) != 0U) {
-        d->setup.meter_used = false;
+        s->observer.meter_used = false;
     }
     if ((what & DRIVE_SHAPE_OBSERVER) != 0U) {
-        d->setup.observer_used = false;
+        s->observer.used = false;
+    }
+    hal_order(); /* before what follows is written */
+}
+
+static void rebuild(drive_t *d, const drive_setup_t *s, uint16_t what)
+{
+    if ((what & DRIVE_SHAPE_REPETITIVE) != 0U) {
+        drive_build_repetitive(&d->speed, &s->speed, d->rc_memory);
+    }
+    if ((what & DRIVE_SHAPE_METER) != 0U) {
+        drive_build_meter(&d->observer, &s->observer);
+    }
+    if ((what & DRIVE_SHAPE_OBSERVER) != 0U) {
+        drive_build_observer(&d->observer, &s->observer, d->observer_memory);
+    }
+    if ((what & DRIVE_SHAPE_POSITION) != 0U) {
+        drive_build_position_memory(&d->position, s, d->observer_memory, (uint16_t)DRIVE_OBSERVER_CAPACITY);
     }
 }
 
-static void rebuild(drive_t *d, uint16_t what)
+/* What the blocks that run on need besides numbers. */
+static void prepare(drive_t *d, const drive_setup_t *s, uint16_t shapes)
 {
-    const drive_setup_t *const s = &d->next;
-    if ((what & DRIVE_SHAPE_REPETITIVE) != 0U) {
-        drive_build_repetitive(d, s);
+    if (s->speed.rc_used && ((shapes & DRIVE_SHAPE_REPETITIVE) == 0U)) {
+        ctl_rc_prepare(&d->speed.rc, &s->speed.rc);
     }
-    if ((what & DRIVE_SHAPE_METER) != 0U) {
-        drive_build_meter(d, s);
+    if (s->observer.meter_used) {
+        ctl_meter_prepare(&d->observer.meter, &s->observer.meter);
     }
-    if ((what & DRIVE_SHAPE_OBSERVER) != 0U) {
-        drive_build_observer(d, s);
-    }
-    if ((what & DRIVE_SHAPE_POSITION) != 0U) {
-        drive_build_position_memory(d, s);
+    if (s->observer.used) {
+        ctl_observer_prepare(&d->observer.observer, &s->observer.observer);
     }
 }
 
@@ -89,55 +110,35 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     if (d->next_ready != 0U) {
         return false;
     }
-    *culprit = drive_make_setup(params, &d->next);
+    drive_set_t *const   next = idle_set(d);
+    drive_setup_t *const s = &next->setup;
+    *culprit = drive_make_setup(params, s);
     if (*culprit == (uint16_t)PARAM_COUNT) {
         *culprit = held_param(d, params);
     }
     if (*culprit == (uint16_t)PARAM_COUNT) {
-        *culprit = changed_base(&d->next.scale, &d->scale);
+        *culprit = changed_base(&s->scale, &d->scale);
     }
     if (*culprit != (uint16_t)PARAM_COUNT) {
         return false;
     }
-    const uint16_t shapes = drive_shape_changes(&d->setup, &d->next);
+    const uint16_t shapes = drive_shape_changes(d->setup, s);
     if (shapes != 0U) {
         if (drive_is_armed(d)) { /* every parameter that leads here is AT_REST: this is for the one that forgets it */
             *culprit = PARAM_method;
             return false;
         }
         drive_withdraw(d, shapes);
-        rebuild(d, shapes);
+        rebuild(d, s, shapes);
     }
-    d->next_params = *params;
+    prepare(d, s, shapes);
+    if (!d->zero.found) {
+        d->zero.e = s->tracking.encoder_offset; /* another one only at rest */
+    }
+    next->params = *params;
+    d->next = next;
+    hal_order();
     d->next_ready = 1U;
     drive_command_again(d); /* its currents under the new limits */
     return true;
-}
-
-/* ---- current interrupt -------------------------------------------------------------------------------------------------- */
-
-void drive_take_over(drive_t *d)
-{
-    const drive_setup_t *const s = &d->next;
-    drive_take_over_repetitive(d, s);
-    drive_take_over_observer(d, &d->setup, s);
-    drive_take_over_position(d, s);
-    if (s->deadbeat_used && !d->setup.deadbeat_used) {
-        ctl_deadbeat_reset(&d->current.deadbeat);
-    }
-    if (s->encoder_reversed != d->setup.encoder_reversed) {
-        d->tracking.known = DRIVE_ANGLE_UNKNOWN; /* the angle jumps: that is no lost encoder */
-    }
-    d->setup = *s;
-    d->params = d->next_params;
-    if (!d->tracking.zero_found) {
-        d->tracking.zero_e = s->encoder_offset;
-    }
-    ctl_pi_tune(&d->current.d, &s->current_pi);
-    ctl_pi_tune(&d->current.q, &s->current_pi);
-    d->current.deadbeat.params = s->deadbeat;
-    ctl_pi_tune(&d->speed.pi, &s->speed_pi);
-    d->tracking.pll.params = s->pll;
-    d->speed.mt.params = s->mt;
-    d->next_ready = 0U;
 }

@@ -5,30 +5,56 @@
 #ifndef FIRMWARE_APP_INTERNAL_H
 #define FIRMWARE_APP_INTERNAL_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
+#include "hal/hal_order.h"
 
 /** configure.c: parameters to block parameters. @return PARAM_COUNT, or the index of the refused parameter. */
 uint16_t drive_make_setup(const drive_params_t *params, drive_setup_t *setup);
-/** configure.c: build all blocks from d->setup, everything at rest. @return PARAM_COUNT or the culprit. */
+/** configure.c: build all blocks from the set in force, the first; everything at rest. @return PARAM_COUNT or the culprit. */
 uint16_t drive_build(drive_t *d);
-/** handover.c: take over d->next between two samples. Current interrupt. */
+/** take_over.c: put d->next in force, between two samples. Current interrupt. */
 void drive_take_over(drive_t *d);
-/* Each configure_*.c, position.c: make computes block parameters, judge lets the block refuse them (PARAM_COUNT, or the culprit),
- * build starts the block, main loop; differs tells that a change needs that; take_over changes the rest between two samples. */
-void     drive_make_repetitive(const drive_params_t *params, drive_setup_t *setup, uint16_t *culprit);
-uint16_t drive_judge_repetitive(const drive_setup_t *setup);
-void     drive_build_repetitive(drive_t *d, const drive_setup_t *setup);
-bool     drive_repetitive_differs(const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_take_over_repetitive(drive_t *d, const drive_setup_t *setup);
-uint16_t drive_make_observer(const drive_params_t *params, drive_setup_t *setup);
-uint16_t drive_judge_observer(const drive_setup_t *setup);
-void     drive_build_meter(drive_t *d, const drive_setup_t *setup);
-bool     drive_meter_differs(const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_build_observer(drive_t *d, const drive_setup_t *setup);
-bool     drive_observer_differs(const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_take_over_observer(drive_t *d, const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_make_deadbeat(const drive_params_t *params, drive_setup_t *setup);
-uint16_t drive_judge_deadbeat(const drive_setup_t *setup);
+/* The parts of the drive: current_loop.c, tracking.c, speed_loop.c with speed_repetitive.c, disturbance_observer.c, position_setup.c.
+ * Main loop. The same verbs each, on their own share of the setup and their own state:
+ *
+ *     make     parameters to numbers. @return PARAM_COUNT, or the parameter that is beyond the numeric
+ *     judge    let the blocks refuse these numbers, on copies. @return PARAM_COUNT, or the culprit
+ *     build    start the blocks from them; `differs` tells that a change needs that
+ *     rest     controllers at rest, for a start
+ *
+ * What the current interrupt changes in a part that runs (retune) is in take_over.c. */
+uint16_t drive_make_current(const drive_params_t *params, const drive_scale_t *scale, drive_current_setup_t *setup);
+uint16_t drive_judge_current(const drive_current_setup_t *setup);
+void     drive_build_current(drive_current_t *current, const drive_current_setup_t *setup);
+void     drive_rest_current(drive_current_t *current);
+
+uint16_t drive_make_tracking(const drive_params_t *params, const drive_scale_t *scale, drive_tracking_setup_t *setup);
+uint16_t drive_judge_tracking(const drive_tracking_setup_t *setup);
+void     drive_build_tracking(drive_tracking_t *tracking, const drive_tracking_setup_t *setup);
+
+uint16_t drive_make_speed(const drive_params_t *params, const drive_scale_t *scale, drive_speed_setup_t *setup);
+uint16_t drive_judge_speed(const drive_speed_setup_t *setup);
+void     drive_build_speed(drive_speed_t *speed, const drive_speed_setup_t *setup, num_t *memory);
+void     drive_rest_speed(drive_speed_t *speed, const drive_speed_setup_t *setup);
+uint16_t drive_make_repetitive(const drive_params_t *params, const drive_scale_t *scale, drive_speed_setup_t *setup);
+uint16_t drive_judge_repetitive(const drive_speed_setup_t *setup);
+void     drive_build_repetitive(drive_speed_t *speed, const drive_speed_setup_t *setup, num_t *memory);
+bool     drive_repetitive_differs(const drive_speed_setup_t *before, const drive_speed_setup_t *setup);
+
+uint16_t drive_make_observer(const drive_params_t *params, const drive_scale_t *scale, drive_observer_setup_t *setup);
+uint16_t drive_judge_observer(const drive_observer_setup_t *setup);
+void     drive_build_meter(drive_observer_t *observer, const drive_observer_setup_t *setup);
+bool     drive_meter_differs(const drive_observer_setup_t *before, const drive_observer_setup_t *setup);
+void     drive_build_observer(drive_observer_t *observer, const drive_observer_setup_t *setup, num_t *memory);
+bool     drive_observer_differs(const drive_observer_setup_t *before, const drive_observer_setup_t *setup);
+void     drive_rest_observer(drive_observer_t *observer, const drive_observer_setup_t *setup);
+
+uint16_t drive_make_position(const drive_params_t *params, const drive_scale_t *scale, drive_position_setup_t *setup);
+uint16_t drive_judge_position(const drive_position_setup_t *setup);
+void     drive_build_position(drive_position_t *position, const drive_position_setup_t *setup);
+void     drive_build_position_memory(drive_position_t *position, const drive_setup_t *setup, num_t *memory, uint16_t room);
+bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
+void     drive_rest_position(drive_position_t *position);
 
 /** handover.c: which blocks a change needs to build anew, as bits... */
 #define DRIVE_SHAPE_REPETITIVE 1U
@@ -55,6 +81,8 @@ void drive_command_again(drive_t *d);
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
 num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
+/** configure.c: a PI controller with limits of +-@p limit. */
+ctl_pi_params_t drive_pi(num_t kp, num_t ki_ts, float limit, ctl_pi_anti_windup_t anti_windup);
 #define DRIVE_TWO_PI 6.28318530718f
 /** Limit of each axis of a current controller, far outside of what the vector limit lets through. */
 #ifdef EVENSPIN_FIXED
@@ -65,7 +93,7 @@ num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
 
 /** current_isr.c: what is commanded is 0, and shows as such. Only while the bridge is off: then no interrupt writes these. */
 void drive_command_nothing(drive_t *d);
-/** current_isr.c: controllers at rest, for a start. */
+/** configure.c: all parts at rest, and nothing commanded: for a start. */
 void drive_rest(drive_t *d);
 
 /** alignment.c: the first parameter that makes an alignment impossible, or PARAM_COUNT. */
@@ -96,18 +124,21 @@ angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta);
 /** motion_check.c: torque and voltage against motion. Speed interrupt, after the speed has been measured. */
 void drive_check_motion(drive_t *d);
 
-/** position.c: the position loop: configuration, start, one sample. */
-uint16_t drive_make_position(const drive_params_t *params, drive_setup_t *setup);
-void     drive_build_position(drive_t *d, const drive_setup_t *setup);
-void     drive_build_position_memory(drive_t *d, const drive_setup_t *setup);
-bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
-void     drive_rest_position(drive_t *d);
-void     drive_take_over_position(drive_t *d, const drive_setup_t *setup);
-void     drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
-void     drive_position_step(drive_t *d, const drive_command_t *command);
+/** position.c: one sample of the position loop. */
+void drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
+void drive_position_step(drive_t *d, const drive_command_t *command);
 
 /** speed_isr.c: one sample of the speed loop. */
 void drive_speed_step(drive_t *d);
+
+/** Steps of 2^-32 turns that stay exact: through 16 whole bits of float at a time. */
+static inline int64_t drive_turns_q32(float turns)
+{
+    const float   cut = (turns < 2.0e6f) ? ((turns > -2.0e6f) ? turns : -2.0e6f) : 2.0e6f;
+    const float   scaled = cut * 1024.0f;
+    const int32_t high = (int32_t)scaled;
+    return ((int64_t)high * INT64_C(0x400000)) + (int64_t)((scaled - (float)high) * 4194304.0f);
+}
 
 /** A finite number in SI units over its base; the bases of the float build are 1. */
 static inline num_t drive_per_base(float x, float inverse_base)
@@ -131,8 +162,13 @@ static inline float drive_si(num_t x, float base)
 #endif
 }
 
+/** The newest set that was accepted: in force, or waiting for the interrupt. Main loop. */
+static inline const drive_set_t *drive_newest(const drive_t *d)
+{
+    return (d->next_ready != 0U) ? d->next : ((d->setup == &d->set[0].setup) ? &d->set[0] : &d->set[1]);
+}
+
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
 static inline const drive_order_t   *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
-static inline bool drive_is_armed(const drive_t *d) { return (d->state == DRIVE_RUN) || (d->state == DRIVE_ALIGN); }
 
 #endif

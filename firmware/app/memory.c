@@ -2,14 +2,11 @@
 #include "firmware/app/internal.h"
 
 static bool has_table(const drive_t *d) { return drive_memory_cells(d) > 0U; }
-static bool is_idle(const drive_t *d)
-{
-    return ((d->state == DRIVE_READY) || (d->state == DRIVE_FAULT) || (d->state == DRIVE_INIT)) && !d->storage.active;
-}
+static bool is_idle(const drive_t *d) { return drive_is_idle(d) && !drive_is_saving(d); }
 
 uint16_t drive_memory_cells(const drive_t *d)
 {
-    const bool aro = d->setup.observer_used && (d->setup.observer.kind == CTL_OBSERVER_ARO);
+    const bool aro = d->setup->observer.used && (d->setup->observer.observer.kind == CTL_OBSERVER_ARO);
     return aro ? d->observer.observer.state.memory.state.grid.cells : (uint16_t)0U;
 }
 
@@ -31,10 +28,10 @@ uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room)
 
 bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells)
 {
-    if (!has_table(d) || !is_idle(d) || (cells != d->setup.observer_capacity)) {
+    if (!has_table(d) || !is_idle(d) || (cells != d->setup->observer.capacity)) {
         return false;
     }
-    const float limit = d->params.observer_limit_a;
+    const float limit = d->params->observer_limit_a;
     for (uint16_t i = 0U; i < cells; i++) {
         if (!((amps[i] <= limit) && (amps[i] >= -limit))) {
             return false;
@@ -52,10 +49,10 @@ bool drive_memory_clear(drive_t *d)
     if (!is_idle(d)) {
         return false;
     }
-    if (d->setup.observer_used) {
+    if (d->setup->observer.used) {
         ctl_observer_reset(&d->observer.observer, false);
     }
-    if (d->setup.rc_used) {
+    if (d->setup->speed.rc_used) {
         ctl_rc_reset(&d->speed.rc);
     }
     return true;

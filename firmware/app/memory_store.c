@@ -20,7 +20,7 @@ static num_t value_of(const drive_t *d, uint16_t high, uint16_t low)
 {
     const int32_t value = (int32_t)(((uint32_t)high << 16) | low);
     const num_t   x = num_from_float(((float)value / 65536.0f) * d->scale.inv_current);
-    return num_clamp(x, num_neg(d->setup.observer.memory.limit), d->setup.observer.memory.limit);
+    return num_clamp(x, num_neg(d->setup->observer.observer.memory.limit), d->setup->observer.observer.memory.limit);
 }
 
 hal_status_t drive_memory_save_begin(drive_t *d)

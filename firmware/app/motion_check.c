@@ -87,8 +87,8 @@ void drive_find_angle(drive_t *d, angle_t theta)
 angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
 {
     drive_tracking_t *const t = &d->tracking;
-    const angle_t           jump = d->setup.motion.jump;
-    const float             limit = d->params.over_speed_rad_s;
+    const angle_t           jump = d->setup->motion.jump;
+    const float             limit = d->params->over_speed_rad_s;
 
     if (!(speed_abs_rad_s <= limit)) {
         drive_trip(d, FAULT_over_speed);
@@ -97,7 +97,7 @@ angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
         t->jump_periods = 0U;
         return theta;
     }
-    if (t->jump_periods < d->params.encoder_jump_periods) {
+    if (t->jump_periods < d->params->encoder_jump_periods) {
         t->jump_periods++;
         return t->expected;
     }
@@ -119,7 +119,7 @@ static voltage_t look_at_voltage(const drive_t *d)
 {
     const ctl_dq_t  v = d->current.volt;
     const num_t     dc = drive_per_base(d->sample.vdc_v, d->scale.inv_voltage);
-    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup.voltage_limit, num_mul(dc, INV_SQRT3)));
+    const num_t     usable = num_mul(USABLE_SHARE, num_min(d->setup->current.voltage_limit, num_mul(dc, INV_SQRT3)));
     const voltage_t out = {dc, usable, num_mac(num_mul(v.d, v.d), v.q, v.q) > num_mul(usable, usable)};
     return out;
 }
@@ -135,7 +135,7 @@ static bool lacks_voltage(const drive_t *d, const voltage_t *v, bool forwards, n
 /* The back-EMF stands on the q axis and has the sign of the speed, by more than the resistance may be wrong. */
 static bool sees_right_zero(const drive_t *d, const voltage_t *v)
 {
-    const drive_motion_setup_t *const s = &d->setup.motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
     const num_t                       speed = d->speed.meas;
     const ctl_dq_t                    i = d->current.meas;
     const num_t                       drop = num_mul(s->ohm, i.q);
@@ -150,10 +150,11 @@ static bool sees_right_zero(const drive_t *d, const voltage_t *v)
 static void trip_against_torque(drive_t *d, bool fresh, bool forwards, num_t along)
 {
     drive_motion_t *const m = &d->motion;
-    const num_t           margin = d->setup.motion.margin;
+    const num_t           margin = d->setup->motion.margin;
     bool                  anew = fresh || (num_sub(along, m->slowest) > margin);
 
-    if (!anew && (m->samples >= d->setup.motion.samples) && (angle_size(d->tracking.theta_m - m->from) >= d->setup.motion.way)) {
+    if (!anew && (m->samples >= d->setup->motion.samples) &&
+        (angle_size(d->tracking.theta_m - m->from) >= d->setup->motion.way)) {
         if (num_sub(m->first, along) > num_mac(margin, RIPPLE_SHARE, num_abs(along))) {
             drive_trip(d, FAULT_speed_deviation);
         }
@@ -176,7 +177,7 @@ static void trip_against_torque(drive_t *d, bool fresh, bool forwards, num_t alo
 static void trip_without_approach(drive_t *d, const voltage_t *v, bool fresh, bool forwards, num_t along)
 {
     drive_motion_t *const             m = &d->motion;
-    const drive_motion_setup_t *const s = &d->setup.motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
     const uint16_t                    time = 2U * s->samples;
     const num_t                       wanted = forwards ? m->asked : num_neg(m->asked);
 
@@ -213,7 +214,7 @@ static void trip_without_approach(drive_t *d, const voltage_t *v, bool fresh, bo
 static void trip_on_stall(drive_t *d, bool at_limit)
 {
     drive_motion_t *const             m = &d->motion;
-    const drive_motion_setup_t *const s = &d->setup.motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
     const angle_t                     now = d->tracking.theta_m;
     const bool                        moves = ((now - m->stall_from) + s->stall_angle) > (2U * s->stall_angle); /* either way */
 
@@ -236,7 +237,7 @@ static void trip_on_stall(drive_t *d, bool at_limit)
 static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
 {
     drive_motion_t *const             m = &d->motion;
-    const drive_motion_setup_t *const s = &d->setup.motion;
+    const drive_motion_setup_t *const s = &d->setup->motion;
     const ctl_dq_t                    current = d->current.meas;
     const ctl_dq_t                    volt = d->current.volt;
     const num_t                       speed = d->speed.meas;
@@ -282,18 +283,18 @@ void drive_check_motion(drive_t *d)
     const voltage_t v = look_at_voltage(d);
     if (drive_active_command(d)->mode != DRIVE_MODE_CURRENT) {
         const bool at_limit = num_abs(torque) > num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max);
-        if (d->setup.motion.samples != 0U) {
+        if (d->setup->motion.samples != 0U) {
             const bool  forwards = torque > (num_t)0;
             const num_t along = forwards ? d->speed.meas : num_neg(d->speed.meas);
             const bool  fresh = !at_limit || (forwards != m->forwards) || lacks_voltage(d, &v, forwards, along);
             trip_without_approach(d, &v, fresh, forwards, along);
             trip_against_torque(d, fresh, forwards, along);
         }
-        if (d->setup.motion.stall_samples != 0U) {
+        if (d->setup->motion.stall_samples != 0U) {
             trip_on_stall(d, at_limit);
         }
     }
-    if (d->setup.motion.zero) {
+    if (d->setup->motion.zero) {
         trip_on_wrong_zero(d, &v);
     }
 }

@@ -47,10 +47,10 @@ void drive_check_hardware(drive_t *d)
 static void check_bus(drive_t *d)
 {
     const hal_sample_t *const s = &d->sample;
-    if (!drive_voltage_not_over(d)) {
+    if (!drive_voltage_not_over(d, &d->setup->limits)) {
         drive_trip(d, FAULT_over_voltage);
     }
-    if (drive_is_armed(d) && !drive_voltage_not_under(d)) {
+    if (drive_is_armed(d) && !drive_voltage_not_under(d, &d->setup->limits)) {
         d->low_bus_samples = (s->seq == (d->low_bus_seq + 1U)) ? (uint16_t)(d->low_bus_samples + 1U) : 1U;
         d->low_bus_seq = s->seq;
         if (d->low_bus_samples >= UNDER_VOLTAGE_SAMPLES) {
@@ -65,14 +65,14 @@ static void note_lost(drive_t *d, uint32_t missing)
     const uint32_t lost = (uint32_t)d->lost_samples + ((missing < UINT16_MAX) ? missing : UINT16_MAX);
     num_count(&d->rejected);
     d->lost_samples = (uint16_t)((lost < UINT16_MAX) ? lost : UINT16_MAX);
-    if (d->lost_samples >= d->params.lost_sample_limit) {
+    if (d->lost_samples >= d->params->lost_sample_limit) {
         drive_trip(d, FAULT_lost_sample);
     }
 }
 
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
 {
-    const drive_params_t *const p = &d->params;
+    const drive_params_t *const p = d->params;
     const hal_sample_t *const   s = &d->sample;
 
     drive_check_hardware(d);
@@ -109,7 +109,7 @@ bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq)
     d->bad_samples = 0U;
 
     drive_take_off_offsets(d);
-    if (!drive_currents_allowed(d)) {
+    if (!drive_currents_allowed(d, &d->setup->limits)) {
         drive_trip(d, FAULT_over_current);
     }
     check_bus(d);

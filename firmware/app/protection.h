@@ -12,13 +12,19 @@
 static inline bool drive_is_within(float x, float limit) { return (bool)((x <= limit) & (x >= -limit)); }
 
 /** The phase currents of the sample, less their offsets, within over_current_a. */
-static inline bool drive_currents_allowed(const drive_t *d)
+static inline bool drive_currents_allowed(const drive_t *d, const drive_limits_t *limits)
 {
-    const float limit = d->params.over_current_a;
+    const float limit = limits->over_current_a;
     return (bool)(drive_is_within(d->ia_a, limit) & drive_is_within(d->ib_a, limit) & drive_is_within(d->ic_a, limit));
 }
-static inline bool drive_voltage_not_over(const drive_t *d) { return d->sample.vdc_v <= d->params.over_voltage_v; }
-static inline bool drive_voltage_not_under(const drive_t *d) { return d->sample.vdc_v >= d->params.under_voltage_v; }
+static inline bool drive_voltage_not_over(const drive_t *d, const drive_limits_t *limits)
+{
+    return d->sample.vdc_v <= limits->over_voltage_v;
+}
+static inline bool drive_voltage_not_under(const drive_t *d, const drive_limits_t *limits)
+{
+    return d->sample.vdc_v >= limits->under_voltage_v;
+}
 
 static inline void drive_take_off_offsets(drive_t *d)
 {
@@ -28,11 +34,12 @@ static inline void drive_take_off_offsets(drive_t *d)
 }
 
 /** A sample that passes needs no further judgement and may be calculated with. It is hence not the first one. */
-static inline bool drive_sample_is_nominal(drive_t *d, hal_status_t status, uint32_t previous_seq)
+static inline bool drive_sample_is_nominal(drive_t *d, const drive_limits_t *limits, hal_status_t status, uint32_t previous_seq)
 {
     drive_take_off_offsets(d);
-    return (bool)((status == HAL_OK) & (d->sample.seq == (previous_seq + 1U)) & drive_currents_allowed(d) &
-                  drive_voltage_not_over(d) & drive_voltage_not_under(d) & (d->tracking.known == DRIVE_ANGLE_KNOWN));
+    return (bool)((status == HAL_OK) & (d->sample.seq == (previous_seq + 1U)) & drive_currents_allowed(d, limits) &
+                  drive_voltage_not_over(d, limits) & drive_voltage_not_under(d, limits) &
+                  (d->tracking.known == DRIVE_ANGLE_KNOWN));
 }
 
 #endif

@@ -8,20 +8,20 @@ static num_t measure_speed(drive_t *d)
         drive_trip(d, FAULT_encoder_error);
     }
     const num_t mt = ctl_mt_step(&s->mt, s->edge.edge_count, s->edge.edge_cyc, s->now_cyc);
-    if (d->setup.speed_source != DRIVE_SPEED_MT) {
-        return (d->setup.speed_source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
+    if (d->setup->speed.source != DRIVE_SPEED_MT) {
+        return (d->setup->speed.source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
     }
-    return d->setup.encoder_reversed ? num_neg(mt) : mt;
+    return d->setup->tracking.encoder_reversed ? num_neg(mt) : mt;
 }
 
 static num_t ripple_correction(drive_t *d, num_t error, num_t ref)
 {
-    if (!d->setup.rc_used) {
+    if (!d->setup->speed.rc_used) {
         return (num_t)0;
     }
     uint16_t whole = 0U;
     num_t    fraction = (num_t)0;
-    if (!ctl_rc_period_unchecked(&d->speed.rc, d->setup.rc_period_scale, num_abs(ref), &whole, &fraction)) {
+    if (!ctl_rc_period_unchecked(&d->speed.rc, d->setup->speed.rc_period_scale, num_abs(ref), &whole, &fraction)) {
         return (num_t)0; /* too slow for the memory, or no reference: the controller rests and keeps what it knows */
     }
     return ctl_rc_step_unchecked(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
@@ -51,7 +51,7 @@ void drive_speed_step(drive_t *d)
     const num_t ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
     d->motion.asked = ref;
 
-    s->error = num_mul(num_sub(ref, s->meas), d->setup.error_scale);
+    s->error = num_mul(num_sub(ref, s->meas), d->setup->speed.error_scale);
     s->correction = ripple_correction(d, s->error, ref);
     const num_t room = drive_active_order(d)->iq_max; /* what the d axis leaves */
     s->iq_ref = num_clamp(ctl_pi_output(&s->pi, num_add(s->error, s->correction)), num_neg(room), room);
@@ -62,7 +62,7 @@ void drive_speed_isr(drive_t *d)
 {
     const uint32_t started = timing_own_clock(&d->timing);
     d->speed_busy = 1U;
-    if (!d->setup.speed_inline) {
+    if (!d->setup->speed.inlined) {
         drive_speed_step(d);
     }
     timing_note(&d->timing.speed, d->timing.epoch, timing_own_clock(&d->timing) - started);
@@ -71,7 +71,7 @@ void drive_speed_isr(drive_t *d)
 
 float drive_speed_rad_s(const drive_t *d)
 {
-    const drive_speed_source_t source = d->setup.speed_source;
+    const drive_speed_source_t source = d->setup->speed.source;
     const num_t                speed = (source == DRIVE_SPEED_MT)
                                            ? d->speed.meas
                                            : ((source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w);
@@ -81,5 +81,5 @@ float drive_speed_rad_s(const drive_t *d)
 uint32_t drive_rejected(const drive_t *d)
 {
     return d->rejected + d->current.d.state.rejected + d->current.q.state.rejected + d->speed.pi.state.rejected +
-           (d->setup.rc_used ? d->speed.rc.state.rejected : 0U);
+           (d->setup->speed.rc_used ? d->speed.rc.state.rejected : 0U);
 }

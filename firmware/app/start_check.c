@@ -11,15 +11,15 @@
 static float motor_voltage_v(const drive_t *d)
 {
     const float speed_rad_s = num_to_float(d->tracking.pll.state.w) * d->scale.speed_rad_s;
-    return speed_rad_s * (float)d->params.pole_pairs * d->params.motor_psi_wb;
+    return speed_rad_s * (float)d->params->pole_pairs * d->params->motor_psi_wb;
 }
 
 float drive_start_surge_a(const drive_t *d)
 {
-    const float surge_a = motor_voltage_v(d) * PERIODS / ((float)DRIVE_PWM_HZ * d->params.motor_lq_h);
+    const float surge_a = motor_voltage_v(d) * PERIODS / ((float)DRIVE_PWM_HZ * d->params->motor_lq_h);
     return (surge_a < 0.0f) ? -surge_a : surge_a;
 }
 
-float drive_start_surge_max_a(const drive_t *d) { return SURGE_SHARE * d->params.over_current_a; }
+float drive_start_surge_max_a(const drive_t *d) { return SURGE_SHARE * d->params->over_current_a; }
 
 void drive_preset_voltage(drive_t *d) { ctl_pi_reset(&d->current.q, drive_per_base(motor_voltage_v(d), d->scale.inv_voltage)); }

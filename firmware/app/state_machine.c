@@ -53,7 +53,7 @@ static void finish_calibration(drive_t *d)
     const float a = d->sum_a_a / n;
     const float b = d->sum_b_a / n;
     const float c = d->sum_c_a / n;
-    const float limit = d->params.offset_limit_a;
+    const float limit = d->params->offset_limit_a;
     if (too_large(a, limit) || too_large(b, limit) || too_large(c, 2.0f * limit)) { /* ic may be the negative sum of two */
         drive_trip(d, FAULT_offset_calibration);
         return;
@@ -67,8 +67,8 @@ static void finish_calibration(drive_t *d)
 /* From here on the parameter counts, until an alignment. */
 static void forget_zero(drive_t *d)
 {
-    d->tracking.zero_found = false;
-    d->tracking.zero_e = d->setup.encoder_offset;
+    d->zero.found = false;
+    d->zero.e = drive_newest(d)->setup.tracking.encoder_offset;
 }
 
 static void finish_alignment(drive_t *d)
@@ -84,10 +84,10 @@ static void finish_alignment(drive_t *d)
         drive_trip(d, found.fault);
         return;
     }
-    d->tracking.zero_e = found.zero_e;
-    d->tracking.zero_found = true;
-    d->tracking.zero_pole_pairs = d->setup.pole_pairs;
-    d->tracking.zero_reversed = d->setup.encoder_reversed;
+    d->zero.e = found.zero_e;
+    d->zero.found = true;
+    d->zero.pole_pairs = d->setup->tracking.pole_pairs;
+    d->zero.reversed = d->setup->tracking.encoder_reversed;
     enter(d, DRIVE_READY); /* where the start still waits */
 }
 
@@ -126,11 +126,11 @@ static void leave_fault(drive_t *d)
 /* The electrical zero that an alignment has found belongs to the pole pairs and the direction that it was found with. */
 static bool zero_is_stale(const drive_t *d)
 {
-    const drive_tracking_t *const t = &d->tracking;
-    return t->zero_found && ((t->zero_pole_pairs != d->setup.pole_pairs) || (t->zero_reversed != d->setup.encoder_reversed));
+    const drive_zero_t *const z = &d->zero;
+    return z->found && ((z->pole_pairs != d->setup->tracking.pole_pairs) || (z->reversed != d->setup->tracking.encoder_reversed));
 }
 
-bool drive_zero_is_known(const drive_t *d) { return d->tracking.zero_found || (d->params.align_periods == 0U); }
+bool drive_zero_is_known(const drive_t *d) { return d->zero.found || (d->params->align_periods == 0U); }
 
 static void wait_for_start(drive_t *d)
 {
@@ -158,7 +158,7 @@ static void wait_for_start(drive_t *d)
 /* What the observer is told and asked at leisure. */
 static void attend_observer(drive_t *d)
 {
-    if (d->setup.observer_used) {
+    if (d->setup->observer.used) {
         ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
         ctl_observer_look(&d->observer.observer);
     }
@@ -181,7 +181,7 @@ void drive_background(drive_t *d)
     case DRIVE_INIT:
         d->started_up = false;
         forget_zero(d);
-        if (d->params.offset_calibration_periods > 0U) {
+        if (d->params->offset_calibration_periods > 0U) {
             d->sum_a_a = 0.0f;
             d->sum_b_a = 0.0f;
             d->sum_c_a = 0.0f;
@@ -192,7 +192,7 @@ void drive_background(drive_t *d)
         }
         break;
     case DRIVE_OFFSET_CALIBRATION:
-        if (d->sum_count >= d->params.offset_calibration_periods) {
+        if (d->sum_count >= d->params->offset_calibration_periods) {
             finish_calibration(d);
         }
         break;
@@ -231,7 +231,9 @@ void drive_init(drive_t *d, const drive_params_t *params)
 {
     hal_inverter_disarm();
     (void)memset(d, 0, sizeof *d); /* zero bits are 0, 0.0f and false on every machine that runs this */
-    d->params = *params;
+    d->params = &d->set[0].params;
+    d->setup = &d->set[0].setup;
+    d->set[0].params = *params;
     timing_restart(&d->timing);
     const uint16_t bad = drive_build(d);
     if (bad != (uint16_t)PARAM_COUNT) {

@@ -1,6 +1,7 @@
 #include "firmware/services/recorder.h"
 
 #include "firmware/app/telemetry.h"
+#include "hal/hal_order.h"
 
 void recorder_init(recorder_t *r, float *memory, uint16_t values)
 {
@@ -12,8 +13,7 @@ void recorder_init(recorder_t *r, float *memory, uint16_t values)
     r->held = 0U;
 }
 
-/* Through a volatile view: the status comes last. */
-static void begin(volatile recorder_t *r)
+static void begin(recorder_t *r)
 {
     r->by_hand = 0U;
     r->end = (uint16_t)((r->config.pre + r->config.post) * r->config.count); /* within `values` */
@@ -24,13 +24,14 @@ static void begin(volatile recorder_t *r)
     r->before = 0U;
     r->primed = false;
     r->faulty = true; /* a fault that stands is none that appears */
+    hal_order();
     r->status = (r->config.pre > 0U) ? RECORDER_FILLING : RECORDER_WAITING;
 }
 
-void recorder_start(recorder_t *recorder, const recorder_config_t *config)
+void recorder_start(recorder_t *r, const recorder_config_t *config)
 {
-    volatile recorder_t *const r = recorder;
     r->status = RECORDER_STOPPED; /* from here on the interrupt leaves it alone */
+    hal_order();
     r->config = *config;
     r->number = (r->number + 1U) & 0xFFU;
     begin(r);
@@ -69,7 +70,7 @@ static bool edge(recorder_t *r, const drive_t *d)
 
 static bool fault_appears(recorder_t *r, const drive_t *d)
 {
-    const bool now = d->fault != FAULT_none;
+    const bool now = drive_fault(d) != FAULT_none;
     const bool appears = now && !r->faulty;
     r->faulty = now;
     return appears;
@@ -152,7 +153,11 @@ void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter)
 
 uint16_t recorder_rows(const recorder_t *r)
 {
-    return (r->status == RECORDER_COMPLETE) ? (uint16_t)(r->before + r->config.post) : 0U;
+    if (r->status != RECORDER_COMPLETE) {
+        return 0U;
+    }
+    hal_order(); /* what it recorded comes after its status */
+    return (uint16_t)(r->before + r->config.post);
 }
 
 float recorder_value(const recorder_t *r, uint16_t offset)

@@ -8,7 +8,7 @@
 #ifndef FIRMWARE_SERVICES_RECORDER_H
 #define FIRMWARE_SERVICES_RECORDER_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 
 #define RECORDER_SIGNALS 8U
 
@@ -61,7 +61,7 @@ typedef struct {
 
 void recorder_init(recorder_t *r, float *memory, uint16_t values);
 /** Main loop. Starts at once. @p config: everything in range, (pre + post) * count within the room, post > 0. */
-void recorder_start(recorder_t *recorder, const recorder_config_t *config);
+void recorder_start(recorder_t *r, const recorder_config_t *config);
 void recorder_stop(recorder_t *r);
 void recorder_trigger(recorder_t *r);
 /** As configured, once more. Nothing when never configured. */

@@ -136,10 +136,10 @@ link_refusal_t request_state(services_t *s, codec_reader_t *in, codec_writer_t *
     (void)in;
     const drive_t *const d = s->setup.drive;
     codec_put_u32(out, s->counter);
-    codec_put_u8(out, (uint16_t)d->state);
-    codec_put_u8(out, (uint16_t)d->command[d->command_at & 1U].mode);
-    codec_put_u16(out, (uint16_t)d->fault);
-    codec_put_u16(out, d->fault_detail);
+    codec_put_u8(out, (uint16_t)drive_state(d));
+    codec_put_u8(out, (uint16_t)drive_newest_command(d)->mode);
+    codec_put_u16(out, (uint16_t)drive_fault(d));
+    codec_put_u16(out, drive_fault_detail(d));
     codec_put_u16(out, services_flags(s));
     codec_put_u32(out, drive_rejected(d));
     codec_put_u32(out, s->stream.lost);
@@ -152,8 +152,8 @@ link_refusal_t request_alive(services_t *s, codec_reader_t *in, codec_writer_t *
 {
     (void)in;
     codec_put_u32(out, s->counter);
-    codec_put_u8(out, (uint16_t)s->setup.drive->state);
-    codec_put_u16(out, (uint16_t)s->setup.drive->fault);
+    codec_put_u8(out, (uint16_t)drive_state(s->setup.drive));
+    codec_put_u16(out, (uint16_t)drive_fault(s->setup.drive));
     codec_put_u16(out, services_flags(s));
     return LINK_FINE;
 }
@@ -208,7 +208,7 @@ link_refusal_t request_fault(services_t *s, codec_reader_t *in, codec_writer_t *
     const recorder_t *const box = &s->recorder[SERVICES_BLACK_BOX];
     codec_put_u16(out, (uint16_t)s->found.fault);
     codec_put_u16(out, s->found.detail);
-    codec_put_u8(out, (uint16_t)s->setup.drive->state);
+    codec_put_u8(out, (uint16_t)drive_state(s->setup.drive));
     codec_put_u32(out, s->found.since);
     codec_put_u8(out, box->status);
     codec_put_u16(out, recorder_rows(box));
@@ -247,9 +247,9 @@ link_refusal_t request_timing(services_t *s, codec_reader_t *in, codec_writer_t 
     const bool     reset = codec_get_u8(in) != 0U;
     drive_t *const d = s->setup.drive;
     codec_put_u32(out, hal_clock_hz());
-    codec_put_u32(out, d->setup.period_cyc);
-    codec_put_u32(out, d->timing.current.last_cyc);
-    codec_put_u32(out, d->timing.current.max_cyc);
+    codec_put_u32(out, drive_period_cyc(d));
+    codec_put_u32(out, drive_current_timing(d)->last_cyc);
+    codec_put_u32(out, drive_current_timing(d)->max_cyc);
     codec_put_u32(out, s->sample_last_cyc);
     codec_put_u32(out, s->sample_max_cyc);
     codec_put_u32(out, s->pass_max_cyc);

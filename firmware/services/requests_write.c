@@ -10,13 +10,7 @@
 
 static link_refusal_t bad_state(services_t *s)
 {
-    return services_refuse(s, LINK_NO_state, (uint16_t)s->setup.drive->state, 0.0f, 0.0f);
-}
-
-static bool is_idle(const services_t *s)
-{
-    const drive_state_t state = s->setup.drive->state;
-    return (state == DRIVE_READY) || (state == DRIVE_FAULT) || (state == DRIVE_INIT);
+    return services_refuse(s, LINK_NO_state, (uint16_t)drive_state(s->setup.drive), 0.0f, 0.0f);
 }
 
 /* ---- parameters -------------------------------------------------------------------------------------------------------- */
@@ -31,7 +25,7 @@ static link_refusal_t refused(services_t *s, uint16_t culprit)
         return services_refuse(s, LINK_NO_board, culprit, value, high);
     }
     if (drive_needs_rest(s->setup.drive, culprit)) {
-        if (s->setup.drive->stop_wanted) {
+        if (drive_stop_waits(s->setup.drive)) {
             return LINK_NO_busy; /* the stop before it has not been carried out yet */
         }
         return services_refuse(s, LINK_NO_at_rest, culprit, value, params_get(services_params(s), culprit));
@@ -44,7 +38,7 @@ static link_refusal_t refused(services_t *s, uint16_t culprit)
 static link_refusal_t take(services_t *s)
 {
     drive_t *const d = s->setup.drive;
-    if (d->fault == FAULT_configuration) {
+    if (drive_fault(d) == FAULT_configuration) {
         return bad_state(s); /* its blocks were never built: only a start with other parameters helps */
     }
     uint16_t culprit = PARAM_COUNT;
@@ -87,7 +81,7 @@ link_refusal_t request_set(services_t *s, codec_reader_t *in, codec_writer_t *ou
         return no;
     }
     const bool commit = (flags & SET_COMMIT) != 0U;
-    if (services_saving(s) || (commit && (s->setup.drive->next_ready != 0U))) {
+    if (services_saving(s) || (commit && drive_change_waits(s->setup.drive))) {
         return LINK_NO_busy; /* nothing is lost: the same request may come again */
     }
     if (((flags & SET_BEGIN) != 0U) || !n->staging) {
@@ -110,7 +104,7 @@ static link_refusal_t save(services_t *s)
 {
     s->session.staging = false;
     s->staged = *services_params(s); /* what is saved must not change meanwhile */
-    switch (param_store_begin(&s->setup.drive->storage, &s->staged, s->schema)) {
+    switch (param_store_begin(drive_storage(s->setup.drive), &s->staged, s->schema)) {
     case HAL_OK:
         s->session.storing = LINK_CMD_save;
         return LINK_LATER;
@@ -157,7 +151,7 @@ static link_refusal_t restore(services_t *s)
 {
     s->session.staging = false;
     s->staged = *services_params(s);
-    const link_refusal_t no = from_storage(s, param_store_load(&s->setup.drive->storage, &s->staged, s->schema));
+    const link_refusal_t no = from_storage(s, param_store_load(drive_storage(s->setup.drive), &s->staged, s->schema));
     return (no == LINK_FINE) ? take(s) : no;
 }
 
@@ -170,7 +164,7 @@ static link_refusal_t defaults(services_t *s)
 
 static link_refusal_t arm(services_t *s)
 {
-    if (s->setup.drive->fault != FAULT_none) {
+    if (drive_fault(s->setup.drive) != FAULT_none) {
         return bad_state(s);
     }
     s->session.armed = true;
@@ -207,7 +201,7 @@ static link_refusal_t when_idle(services_t *s, uint16_t command)
     if (services_saving(s) || s->session.stored) { /* one save, one answer */
         return LINK_NO_busy;
     }
-    if (!is_idle(s)) {
+    if (!drive_is_idle(s->setup.drive)) {
         return bad_state(s);
     }
     switch (command) {
@@ -267,7 +261,7 @@ link_refusal_t request_command(services_t *s, codec_reader_t *in, codec_writer_t
     }
     if (no == LINK_FINE) {
         codec_put_u16(out, command);
-        codec_put_u8(out, (uint16_t)s->setup.drive->state);
+        codec_put_u8(out, (uint16_t)drive_state(s->setup.drive));
     }
     return no;
 }

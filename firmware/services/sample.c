@@ -5,10 +5,10 @@
 static void note_fault(services_t *s)
 {
     const drive_t *const d = s->setup.drive;
-    const drive_fault_t  now = d->fault;
+    const drive_fault_t  now = drive_fault(d);
     if ((now != FAULT_none) && (now != s->last_fault)) {
         s->found.fault = now;
-        s->found.detail = d->fault_detail;
+        s->found.detail = drive_fault_detail(d);
         s->found.since = s->counter;
     }
     s->last_fault = now;

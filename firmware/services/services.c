@@ -64,20 +64,20 @@ void services_start(services_t *s, const services_setup_t *setup)
 
     drive_t *const d = setup->drive;
     s->staged = *setup->defaults;
-    store_reset(&d->storage);
-    s->stored_taken = param_store_load(&d->storage, &s->staged, s->schema) == HAL_OK;
+    store_reset(drive_storage(d));
+    s->stored_taken = param_store_load(drive_storage(d), &s->staged, s->schema) == HAL_OK;
     drive_init(d, s->stored_taken ? &s->staged : setup->defaults);
-    if (s->stored_taken && (d->fault == FAULT_configuration)) { /* a set that fits no drive must not lock the bench out */
+    if (s->stored_taken && (drive_fault(d) == FAULT_configuration)) { /* a set that fits no drive must not lock the bench out */
         s->stored_taken = false;
         drive_init(d, setup->defaults);
     }
-    if (s->stored_taken && (d->params.auto_run != 0U) && (setup->reset != HAL_RESET_WATCHDOG)) {
+    if (s->stored_taken && (drive_newest_params(d)->auto_run != 0U) && (setup->reset != HAL_RESET_WATCHDOG)) {
         drive_start(d);
         s->session.started = true; /* nobody may be there to stop it: the timeout counts from now on */
         s->session.by_itself = true;
     }
-    s->seen_state = d->state;
-    s->seen_fault = d->fault;
+    s->seen_state = drive_state(d);
+    s->seen_fault = drive_fault(d);
     start_black_box(&s->recorder[SERVICES_BLACK_BOX]);
 }
 
@@ -101,15 +101,15 @@ link_refusal_t services_index(services_t *s, uint16_t index, uint16_t count)
     return (index < count) ? LINK_FINE : services_refuse(s, LINK_NO_index, index, 0.0f, (float)count - 1.0f);
 }
 
-bool services_saving(const services_t *s) { return s->setup.drive->storage.active; }
+bool services_saving(const services_t *s) { return drive_is_saving(s->setup.drive); }
 
 uint16_t services_flags(const services_t *s)
 {
     const drive_t *const d = s->setup.drive;
-    const bool           flag[] = {s->session.armed,    d->started_up && drive_zero_is_known(d),
-                                   s->session.started,  s->session.timed_out,
-                                   d->next_ready != 0U, d->position.homed,
-                                   s->stream.on != 0U,  services_saving(s),
+    const bool           flag[] = {s->session.armed,      drive_has_started_up(d) && drive_zero_is_known(d),
+                                   s->session.started,    s->session.timed_out,
+                                   drive_change_waits(d), drive_is_homed(d),
+                                   s->stream.on != 0U,    services_saving(s),
                                    s->stored_taken};
     uint16_t             bits = 0U;
     for (uint16_t i = 0U; i < (uint16_t)(sizeof(flag) / sizeof(flag[0])); i++) {
@@ -121,7 +121,7 @@ uint16_t services_flags(const services_t *s)
 const drive_params_t *services_params(const services_t *s)
 {
     const drive_t *const d = s->setup.drive;
-    return (d->next_ready != 0U) ? &d->next_params : &d->params; /* the interrupt changes the second only while the first waits */
+    return drive_newest_params(d);
 }
 
 void services_disarm(services_t *s)
@@ -145,7 +145,7 @@ static void check_timeout(services_t *s)
         return;
     }
     drive_t *const  d = s->setup.drive;
-    drive_command_t rest = d->command[d->command_at & 1U];
+    drive_command_t rest = *drive_newest_command(d);
     rest.speed_ref_rad_s = 0.0f;
     rest.id_ref_a = 0.0f;
     rest.iq_ref_a = 0.0f;
@@ -155,12 +155,10 @@ static void check_timeout(services_t *s)
     n->event_wanted = true;
 }
 
-static bool bridge_on(drive_state_t state) { return (state == DRIVE_RUN) || (state == DRIVE_ALIGN); }
-
 static void watch(services_t *s)
 {
-    const drive_state_t state = s->setup.drive->state;
-    const drive_fault_t fault = s->setup.drive->fault;
+    const drive_state_t state = drive_state(s->setup.drive);
+    const drive_fault_t fault = drive_fault(s->setup.drive);
     if (fault != FAULT_none) {
         s->session.armed = false;
         s->session.started = false;
@@ -169,7 +167,7 @@ static void watch(services_t *s)
     if ((state != s->seen_state) || (fault != s->seen_fault)) {
         s->session.event_wanted = true;
         recorder_t *const box = &s->recorder[SERVICES_BLACK_BOX];
-        if (bridge_on(state) && !bridge_on(s->seen_state) && (box->status == RECORDER_COMPLETE)) {
+        if (drive_state_is_armed(state) && !drive_state_is_armed(s->seen_state) && (box->status == RECORDER_COMPLETE)) {
             recorder_restart(box);
         }
     }
@@ -249,9 +247,9 @@ static void post_event(services_t *s)
     frame_begin(&s->frame, LINK_event, s->session.event_seq);
     codec_writer_t *const w = &s->frame.payload;
     codec_put_u32(w, s->counter);
-    codec_put_u8(w, (uint16_t)d->state);
-    codec_put_u16(w, (uint16_t)d->fault);
-    codec_put_u16(w, d->fault_detail);
+    codec_put_u8(w, (uint16_t)drive_state(d));
+    codec_put_u16(w, (uint16_t)drive_fault(d));
+    codec_put_u16(w, drive_fault_detail(d));
     codec_put_u16(w, services_flags(s));
     post(s);
     s->session.event_seq++;
@@ -288,7 +286,7 @@ static void post_stored(services_t *s)
     if (why == LINK_FINE) {
         frame_begin(&s->frame, LINK_command + LINK_ANSWER, s->session.storing_seq);
         codec_put_u16(&s->frame.payload, s->session.storing);
-        codec_put_u8(&s->frame.payload, (uint16_t)s->setup.drive->state);
+        codec_put_u8(&s->frame.payload, (uint16_t)drive_state(s->setup.drive));
         post(s);
     } else {
         post_refusal(s, LINK_command, s->session.storing_seq, why);

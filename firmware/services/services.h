@@ -15,7 +15,7 @@
 #ifndef FIRMWARE_SERVICES_SERVICES_H
 #define FIRMWARE_SERVICES_SERVICES_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 #include "firmware/link/frame.h"
 #include "firmware/services/param_store.h"
 #include "firmware/services/recorder.h"

@@ -1,6 +1,7 @@
 #include "firmware/services/stream.h"
 
 #include "firmware/app/telemetry.h"
+#include "hal/hal_order.h"
 
 void stream_init(stream_t *s)
 {
@@ -8,11 +9,11 @@ void stream_init(stream_t *s)
     stream_configure(s, s->signal, 0U, 1U, 0U);
 }
 
-/* Through a volatile view: what lies between the two writes of `on` must not move past them. */
-void stream_configure(stream_t *stream, const uint16_t *signals, uint16_t count, uint16_t decimation, uint16_t rows)
+/* The interrupt keeps away between the two writes of `on`. */
+void stream_configure(stream_t *s, const uint16_t *signals, uint16_t count, uint16_t decimation, uint16_t rows)
 {
-    volatile stream_t *const s = stream;
     s->on = 0U;
+    hal_order();
     for (uint16_t i = 0U; i < count; i++) {
         s->signal[i] = signals[i];
     }
@@ -32,6 +33,7 @@ void stream_configure(stream_t *stream, const uint16_t *signals, uint16_t count,
     s->write_slot = 0U;
     s->read_slot = 0U;
     s->lost = 0U;
+    hal_order();
     s->on = (count > 0U) ? 1U : 0U;
 }
 
@@ -90,6 +92,7 @@ bool stream_take(stream_t *s, uint32_t counter, codec_writer_t *w)
     if ((s->on == 0U) || (waiting == 0U)) {
         return false;
     }
+    hal_order(); /* rows after their count */
     const uint16_t rows = rows_in_line(s, waiting);
     const bool     gap = rows < ((waiting < s->frame_rows) ? waiting : s->frame_rows);
     const bool     full = rows >= s->frame_rows;
@@ -102,13 +105,14 @@ bool stream_take(stream_t *s, uint32_t counter, codec_writer_t *w)
     codec_put_u16(w, s->frame);
     codec_put_u32(w, s->counter[s->read_slot]);
     for (uint16_t r = 0U; r < rows; r++) {
-        const volatile float *const row = &s->value[(uint16_t)(s->read_slot * s->count)]; /* after `written` was read */
+        const float *const row = &s->value[(uint16_t)(s->read_slot * s->count)];
         for (uint16_t i = 0U; i < s->count; i++) {
             codec_put_f32(w, row[i]);
         }
         s->read_slot = next_slot(s, s->read_slot);
     }
     s->frame++;
+    hal_order(); /* from here on the interrupt may write over them */
     s->taken = (uint16_t)(s->taken + rows);
     return true;
 }

@@ -9,7 +9,7 @@
 #ifndef FIRMWARE_SERVICES_STREAM_H
 #define FIRMWARE_SERVICES_STREAM_H
 
-#include "firmware/app/drive.h"
+#include "firmware/app/status.h"
 #include "firmware/link/codec.h"
 
 #define STREAM_SIGNALS 12U
@@ -40,7 +40,7 @@ typedef struct {
 /** Nothing is streamed. */
 void stream_init(stream_t *s);
 /** Main loop. @p count 0 stops; at most STREAM_SIGNALS; @p rows 0: as many rows in a frame as fit. */
-void stream_configure(stream_t *stream, const uint16_t *signals, uint16_t count, uint16_t decimation, uint16_t rows);
+void stream_configure(stream_t *s, const uint16_t *signals, uint16_t count, uint16_t decimation, uint16_t rows);
 /** Current interrupt, every period. */
 void stream_sample(stream_t *s, const drive_t *d, uint32_t counter);
 /** Main loop: the payload of the next frame, if one is due. */

@@ -3,6 +3,7 @@
 #include "hal/hal_link.h"
 
 #include "hal/f28379d/parts.h"
+#include "hal/hal_order.h"
 
 #define RING 512U /* octets; a power of 2 */
 #define PUMP 8U   /* octets a period each way: more than the line carries */
@@ -76,7 +77,9 @@ uint16_t hal_link_read(uint16_t *octets, uint16_t limit)
 {
     uint16_t n = 0U;
     while ((n < limit) && (filled(&in) > 0U)) {
+        hal_order();
         octets[n] = in.octet[in.taken & (RING - 1U)];
+        hal_order();
         in.taken++;
         n++;
     }
@@ -90,6 +93,7 @@ uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
     uint16_t n = 0U;
     while ((n < count) && (filled(&out) < RING)) {
         out.octet[out.written & (RING - 1U)] = octets[n] & 0xFFU;
+        hal_order();
         out.written++;
         n++;
     }

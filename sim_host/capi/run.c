@@ -67,7 +67,7 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
     if ((sim == NULL) || (param == NULL) || !sim->started) {
         return false;
     }
-    drive_params_t p = sim->drive.params;
+    drive_params_t p = *sim->drive.params;
     if (!capi_param_set(sim, &p, param, value)) {
         return false;
     }

@@ -4,6 +4,7 @@
 
 Every violation is printed as `file:line: rule`. Exit status: 0 none, 1 some, 2 there was nothing to check.
 
+Inside    Services do not look inside the drive.
 Layers    A folder includes only what LAYERS allows it to; a header of ours is named from the root.
 Target    In TARGET_FOLDERS nothing stands that the C28x does not have or cannot afford: types of 8 bits, double and
           what silently calculates in double, the heap, and the library's slow functions.
@@ -88,6 +89,11 @@ POISON = (
     (re.compile(rf"\b(?:{'|'.join(DOUBLE_MATH)})\s*\("), "this function of libm calculates in double"),
     (re.compile(rf"\b(?:{'|'.join(SLOW_MATH)})\s*\("), "this function of libm costs too much; see control/numeric"),
 )
+# What a folder does not touch: the members of an object that has functions.
+INSIDE = (
+    ("firmware/services", re.compile(r"\b(?:d|drive)->\w+"), "the drive is asked through firmware/app/status.h"),
+    ("firmware/main_", re.compile(r"\bdrive(?:\.|->)\w+"), "the drive is asked through firmware/app/status.h"),
+)
 # A decimal literal with a point or an exponent. Not: the middle of a name, of a hexadecimal number.
 DECIMAL = re.compile(r"(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][+-]?\d+)?(?P<suffix>\w*)")
 
@@ -156,6 +162,12 @@ def violations(path: str, source: str) -> Iterator[tuple[int, str]]:
             fault = include_fault(layer, match["what"])
             if fault is not None:
                 yield text.count("\n", 0, match.start()) + 1, fault
+
+    for start, pattern, rule in INSIDE:
+        if path.startswith(start):
+            for number, line in enumerate(without_comments_and_literals(source).splitlines(), start=1):
+                for match in pattern.finditer(line):
+                    yield number, f"{match[0]}: {rule}"
 
     if any(is_below(path, folder) for folder in TARGET_FOLDERS):
         text = without_comments_and_literals(source)

@@ -108,6 +108,12 @@ class Includes(unittest.TestCase):
         for folder in ("plant", "effects", "board", "capi"):
             self.assert_refused(f"sim_host/{folder}/x.c", '"sim_host/referee/machine.h"')
 
+    def test_services_ask_the_drive_and_do_not_look_inside(self) -> None:
+        for code in ("x = d->state;", "f(s->setup.drive->fault);", "if (drive->position.homed) {}"):
+            self.assertEqual(len(rules("firmware/services/services.c", f"{code}\n")), 1, code)
+            self.assertEqual(rules("firmware/app/memory.c", f"{code}\n"), [])
+        self.assertEqual(rules("firmware/services/services.c", "x = drive_state(s->setup.drive); /* d->state */\n"), [])
+
     def test_headers_are_named_from_the_root(self) -> None:
         self.assert_refused("control/motor/pi.c", '"pi.h"')
         self.assert_refused("control/motor/pi.c", '"control/../firmware/app/app.h"')

@@ -232,36 +232,36 @@ void test_configure_current_gains_arrive_with_the_sample_time(void)
 {
     assert_accepted("defaults");
 
-    ARRIVES(per(0.6, VOLT / AMP), drive.setup.current_pi.kp);
-    ARRIVES(per(0.108, VOLT / AMP), drive.setup.current_pi.ki_ts);
-    ARRIVES(per(1.5e-4 * 4.0 / TWO_PI, 1.0 / SPEED), drive.setup.advance);
-    TEST_ASSERT_TRUE(drive.setup.voltage_limit == NUM_MAX); /* none of its own: the dc link limits */
+    ARRIVES(per(0.6, VOLT / AMP), drive.setup->current.pi.kp);
+    ARRIVES(per(0.108, VOLT / AMP), drive.setup->current.pi.ki_ts);
+    ARRIVES(per(1.5e-4 * 4.0 / TWO_PI, 1.0 / SPEED), drive.setup->current.advance);
+    TEST_ASSERT_TRUE(drive.setup->current.voltage_limit == NUM_MAX); /* none of its own: the dc link limits */
 }
 
 void test_configure_speed_gains_arrive_with_the_speed_sample_time_and_the_unit_of_the_error(void)
 {
     assert_accepted("defaults");
 
-    ARRIVES(per(0.0368, AMP / UNIT), drive.setup.speed_pi.kp);
-    ARRIVES(per(0.92e-3, AMP / UNIT), drive.setup.speed_pi.ki_ts);
-    ARRIVES(per(10.0, AMP), drive.setup.speed_pi.out_max);
-    ARRIVES(per(-10.0, AMP), drive.setup.speed_pi.out_min);
-    ARRIVES(per_numeric(4.0, 1.0), drive.setup.error_scale);
-    TEST_ASSERT_EQUAL_INT(CTL_PI_HOLD_OUTWARD, drive.setup.speed_pi.anti_windup);
-    TEST_ASSERT_EQUAL_INT(CTL_PI_HOLD, drive.setup.current_pi.anti_windup);
+    ARRIVES(per(0.0368, AMP / UNIT), drive.setup->speed.pi.kp);
+    ARRIVES(per(0.92e-3, AMP / UNIT), drive.setup->speed.pi.ki_ts);
+    ARRIVES(per(10.0, AMP), drive.setup->speed.pi.out_max);
+    ARRIVES(per(-10.0, AMP), drive.setup->speed.pi.out_min);
+    ARRIVES(per_numeric(4.0, 1.0), drive.setup->speed.error_scale);
+    TEST_ASSERT_EQUAL_INT(CTL_PI_HOLD_OUTWARD, drive.setup->speed.pi.anti_windup);
+    TEST_ASSERT_EQUAL_INT(CTL_PI_HOLD, drive.setup->current.pi.anti_windup);
 }
 
 void test_configure_tracking_filter_and_edge_timer_arrive_with_their_times(void)
 {
     assert_accepted("defaults");
 
-    ARRIVES(0.0754, drive.setup.pll.kp_ts);
-    ARRIVES(per(14.2122, SPEED), drive.setup.pll.ki_ts);
-    ARRIVES(per(1e-4, 1.0 / SPEED), drive.setup.pll.rad_per_speed_ts);
-    ARRIVES(per(975.0, SPEED), drive.setup.pll.speed_max);
-    ARRIVES(per(TWO_PI / 4.0, SPEED), drive.setup.mt.speed_1_count); /* one of 4000 counts in 1 ms */
-    TEST_ASSERT_EQUAL_UINT32(200000U, drive.setup.mt.sample_cyc);
-    TEST_ASSERT_EQUAL_UINT32(BENCH_PERIOD_CYC, drive.setup.period_cyc);
+    ARRIVES(0.0754, drive.setup->tracking.pll.kp_ts);
+    ARRIVES(per(14.2122, SPEED), drive.setup->tracking.pll.ki_ts);
+    ARRIVES(per(1e-4, 1.0 / SPEED), drive.setup->tracking.pll.rad_per_speed_ts);
+    ARRIVES(per(975.0, SPEED), drive.setup->tracking.pll.speed_max);
+    ARRIVES(per(TWO_PI / 4.0, SPEED), drive.setup->speed.mt.speed_1_count); /* one of 4000 counts in 1 ms */
+    TEST_ASSERT_EQUAL_UINT32(200000U, drive.setup->speed.mt.sample_cyc);
+    TEST_ASSERT_EQUAL_UINT32(BENCH_PERIOD_CYC, drive.setup->period_cyc);
 }
 
 void test_configure_repetitive_controller_arrives_in_units_of_the_error(void)
@@ -269,15 +269,15 @@ void test_configure_repetitive_controller_arrives_in_units_of_the_error(void)
     params.method = DRIVE_METHOD_FORC;
     assert_accepted("forc");
 
-    ARRIVES(0.6, drive.setup.rc.gain);
-    ARRIVES(0.45, drive.setup.rc.q.side);
-    ARRIVES(0.10, drive.setup.rc.q.centre);
-    ARRIVES(per(1000.0, UNIT), drive.setup.rc.limit);
-    ARRIVES(per(TWO_PI / 4e-3, SPEED), drive.setup.rc_period_scale);
-    TEST_ASSERT_EQUAL_UINT16(2U, drive.setup.rc.order);
-    TEST_ASSERT_EQUAL_UINT16(5U, drive.setup.rc.lead);
-    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_NONE, drive.setup.rc.fal_at);
-    TEST_ASSERT_TRUE(drive.setup.rc_used);
+    ARRIVES(0.6, drive.setup->speed.rc.gain);
+    ARRIVES(0.45, drive.setup->speed.rc.q.side);
+    ARRIVES(0.10, drive.setup->speed.rc.q.centre);
+    ARRIVES(per(1000.0, UNIT), drive.setup->speed.rc.limit);
+    ARRIVES(per(TWO_PI / 4e-3, SPEED), drive.setup->speed.rc_period_scale);
+    TEST_ASSERT_EQUAL_UINT16(2U, drive.setup->speed.rc.order);
+    TEST_ASSERT_EQUAL_UINT16(5U, drive.setup->speed.rc.lead);
+    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_NONE, drive.setup->speed.rc.fal_at);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc_used);
 }
 
 void test_configure_crc_has_no_interpolation_and_no_fal(void)
@@ -285,9 +285,9 @@ void test_configure_crc_has_no_interpolation_and_no_fal(void)
     params.method = DRIVE_METHOD_CRC;
     assert_accepted("crc");
 
-    TEST_ASSERT_EQUAL_UINT16(0U, drive.setup.rc.order);
-    TEST_ASSERT_TRUE(drive.setup.rc.truncate);
-    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_NONE, drive.setup.rc.fal_at);
+    TEST_ASSERT_EQUAL_UINT16(0U, drive.setup->speed.rc.order);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc.truncate);
+    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_NONE, drive.setup->speed.rc.fal_at);
 }
 
 /* fal(u x) = u^alpha fal'(x) with its knee at delta / u: at the input of the memory the gain takes u^(alpha - 1) along */
@@ -297,10 +297,11 @@ void test_configure_fal_at_the_input_keeps_its_size_in_every_unit(void)
     assert_accepted("fal-forc");
 
     const double gain = 0.6 * per_numeric(1.0, pow(UNIT, -0.4));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * gain, gain, value_of(drive.setup.rc.gain)); /* log2 and exp2 of the fixed build: 1e-6 */
-    ARRIVES(0.6, drive.setup.rc.fal.alpha);
-    ARRIVES(per(0.4, UNIT), drive.setup.rc.fal.delta);
-    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_INPUT, drive.setup.rc.fal_at);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * gain, gain,
+                              value_of(drive.setup->speed.rc.gain)); /* log2 and exp2 of the fixed build: 1e-6 */
+    ARRIVES(0.6, drive.setup->speed.rc.fal.alpha);
+    ARRIVES(per(0.4, UNIT), drive.setup->speed.rc.fal.delta);
+    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_INPUT, drive.setup->speed.rc.fal_at);
 }
 
 /* lambda(u x) = u^(alpha - 1) lambda'(x), too; it multiplies what the gain and the limit have made */
@@ -312,9 +313,9 @@ void test_configure_fal_at_the_output_keeps_its_size_in_every_unit(void)
 
     const double gain = 0.6 * per_numeric(1.0, pow(UNIT, -0.4));
     const double limit = 1000.0 * per_numeric(1.0, pow(UNIT, -0.4) / UNIT);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * gain, gain, value_of(drive.setup.rc.gain));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit, value_of(drive.setup.rc.limit));
-    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_OUTPUT, drive.setup.rc.fal_at);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * gain, gain, value_of(drive.setup->speed.rc.gain));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit, value_of(drive.setup->speed.rc.limit));
+    TEST_ASSERT_EQUAL_INT(CTL_RC_FAL_OUTPUT, drive.setup->speed.rc.fal_at);
 }
 
 void test_configure_voltage_limit_and_switches_arrive(void)
@@ -327,12 +328,12 @@ void test_configure_voltage_limit_and_switches_arrive(void)
     params.encoder_offset_rad = (float)(PI_OF_CIRCLE / 2.0);
     assert_accepted("switches");
 
-    ARRIVES(per(12.0, VOLT), drive.setup.voltage_limit);
-    TEST_ASSERT_TRUE(drive.setup.speed_inline);
-    TEST_ASSERT_TRUE(drive.setup.encoder_reversed);
-    TEST_ASSERT_EQUAL_UINT16(7U, drive.setup.pole_pairs);
-    TEST_ASSERT_EQUAL_UINT16(20U, drive.setup.speed_divider);
-    TEST_ASSERT_EQUAL_UINT32(400000U, drive.setup.mt.sample_cyc);
+    ARRIVES(per(12.0, VOLT), drive.setup->current.voltage_limit);
+    TEST_ASSERT_TRUE(drive.setup->speed.inlined);
+    TEST_ASSERT_TRUE(drive.setup->tracking.encoder_reversed);
+    TEST_ASSERT_EQUAL_UINT16(7U, drive.setup->tracking.pole_pairs);
+    TEST_ASSERT_EQUAL_UINT16(20U, drive.setup->speed.between + 1U);
+    TEST_ASSERT_EQUAL_UINT32(400000U, drive.setup->speed.mt.sample_cyc);
     /* a quarter turn; 2^-24 of a turn is what the float of the angle holds */
-    TEST_ASSERT_UINT32_WITHIN(256U, 0x40000000U, drive.setup.encoder_offset);
+    TEST_ASSERT_UINT32_WITHIN(256U, 0x40000000U, drive.setup->tracking.encoder_offset);
 }

@@ -140,7 +140,7 @@ void test_drive_command_follows_limits_that_are_lowered_while_it_acts(void)
     bench_into(DRIVE_RUN);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 6.0, 8.0);
     bench_period();
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.iq_limit_a = 5.0f;
     p.id_limit_a = 3.0f;
     uint16_t none = 0U;
@@ -184,15 +184,15 @@ void test_drive_tune_acts_between_two_samples_and_not_before(void)
     bench_into(DRIVE_RUN);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.6, q_volts());
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.current_kp_v_per_a = 0.9f;
 
     TEST_ASSERT_TRUE(tune(&p));
 
     TEST_ASSERT_EQUAL_UINT16(PARAM_COUNT, culprit);
-    TEST_ASSERT_EQUAL_FLOAT(0.6f, drive.params.current_kp_v_per_a); /* the interrupts still have the old ones */
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, drive.params->current_kp_v_per_a); /* the interrupts still have the old ones */
     TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.9, q_volts());
-    TEST_ASSERT_EQUAL_FLOAT(0.9f, drive.params.current_kp_v_per_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.9f, drive.params->current_kp_v_per_a);
 }
 
 /* limits and gains of one change belong together: an interrupt sees both or none */
@@ -201,7 +201,7 @@ void test_drive_tune_protection_limits_change_with_the_rest(void)
     bench_into(DRIVE_READY);
     bench.sample.vdc_v = 30.0f;
     bench_period();
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.over_voltage_v = (float)per_numeric(28.0, 40.0); /* in fixed point it is a base and may not change */
     p.under_voltage_v = (float)per_numeric(5.0, 31.0); /* looked at while the bridge is on */
     TEST_ASSERT_TRUE(tune(&p));
@@ -219,17 +219,17 @@ void test_drive_tune_refused_changes_nothing(void)
 {
     bench_into(DRIVE_RUN);
     bench_periods(25U);
-    static drive_t before;
-    before = drive;
-    drive_params_t p = drive.params;
+    const drive_params_t params_before = *drive.params;
+    const drive_setup_t  setup_before = *drive.setup;
+    drive_params_t       p = *drive.params;
     p.current_kp_v_per_a = 0.9f;
     p.iq_limit_a = 21.0f; /* more than trips */
 
     TEST_ASSERT_FALSE(tune(&p));
 
     TEST_ASSERT_EQUAL_UINT16(PARAM_iq_limit_a, culprit);
-    TEST_ASSERT_EQUAL_MEMORY(&before.params, &drive.params, sizeof before.params);
-    TEST_ASSERT_EQUAL_MEMORY(&before.setup, &drive.setup, sizeof before.setup);
+    TEST_ASSERT_EQUAL_MEMORY(&params_before, drive.params, sizeof params_before);
+    TEST_ASSERT_EQUAL_MEMORY(&setup_before, drive.setup, sizeof setup_before);
     TEST_ASSERT_EQUAL_UINT16(0U, drive.next_ready);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.6, q_volts());
@@ -238,12 +238,12 @@ void test_drive_tune_refused_changes_nothing(void)
 void test_drive_tune_refuses_what_is_out_of_range_or_no_number(void)
 {
     bench_into(DRIVE_RUN);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.rc_lead = 16U;
     TEST_ASSERT_FALSE(tune(&p));
     TEST_ASSERT_EQUAL_UINT16(PARAM_rc_lead, culprit);
 
-    p = drive.params;
+    p = *drive.params;
     p.speed_kp_a_per_unit = NAN;
     TEST_ASSERT_FALSE(tune(&p));
     TEST_ASSERT_EQUAL_UINT16(PARAM_speed_kp_a_per_unit, culprit);
@@ -254,7 +254,7 @@ void test_drive_tune_second_change_waits_until_the_first_was_taken_over(void)
     bench_into(DRIVE_RUN);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
     bench_period();
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.current_kp_v_per_a = 0.9f;
     TEST_ASSERT_TRUE(tune(&p));
     p.current_kp_v_per_a = 0.3f;
@@ -309,18 +309,18 @@ void test_drive_tune_waits_while_the_speed_interrupt_is_under_way(void)
     bench.sample.seq++;
     drive_current_isr(&drive);
     TEST_ASSERT_TRUE(bench.speed_requested); /* requested, and still running */
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.current_kp_v_per_a = 0.9f;
     TEST_ASSERT_TRUE(tune(&p));
 
     bench.sample.seq++;
     drive_current_isr(&drive);
-    TEST_ASSERT_EQUAL_FLOAT(0.6f, drive.params.current_kp_v_per_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, drive.params->current_kp_v_per_a);
 
     drive_speed_isr(&drive);
     bench.sample.seq++;
     drive_current_isr(&drive);
-    TEST_ASSERT_EQUAL_FLOAT(0.9f, drive.params.current_kp_v_per_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.9f, drive.params->current_kp_v_per_a);
 }
 
 void test_drive_tune_interrupt_in_the_middle_of_a_change_sees_the_old_parameters(void)
@@ -328,7 +328,7 @@ void test_drive_tune_interrupt_in_the_middle_of_a_change_sees_the_old_parameters
     bench_into(DRIVE_RUN);
     bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
     bench_period();
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.current_kp_v_per_a = 0.9f;
     bench.in_clock_hz = bench_period; /* called while the new setup is made */
     TEST_ASSERT_TRUE(tune(&p));
@@ -424,7 +424,7 @@ void test_drive_tune_every_method_can_follow_every_other(void)
 
             TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_RUN, drive.state, at("%u to %u", (unsigned)from, (unsigned)to));
             ASSERT_DUTIES_LEGAL(at("%u to %u", (unsigned)from, (unsigned)to));
-            TEST_ASSERT_EQUAL_UINT16_MESSAGE(to, drive.params.method, at("%u to %u", (unsigned)from, (unsigned)to));
+            TEST_ASSERT_EQUAL_UINT16_MESSAGE(to, drive.params->method, at("%u to %u", (unsigned)from, (unsigned)to));
         }
     }
 }
@@ -442,7 +442,7 @@ void test_drive_tune_of_the_encoder_offset_acts_at_once_when_the_encoder_is_abso
     bench_into(DRIVE_READY);
     bench_angle(0.5);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 2.0, theta_e());
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.encoder_offset_rad = 0.75f;
     TEST_ASSERT_TRUE(tune(&p));
 
@@ -485,11 +485,11 @@ void test_drive_tune_refuses_what_only_changes_at_rest_while_the_bridge_is_armed
     for (size_t k = 0; k < COUNT_OF(armed); k++) {
         bench_start();
         bench_into(armed[k]);
-        static drive_t before;
-        before = drive;
-        uint16_t tried = 0U;
+        const drive_params_t params_before = *drive.params;
+        const drive_setup_t  setup_before = *drive.setup;
+        uint16_t             tried = 0U;
         for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
-            drive_params_t p = drive.params;
+            drive_params_t p = *drive.params;
             TEST_ASSERT_TRUE(other_value(&p, i));
             if (!params_only_at_rest(i)) {
                 continue;
@@ -501,8 +501,8 @@ void test_drive_tune_refuses_what_only_changes_at_rest_while_the_bridge_is_armed
         }
         TEST_ASSERT_TRUE(tried > 30U);
         TEST_ASSERT_EQUAL_UINT16(0U, drive.next_ready);
-        TEST_ASSERT_EQUAL_MEMORY(&before.setup, &drive.setup, sizeof before.setup);
-        TEST_ASSERT_EQUAL_MEMORY(&before.params, &drive.params, sizeof before.params);
+        TEST_ASSERT_EQUAL_MEMORY(&setup_before, drive.setup, sizeof setup_before);
+        TEST_ASSERT_EQUAL_MEMORY(&params_before, drive.params, sizeof params_before);
         bench_periods(2U);
         ASSERT_NO_FAULT("it runs on");
     }
@@ -516,7 +516,7 @@ void test_drive_tune_names_what_only_changes_at_rest(void)
                               PARAM_stall_s};
     bench_into(DRIVE_RUN);
     for (size_t k = 0; k < COUNT_OF(named); k++) {
-        drive_params_t p = drive.params;
+        drive_params_t p = *drive.params;
         TEST_ASSERT_TRUE(params_set(
             &p, named[k],
             (float)((params_get(&p, named[k]) == 1.0f)
@@ -559,10 +559,64 @@ void test_drive_tune_nothing_that_changes_while_running_gives_a_block_another_sh
     }
 }
 
+/* What the take-over of a running drive may change, and what must go on as it was: integrators, filters, memories. */
+static void into_learning(drive_params_t *p)
+{
+    bench_run_with(p);
+    bench_command(DRIVE_MODE_SPEED, 15.707963, 0.0, 0.0);
+    bench_currents(0.3, -0.2, 0.0);
+    bench_periods(505U);
+}
+
+void test_drive_tune_while_running_leaves_every_memory_integrator_and_filter_as_it_is(void)
+{
+    static num_t rc_memory[DRIVE_RC_CAPACITY], observer_memory[DRIVE_OBSERVER_CAPACITY];
+    for (uint16_t method = 0U; method < 7U; method++) {
+        bench_start();
+        drive_params_t base = bench_params();
+        base.method = method;
+        base.current_ki_v_per_as = 100.0f;
+        into_learning(&base);
+        for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
+            drive_params_t p = base;
+            const float    now = params_get(&p, i);
+            if (params_only_at_rest(i) || !params_set(&p, i, (now == 0.0f) ? params_info(i)->max : (0.5f * now)) || !tune(&p)) {
+                continue;
+            }
+            const ctl_pi_state_t           d_axis = drive.current.d.state, q_axis = drive.current.q.state;
+            const ctl_pi_state_t           speed = drive.speed.pi.state;
+            const ctl_pll_state_t          pll = drive.tracking.pll.state;
+            const ctl_mt_state_t           mt = drive.speed.mt.state;
+            const ctl_meter_state_t        meter = drive.observer.meter.state;
+            const ctl_angle_memory_state_t memory = drive.observer.observer.state.memory.state;
+            const ctl_ring_t               time = drive.speed.rc.state.time;
+            (void)memcpy(rc_memory, drive.rc_memory, sizeof rc_memory);
+            (void)memcpy(observer_memory, drive.observer_memory, sizeof observer_memory);
+
+            drive_take_over(&drive);
+
+            const char *const name = params_info(i)->name;
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&d_axis, &drive.current.d.state, sizeof d_axis, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&q_axis, &drive.current.q.state, sizeof q_axis, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&speed, &drive.speed.pi.state, sizeof speed, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&pll, &drive.tracking.pll.state, sizeof pll, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&mt, &drive.speed.mt.state, sizeof mt, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&meter, &drive.observer.meter.state, sizeof meter, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&memory, &drive.observer.observer.state.memory.state, sizeof memory, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&time, &drive.speed.rc.state.time, sizeof time, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(rc_memory, drive.rc_memory, sizeof rc_memory, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(observer_memory, drive.observer_memory, sizeof observer_memory, name);
+            TEST_ASSERT_EQUAL_MEMORY_MESSAGE(&p, drive.params, sizeof p, name);
+            TEST_ASSERT_TRUE(tune(&base));
+            drive_take_over(&drive);
+        }
+    }
+}
+
 void test_drive_tune_takes_the_angle_at_rest(void)
 {
     bench_into(DRIVE_READY);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.pole_pairs = 3U;
     p.encoder_reversed = 1U;
     TEST_ASSERT_TRUE(tune(&p));
@@ -616,7 +670,7 @@ void test_drive_tune_interrupts_keep_away_from_blocks_that_are_being_set_up(void
     for (size_t k = 0; k < COUNT_OF(rest) * COUNT_OF(mode) * 7U; k++) {
         bench_start();
         bench_into(rest[k / 14U]);
-        drive_params_t p = drive.params;
+        drive_params_t p = *drive.params;
         p.method = (uint16_t)(k % 7U);
         p.speed_source = (p.method == 0U) ? 2U : 1U; /* pi with the meter for the speed */
         p.speed_inline = (uint16_t)(k & 1U);
@@ -638,28 +692,28 @@ void test_drive_tune_interrupts_keep_away_from_blocks_that_are_being_set_up(void
 void test_drive_tune_at_rest_withdraws_what_it_sets_up_until_the_interrupt_takes_over(void)
 {
     bench_into(DRIVE_READY);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.method = DRIVE_METHOD_ARO;
     TEST_ASSERT_TRUE(tune(&p));
     bench_periods(3U);
-    TEST_ASSERT_TRUE(drive.setup.meter_used && drive.setup.observer_used);
+    TEST_ASSERT_TRUE(drive.setup->observer.meter_used && drive.setup->observer.used);
     p.observer_fir1_order = 12U;
     p.aro_cells = 300U;
     TEST_ASSERT_TRUE(tune(&p));
-    TEST_ASSERT_FALSE(drive.setup.meter_used || drive.setup.observer_used);
+    TEST_ASSERT_FALSE(drive.setup->observer.meter_used || drive.setup->observer.used);
     bench_periods(1U);
-    TEST_ASSERT_TRUE(drive.setup.meter_used && drive.setup.observer_used);
+    TEST_ASSERT_TRUE(drive.setup->observer.meter_used && drive.setup->observer.used);
     bench_periods(20U);
 
     p.method = DRIVE_METHOD_FORC;
     TEST_ASSERT_TRUE(tune(&p));
     bench_periods(20U);
-    TEST_ASSERT_TRUE(drive.setup.rc_used);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc_used);
     p.rc_order = 3U;
     TEST_ASSERT_TRUE(tune(&p));
-    TEST_ASSERT_FALSE(drive.setup.rc_used);
+    TEST_ASSERT_FALSE(drive.setup->speed.rc_used);
     bench_periods(20U);
-    TEST_ASSERT_TRUE(drive.setup.rc_used);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc_used);
 }
 
 /* The blocks are set up when drive_tune comes back; the interrupt only takes flags and numbers over. */
@@ -668,7 +722,7 @@ void test_drive_tune_at_rest_sets_up_before_the_interrupt_takes_over(void)
     static blocks_t before, after;
     bench_into(DRIVE_READY);
     for (uint16_t method = 0U; method < 7U; method++) {
-        drive_params_t p = drive.params;
+        drive_params_t p = *drive.params;
         p.method = method;
         p.aro_cells = 2048U;
         TEST_ASSERT_TRUE(tune(&p));
@@ -680,7 +734,7 @@ void test_drive_tune_at_rest_sets_up_before_the_interrupt_takes_over(void)
                                          at("method %u", (unsigned)method));
         TEST_ASSERT_EQUAL_MEMORY_MESSAGE(before.observer_memory, after.observer_memory, sizeof before.observer_memory,
                                          at("method %u", (unsigned)method));
-        TEST_ASSERT_EQUAL_UINT16(method, drive.params.method);
+        TEST_ASSERT_EQUAL_UINT16(method, drive.params->method);
         bench_periods(20U);
     }
     ASSERT_NO_FAULT("never");
@@ -709,7 +763,7 @@ void test_drive_tune_no_limit_goes_beyond_the_maximum_of_the_board(void)
         TEST_ASSERT_EQUAL_FLOAT(b->most, drive_board_max(b->param));
         const float beyond[] = {nextafterf(b->most, INFINITY), params_info(b->param)->max};
         for (size_t i = 0; i < COUNT_OF(beyond); i++) {
-            drive_params_t p = drive.params;
+            drive_params_t p = *drive.params;
             TEST_ASSERT_TRUE(params_set(&p, b->param, beyond[i]));
             TEST_ASSERT_FALSE(tune(&p));
             TEST_ASSERT_EQUAL_STRING(params_info(b->param)->name, params_info(culprit)->name);
@@ -740,12 +794,12 @@ void test_drive_tune_refuses_a_voltage_limit_that_lets_no_current_flow(void)
     const float none[] = {1.0e-30f, 1.0e-6f, 0.0999f};
     bench_into(DRIVE_READY);
     for (size_t k = 0; k < COUNT_OF(none); k++) {
-        drive_params_t p = drive.params;
+        drive_params_t p = *drive.params;
         p.voltage_limit_v = none[k];
         TEST_ASSERT_FALSE(tune(&p));
         TEST_ASSERT_EQUAL_UINT16(PARAM_voltage_limit_v, culprit);
     }
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.voltage_limit_v = 0.1f;
     TEST_ASSERT_TRUE(tune(&p));
 }
@@ -754,7 +808,7 @@ void test_drive_tune_refuses_a_voltage_limit_that_lets_no_current_flow(void)
 
 static void assert_base_refused(uint16_t index, float value)
 {
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     TEST_ASSERT_TRUE(params_set(&p, index, value));
     TEST_ASSERT_FALSE(tune(&p));
     TEST_ASSERT_EQUAL_STRING(params_info(index)->name, params_info(culprit)->name);
@@ -775,7 +829,7 @@ void test_drive_tune_in_fixed_point_is_not_fooled_by_two_changes_that_cancel(voi
 {
     FIXED_ONLY();
     bench_into(DRIVE_READY);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.over_speed_rad_s *= 2.0f;
     p.speed_error_gain *= 0.5f;
 
@@ -787,7 +841,7 @@ void test_drive_tune_in_float_takes_new_limits_at_rest(void)
 {
     FLOAT_ONLY();
     bench_into(DRIVE_READY);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.over_current_a = 15.0f;
     p.over_speed_rad_s = 100.0f;
     TEST_ASSERT_TRUE(tune(&p));

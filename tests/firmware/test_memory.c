@@ -92,7 +92,7 @@ void test_memory_exists_only_for_the_angle_observer(void)
     TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, drive_memory_save(&drive));
     TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, drive_memory_restore(&drive));
 
-    drive.setup.observer_capacity = CELLS; /* not for want of room */
+    drive.set[0].setup.observer.capacity = CELLS; /* not for want of room */
     TEST_ASSERT_FALSE(drive_memory_write(&drive, wave(1.0), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, drive_memory_save(&drive));
 }
@@ -328,7 +328,7 @@ void test_memory_can_be_written_read_saved_and_restored_in_a_fault(void)
 void test_memory_clear_forgets_what_the_repetitive_controller_learned_too(void)
 {
     power_up(DRIVE_METHOD_FORC);
-    TEST_ASSERT_TRUE(drive.setup.rc_used);
+    TEST_ASSERT_TRUE(drive.setup->speed.rc_used);
     const ctl_period_t period = {20U, (num_t)0};
     double             before = 0.0;
     for (int k = 0; k < 200; k++) {

@@ -319,8 +319,8 @@ void test_motion_check_drive_that_holds_its_speed_at_the_limit_does_not_trip(voi
 {
     for (double w = 0.0; w < 61.0; w += 20.0) {
         with_checks(0.05, 0U, DRIVE_MODE_SPEED);
-        drive.setup.motion.stall_samples = 80U;
-        drive.setup.motion.stall_travel = num_from_float(74.0f * drive.scale.inv_speed);
+        drive.set[0].setup.motion.stall_samples = 80U;
+        drive.set[0].setup.motion.stall_travel = num_from_float(74.0f * drive.scale.inv_speed);
         reached = true;
         for (int k = 0; k < 1000; k++) {
             at_point(w, 9.6, 9.6, 3.456 + 0.0256 * w);
@@ -347,7 +347,7 @@ void test_motion_check_drive_that_lacks_voltage_does_not_trip(void)
 void test_motion_check_speed_of_a_coarse_encoder_is_judged_over_three_counts(void)
 {
     with_checks(0.05, 0U, DRIVE_MODE_SPEED);
-    drive.setup.motion.way = UINT32_C(0x30000000); /* 3/16 of a turn */
+    drive.set[0].setup.motion.way = UINT32_C(0x30000000); /* 3/16 of a turn */
     int k = samples_to_fault(-5.0, 0.0, 10.0, 500);
     TEST_ASSERT_TRUE_MESSAGE((k >= 235) && (k <= 238), at("%d samples", k)); /* 1.178 rad / 5 rad/s */
     with_checks(0.05, 0U, DRIVE_MODE_SPEED);

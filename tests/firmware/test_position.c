@@ -42,10 +42,10 @@ static void see(double theta)
     const double to = floor((theta - shaft.index) / TWO_PI);
     if (!isnan(shaft.index) && (from != to)) {
         bench.edge.index_seen = true;
-        bench.edge.index_rad = (float)(drive.setup.encoder_reversed ? TWO_PI - shaft.index : shaft.index);
+        bench.edge.index_rad = (float)(drive.setup->tracking.encoder_reversed ? TWO_PI - shaft.index : shaft.index);
     }
     shaft.theta = theta;
-    bench_angle(drive.setup.encoder_reversed ? -theta : theta);
+    bench_angle(drive.setup->tracking.encoder_reversed ? -theta : theta);
 }
 
 /* One sample of the position loop: ten periods, the shaft moves before the first. */
@@ -417,7 +417,7 @@ void test_position_homing_without_an_index_trips_within_a_turn_and_a_half(void)
 void test_position_homing_is_not_stopped_by_the_soft_limits(void)
 {
     home_from(0.5, 3.0, 1.0, false, 0.5);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     p.position_min_turn = -0.1f;
     p.position_max_turn = 0.1f;
     change_at_rest(&p);
@@ -805,6 +805,6 @@ void test_position_acceleration_too_fine_for_the_step_is_the_slowest_there_is(vo
     p.profile_accel_rad_s2 = 1e-6f; /* 7e-4 steps of 2^-32 turn per sample^2 */
     run_with(&p, 1.0);
     samples(100);
-    TEST_ASSERT_TRUE(drive.setup.position.profile.acceleration == 1);
+    TEST_ASSERT_TRUE(drive.setup->position.profile.acceleration == 1);
     TEST_ASSERT_TRUE(command_now() > 0.0);
 }

@@ -258,7 +258,7 @@ void test_speed_isr_error_is_reference_minus_speed(void)
 {
     run_inline(bench_params());
     bench_command(DRIVE_MODE_SPEED, 50.0, 0.0, 0.0);
-    drive.setup.speed_pi.ki_ts = (num_t)0;
+    drive.set[0].setup.speed.pi.ki_ts = (num_t)0;
     drive.speed.pi.params.ki_ts = (num_t)0;
     bench_period();
     for (int k = 0; k < 3; k++) {

@@ -161,7 +161,7 @@ void test_state_machine_nothing_but_a_start_arms_the_bridge(void)
         drive_stop(&drive);
         pass_to(DRIVE_READY);
         const uint32_t arms = bench.arms;
-        drive_params_t p = drive.params;
+        drive_params_t p = *drive.params;
         uint16_t       culprit;
         TEST_ASSERT_TRUE(params_set(&p, param[k], other[k]));
         TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
@@ -390,7 +390,7 @@ void test_state_machine_lost_zero_without_alignment_is_the_parameter_again(void)
     aligned(4.0, false);
     drive_stop(&drive);
     pass_to(DRIVE_READY);
-    drive_params_t p = drive.params;
+    drive_params_t p = *drive.params;
     uint16_t       culprit = 0U;
     p.align_periods = 0U;
     p.encoder_offset_rad = 1.25f;
@@ -556,7 +556,7 @@ void test_state_machine_other_pole_pairs_or_direction_void_an_alignment(void)
         TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
         drive_stop(&drive);
         pass_to(DRIVE_READY);
-        drive_params_t p = drive.params;
+        drive_params_t p = *drive.params;
         uint16_t       culprit;
         TEST_ASSERT_TRUE(params_set(&p, param[k], other[k]));
         TEST_ASSERT_TRUE(drive_tune(&drive, &p, &culprit));
@@ -803,13 +803,13 @@ void test_state_machine_faults_that_a_wrong_zero_makes_are_followed_by_an_alignm
 void test_state_machine_other_faults_keep_the_electrical_zero(void)
 {
     aligned(4.0, false);
-    const angle_t zero = drive.tracking.zero_e;
+    const angle_t zero = drive.zero.e;
     over_voltage_now();
     drive_clear_fault(&drive);
     pass_to(DRIVE_READY);
 
     TEST_ASSERT_TRUE(drive_zero_is_known(&drive));
-    TEST_ASSERT_EQUAL_HEX32(zero, drive.tracking.zero_e);
+    TEST_ASSERT_EQUAL_HEX32(zero, drive.zero.e);
 }
 
 /* ---- the interrupt comes in the middle ------------------------------------------------------------------------------ */

@@ -185,7 +185,7 @@ static void hello(void)
 static bool defaults_in_force(void)
 {
     for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
-        if (params_get(&drive.params, i) != params_get(&defaults, i)) {
+        if (params_get(drive.params, i) != params_get(&defaults, i)) {
             return false;
         }
     }

@@ -19,7 +19,7 @@ static void start_up(void)
     TEST_ASSERT_EQUAL(PORT_OK, main_start());
     world_run(CALIBRATION);
     TEST_ASSERT_EQUAL(DRIVE_READY, main_drive()->state);
-    params = main_drive()->params;
+    params = *main_drive()->params;
     params.align_periods = ALIGNMENT;
     TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
     world_run(20);
@@ -113,12 +113,12 @@ void test_virtual_chip_turns_with_swapped_encoder_tracks_when_told(void)
 {
     encoder_reversed = true;
     TEST_ASSERT_EQUAL(PORT_OK, main_start());
-    drive_params_t params = main_drive()->params;
+    drive_params_t params = *main_drive()->params;
     uint16_t       culprit;
     params.encoder_reversed = 1U;
     TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
     world_run(CALIBRATION);
-    params = main_drive()->params;
+    params = *main_drive()->params;
     params.align_periods = ALIGNMENT;
     TEST_ASSERT_TRUE(drive_tune(main_drive(), &params, &culprit));
     world_run(20);
@@ -408,7 +408,7 @@ void test_virtual_chip_keeps_its_own_limits_against_parameters(void)
     TEST_ASSERT_EQUAL(PORT_OK, main_start());
     world_run(10);
     uint16_t       culprit;
-    drive_params_t params = main_drive()->params;
+    drive_params_t params = *main_drive()->params;
     TEST_ASSERT_EQUAL_FLOAT(4000.0f, params.encoder_counts);
     TEST_ASSERT_EQUAL_FLOAT(32.0f, params.over_voltage_v);
     TEST_ASSERT_TRUE(params.over_speed_rad_s * 1.7320508f * 4.0f * 6.4e-3f < 24.0f);
@@ -421,11 +421,11 @@ void test_virtual_chip_keeps_its_own_limits_against_parameters(void)
     TEST_ASSERT_EQUAL_FLOAT(4000.0f, low);
     TEST_ASSERT_EQUAL_FLOAT(4000.0f, high);
 
-    params = main_drive()->params;
+    params = *main_drive()->params;
     params.over_voltage_v = 33.0f;
     TEST_ASSERT_FALSE(drive_tune(main_drive(), &params, &culprit));
     TEST_ASSERT_EQUAL_UINT16(PARAM_over_voltage_v, culprit);
-    params = main_drive()->params;
+    params = *main_drive()->params;
     params.over_current_a = 18.1f;
     TEST_ASSERT_FALSE(drive_tune(main_drive(), &params, &culprit));
     TEST_ASSERT_EQUAL_UINT16(PARAM_over_current_a, culprit);

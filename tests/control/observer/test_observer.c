@@ -82,6 +82,44 @@ void tearDown(void)
     }
 }
 
+/* ---- other parameters -------------------------------------------------------------------------------------------------- */
+
+/* Sample by sample the same as an observer that was tuned at once, whenever the preparation came. */
+void test_ctl_observer_prepare_shows_only_when_it_is_taken(void)
+{
+    static double want[400];
+    for (int kind = CTL_OBSERVER_DOB; kind <= CTL_OBSERVER_ARO; kind++) {
+        const ctl_observer_params_t p = params_of((ctl_observer_kind_t)kind);
+        ctl_observer_params_t       other = p;
+        other.age_half = 12U;
+        other.ahead = num_of(4.0);
+        other.memory.gain = num_of(0.25);
+        other.memory.read = CTL_READ_CUBIC;
+        other.remove_mean = true;
+        for (int prepared_at = -1; prepared_at < 200; prepared_at += 67) {
+            start(&p);
+            for (int k = 0; k < 400; k++) {
+                if (k == prepared_at) {
+                    ctl_observer_prepare(&observer, &other);
+                }
+                if ((k == 200) && (prepared_at < 0)) {
+                    ctl_observer_tune(&observer, &other);
+                } else if (k == 200) {
+                    ctl_observer_take_prepared(&observer, &other);
+                } else {
+                    /* as it is */
+                }
+                const double y = step(0.05 * k, 500.0, cos(0.4 * k));
+                if (prepared_at < 0) {
+                    want[k] = y;
+                } else {
+                    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(want[k], y, at("kind %d prepared at %d, sample %d", kind, prepared_at, k));
+                }
+            }
+        }
+    }
+}
+
 /* ---- DOB -------------------------------------------------------------------------------------------------------------- */
 
 void test_ctl_observer_dob_answers_a_step_as_a_first_order_lag(void)

@@ -539,6 +539,28 @@ void test_ctl_meter_tune_to_the_same_parameters_leaves_no_trace(void)
     }
 }
 
+void test_ctl_meter_prepare_shows_only_when_it_is_taken(void)
+{
+    ctl_meter_t        twin = meter;
+    ctl_meter_params_t p = valid_params();
+    p.actuation = num_of(3.625);
+    p.torque_per_16 = num_mul(p.torque_per_16, num_of(0.5));
+    for (int k = 0; k < 120; k++) {
+        if (k == 20) {
+            ctl_meter_prepare(&meter, &p);
+        }
+        if (k == 60) {
+            ctl_meter_take_prepared(&meter, &p);
+            ctl_meter_tune(&twin, &p);
+        }
+        const num_t           ref = num_of(sin(0.2 * k));
+        const angle_t         theta = angle_at(0.002 * k);
+        const ctl_meter_out_t want = ctl_meter_step(&twin, theta, ref);
+        const ctl_meter_out_t got = ctl_meter_step(&meter, theta, ref);
+        ASSERT_SAME_BITS(want, got);
+    }
+}
+
 void test_ctl_meter_fast_path_gives_the_same_bits_and_leaves_out_first_angles_jumps_and_long_filters(void)
 {
     ctl_meter_t twin = meter;

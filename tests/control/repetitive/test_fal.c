@@ -174,7 +174,11 @@ static void assert_rejected(num_t alpha, num_t delta, ctl_status_t status, uint1
     const ctl_fal_t        before = fal;
 
     const ctl_diag_t got = ctl_fal_init(&fal, &p);
+    const ctl_diag_t foreseen = ctl_fal_check(&p);
 
+    TEST_ASSERT_EQUAL(got.status, foreseen.status);
+    TEST_ASSERT_EQUAL_UINT16(got.field, foreseen.field);
+    ASSERT_SAME_BITS(got.given, foreseen.given);
     TEST_ASSERT_EQUAL(status, got.status);
     TEST_ASSERT_EQUAL_UINT16(field, got.field);
     ASSERT_SAME_BITS(given, got.given);
@@ -217,5 +221,7 @@ void test_ctl_fal_init_without_a_pointer_says_so(void)
 
     TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fal_init(NULL, &p).status);
     TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fal_init(&fal, NULL).status);
+    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fal_check(NULL).status);
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_fal_check(&p).status);
     ASSERT_SAME_BITS(before, fal);
 }

@@ -950,10 +950,14 @@ static void assert_rejected(const ctl_rc_params_t *p, ctl_status_t status, uint1
     memcpy(untouched, memory, sizeof untouched);
 
     const ctl_diag_t got = ctl_rc_init(&rc, p, memory, CAPACITY);
+    const ctl_diag_t foreseen = ctl_rc_check(p, CAPACITY);
 
     TEST_ASSERT_EQUAL(status, got.status);
     TEST_ASSERT_EQUAL_UINT16(field, got.field);
     ASSERT_SAME_BITS(given, got.given);
+    TEST_ASSERT_EQUAL(status, foreseen.status);
+    TEST_ASSERT_EQUAL_UINT16(field, foreseen.field);
+    ASSERT_SAME_BITS(given, foreseen.given);
     ASSERT_SAME_BITS(before, rc);
     TEST_ASSERT_EQUAL_MEMORY(untouched, memory, sizeof untouched);
 }
@@ -1213,6 +1217,70 @@ void test_ctl_rc_tune_keeps_what_was_learned_and_takes_the_new_gain_and_fal(void
     (void)step(4.0, 20.0);
     wait(16U, 20.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 1.0, step(0.0, 20.0));
+}
+
+/* Sample by sample the same as a controller that was tuned at once, whenever the preparation came. */
+void test_ctl_rc_prepare_shows_only_when_it_is_taken(void)
+{
+    static num_t          want[120];
+    const num_t           step_max = num_of(1.0e-12);
+    ctl_rc_params_t       p = valid_params();
+    const ctl_rc_memory_t kinds[] = {CTL_RC_KEEP, CTL_RC_CLEAR};
+    for (size_t kind = 0; kind < COUNT_OF(kinds); kind++) {
+        p = valid_params();
+        p.memory = kinds[kind];
+        p.fal_at = CTL_RC_FAL_INPUT;
+        ctl_rc_params_t other = p;
+        other.gain = num_of(0.25);
+        other.fal.alpha = num_of(0.3);
+        other.fal.delta = num_of(0.1);
+        other.freeze_above = num_of(50.0); /* from the fast path to the general one, and back */
+        for (int prepared_at = -1; prepared_at < 60; prepared_at += 7) {
+            start(&p);
+            for (int k = 0; k < 120; k++) {
+                if (k == prepared_at) {
+                    ctl_rc_prepare(&rc, &other);
+                }
+                if ((k == 60) && (prepared_at < 0)) {
+                    ctl_rc_tune(&rc, &other);
+                } else if (k == 60) {
+                    ctl_rc_take_prepared(&rc, &other);
+                } else if (k == 90) {
+                    ctl_rc_tune(&rc, &p);
+                } else {
+                    /* as it is */
+                }
+                const num_t y = num_of(step(3.0 * cos(0.3 * k), 20.25));
+                if (prepared_at < 0) {
+                    want[k] = y;
+                } else {
+                    TEST_ASSERT_TRUE_MESSAGE(num_abs(num_sub(y, want[k])) <= step_max,
+                                             at("prepared at %d, sample %d", prepared_at, k));
+                }
+            }
+        }
+    }
+}
+
+/* A freeze that no error reaches takes the general path: the same numbers, to the rounding of other sums. */
+void test_ctl_rc_tune_from_the_fast_path_to_the_general_one_goes_on_as_if_it_had_always_been_there(void)
+{
+    static double   want[200];
+    ctl_rc_params_t general = valid_params();
+    general.freeze_above = num_of(90.0);
+    start(&general);
+    for (int k = 0; k < 200; k++) {
+        want[k] = step(3.0 * cos(0.3 * k), 20.25);
+    }
+    const ctl_rc_params_t fast = valid_params();
+    start(&fast);
+    for (int k = 0; k < 200; k++) {
+        if (k == 77) {
+            ctl_rc_tune(&rc, &general);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, want[k], step(3.0 * cos(0.3 * k), 20.25), at("sample %d", k));
+    }
+    TEST_ASSERT_TRUE(fabs(want[150]) > 0.5);
 }
 
 void test_ctl_rc_tune_is_no_change_of_the_period(void)

@@ -103,7 +103,7 @@ void test_limits_set_that_needs_rest_is_refused_while_running_with_value_and_the
     line_run(3U);
     line_set(PARAM_method, 2.0f);
     line_run(3U);
-    TEST_ASSERT_EQUAL_UINT16(DRIVE_METHOD_FORC, drive.params.method);
+    TEST_ASSERT_EQUAL_UINT16(DRIVE_METHOD_FORC, drive.params->method);
 }
 
 void test_limits_set_that_does_not_fit_the_others_is_refused_with_what_they_leave(void)
@@ -154,7 +154,7 @@ void test_limits_stored_set_beyond_the_board_is_not_taken(void)
     while (param_store_step(&store) == HAL_BUSY) {
     }
     line_restart();
-    TEST_ASSERT_EQUAL_FLOAT(20.0f, drive.params.over_current_a);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, drive.params->over_current_a);
     TEST_ASSERT_FALSE(services.stored_taken);
     TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
 
@@ -162,5 +162,5 @@ void test_limits_stored_set_beyond_the_board_is_not_taken(void)
     codec_put_u16(line_begin(LINK_command), LINK_CMD_restore);
     TEST_ASSERT_EQUAL_UINT16(LINK_NO_board, line_refusal(LINK_command));
     TEST_ASSERT_EQUAL_UINT16(PARAM_over_current_a, codec_get_u16(&line.in));
-    TEST_ASSERT_EQUAL_FLOAT(20.0f, drive.params.over_current_a);
+    TEST_ASSERT_EQUAL_FLOAT(20.0f, drive.params->over_current_a);
 }

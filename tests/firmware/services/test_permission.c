@@ -100,7 +100,7 @@ void test_permission_stored_auto_run_does_not_survive_a_watchdog_reset(void)
     store_auto_run();
     line_reset = HAL_RESET_WATCHDOG;
     line_restart();
-    TEST_ASSERT_EQUAL_UINT16(1U, drive.params.auto_run);
+    TEST_ASSERT_EQUAL_UINT16(1U, drive.params->auto_run);
     assert_stays_off("watchdog");
     line_reset = HAL_RESET_PIN;
     line_restart();

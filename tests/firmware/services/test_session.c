@@ -240,7 +240,7 @@ void test_session_set_is_taken_over_by_the_next_interrupt(void)
     TEST_ASSERT_EQUAL_UINT16(1U, codec_get_u8(&line.in));
     TEST_ASSERT_EQUAL_FLOAT(0.75f, codec_get_f32(&line.in));
     TEST_ASSERT_EQUAL_UINT16(1U, drive.next_ready); /* offered, not yet taken: no interrupt since */
-    TEST_ASSERT_EQUAL_FLOAT(0.6f, drive.params.current_kp_v_per_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.6f, drive.params->current_kp_v_per_a);
 
     codec_writer_t *const w = line_begin(LINK_get); /* shows what waits */
     codec_put_u16(w, PARAM_current_kp_v_per_a);
@@ -248,7 +248,7 @@ void test_session_set_is_taken_over_by_the_next_interrupt(void)
     (void)line_ask();
     skip(3U);
     TEST_ASSERT_EQUAL_FLOAT(0.75f, codec_get_f32(&line.in));
-    TEST_ASSERT_EQUAL_FLOAT(0.75f, drive.params.current_kp_v_per_a);
+    TEST_ASSERT_EQUAL_FLOAT(0.75f, drive.params->current_kp_v_per_a);
 }
 
 void test_session_set_with_one_bad_value_changes_nothing_and_names_it_with_its_limits(void)
@@ -268,7 +268,7 @@ void test_session_set_with_one_bad_value_changes_nothing_and_names_it_with_its_l
         TEST_ASSERT_EQUAL_FLOAT(0.0f, codec_get_f32(&line.in));
         TEST_ASSERT_EQUAL_FLOAT(1000.0f, codec_get_f32(&line.in));
         line_run(2U);
-        TEST_ASSERT_EQUAL_UINT16(4U, drive.params.pole_pairs);
+        TEST_ASSERT_EQUAL_UINT16(4U, drive.params->pole_pairs);
     }
     codec_writer_t *const w = line_begin(LINK_set);
     codec_put_u8(w, 3U);
@@ -310,13 +310,13 @@ void test_session_long_set_is_taken_over_as_a_whole(void)
         TEST_ASSERT_EQUAL_HEX16(LINK_set + LINK_ANSWER, line_ask());
         if (part < 2U) {
             line_run(5U);
-            TEST_ASSERT_EQUAL_FLOAT(0.0368f, drive.params.speed_kp_a_per_unit);
-            TEST_ASSERT_EQUAL_FLOAT(0.92f, drive.params.speed_ki_a_per_unit_s);
+            TEST_ASSERT_EQUAL_FLOAT(0.0368f, drive.params->speed_kp_a_per_unit);
+            TEST_ASSERT_EQUAL_FLOAT(0.92f, drive.params->speed_ki_a_per_unit_s);
         }
     }
     line_run(1U);
     for (uint16_t part = 0U; part < 3U; part++) {
-        TEST_ASSERT_EQUAL_FLOAT(PARTS[part].value, params_get(&drive.params, PARTS[part].index));
+        TEST_ASSERT_EQUAL_FLOAT(PARTS[part].value, params_get(drive.params, PARTS[part].index));
     }
 }
 
@@ -331,8 +331,8 @@ void test_session_set_that_was_begun_anew_forgets_the_first_beginning(void)
     TEST_ASSERT_EQUAL_HEX16(LINK_set + LINK_ANSWER, line_ask());
     line_set(PARAM_id_limit_a, 3.0f);
     line_run(2U);
-    TEST_ASSERT_EQUAL_FLOAT(10.0f, drive.params.iq_limit_a);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, drive.params.id_limit_a);
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, drive.params->iq_limit_a);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, drive.params->id_limit_a);
 }
 
 /* ---- commands ------------------------------------------------------------------------------------------------------------ */
@@ -540,15 +540,15 @@ void test_session_saved_parameters_come_back_after_a_power_cycle(void)
     line_set(PARAM_speed_kp_a_per_unit, 0.5f);
     line_command(LINK_CMD_save);
     line_restart();
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.params.speed_kp_a_per_unit);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.params->speed_kp_a_per_unit);
     TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
     master();
     line_command(LINK_CMD_defaults);
     line_run(2U);
-    TEST_ASSERT_EQUAL_FLOAT(0.0368f, drive.params.speed_kp_a_per_unit);
+    TEST_ASSERT_EQUAL_FLOAT(0.0368f, drive.params->speed_kp_a_per_unit);
     line_command(LINK_CMD_restore);
     line_run(2U);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.params.speed_kp_a_per_unit);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.params->speed_kp_a_per_unit);
 }
 
 void test_session_save_takes_many_passes_and_others_are_served_meanwhile(void)

@@ -77,6 +77,6 @@ void shaft_speed(double rad_s)
     (void)drive_command(&shaft.drive, &c);
 }
 
-double      shaft_zero_error_deg(void) { return (double)(int32_t)shaft.drive.tracking.zero_e / 4294967296.0 * 360.0; }
+double      shaft_zero_error_deg(void) { return (double)(int32_t)shaft.drive.zero.e / 4294967296.0 * 360.0; }
 double      shaft_rad_s(void) { return shaft.board.plant.x.speed_rad_s; }
 const char *shaft_fault(void) { return faults_info((uint16_t)shaft.drive.fault)->name; }

@@ -487,6 +487,81 @@ static void change_gains(const char *row, uint16_t method, uint16_t position)
     }
 }
 
+#ifdef COUNT_INSTRUCTIONS
+#define WHOLE_SETS 1U /* an emulated processor is slow */
+#else
+#define WHOLE_SETS 6U
+#endif
+
+/* Another value of a parameter: an end of its range, the next choice, or one nearby. */
+static float another(const drive_params_t *p, uint16_t index)
+{
+    const param_info_t *const info = params_info(index);
+    const float               now = params_get(p, index);
+    const float               chance = noise();
+    if (info->max <= 6.0f) { /* switches, choices, and what is as small */
+        return (now < info->max) ? floorf(now + 1.0f) : info->min;
+    }
+    if (info->kind != PARAM_KIND_FLOAT) {
+        return floorf(info->min + (fabsf(chance) * (info->max - info->min)));
+    }
+    if (chance > 0.8f) {
+        return info->max;
+    }
+    return (chance > 0.7f) ? info->min : (now * (1.0f + (0.3f * noise())));
+}
+
+/* Everything at once that may change while the drive runs, as far as the parameters let each other. */
+static void change_whole_set(drive_params_t *p)
+{
+    static drive_setup_t scratch;
+    for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
+        drive_params_t trial = *p;
+        if (!params_only_at_rest(i) && params_set(&trial, i, another(p, i)) &&
+            (drive_make_setup(&trial, &scratch) == (uint16_t)PARAM_COUNT)) {
+            *p = trial;
+        }
+    }
+}
+
+/* Every method with every position method and either current controller: whole sets, then every parameter alone to both ends. */
+static void change_all_that_may(void)
+{
+    static drive_setup_t scratch;
+    for (unsigned v = 0U; v < 7U * 4U * 2U; v++) {
+        drive_params_t p;
+        params_default(&p);
+        p.offset_calibration_periods = 0U;
+        p.align_periods = 0U;
+        p.method = (uint16_t)(v % 7U);
+        p.position_method = (uint16_t)((v / 7U) % 4U);
+        p.current_controller = (uint16_t)(v / 28U);
+        p.rc_order = (uint16_t)(1U + (v % 3U));
+        if (drive_make_setup(&p, &scratch) != (uint16_t)PARAM_COUNT) {
+            continue; /* an observer of the torque has the memory of the position method */
+        }
+        begin_with(&p, 1U);
+        for (unsigned k = 0U; k < WHOLE_SETS; k++) {
+            change_whole_set(&p);
+            change("drive_tune running", "take-over running", &p);
+        }
+#ifndef COUNT_INSTRUCTIONS
+        for (unsigned i = 0U; i < 2U * (unsigned)PARAM_COUNT; i++) {
+            const uint16_t index = (uint16_t)(i / 2U);
+            drive_params_t one = p;
+            if (!params_only_at_rest(index) &&
+                params_set(&one, index, ((i & 1U) != 0U) ? params_info(index)->max : params_info(index)->min) &&
+                (drive_make_setup(&one, &scratch) == (uint16_t)PARAM_COUNT)) {
+                change("drive_tune running", "take-over running", &one);
+            }
+        }
+#endif
+        if (drive.state != DRIVE_RUN) {
+            (void)printf("refused take-over running state %d\n", (int)drive.state);
+        }
+    }
+}
+
 /* Every method and size to every other, at rest: the main loop sets up, the interrupt takes over. */
 static void change_shapes(void)
 {
@@ -587,6 +662,7 @@ int main(void)
     change_gains("take-over gains fal-forc", 3U, 0U);
     change_gains("take-over gains aro", 6U, 0U);
     change_gains("take-over gains position src", 0U, 2U);
+    change_all_that_may();
     change_shapes();
     alignment();
     run(&VARIANTS[sizeof VARIANTS / sizeof VARIANTS[0] - 1U]); /* the services look at a drive that runs */

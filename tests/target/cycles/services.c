@@ -90,7 +90,7 @@ int services_cases(drive_t *drive, void (*note)(const char *name, uint64_t cost)
     codec_put_u8(&f.payload, 40U);
     for (uint16_t i = 0U; i < 40U; i++) {
         codec_put_u16(&f.payload, i);
-        codec_put_f32(&f.payload, params_get(&drive->params, i));
+        codec_put_f32(&f.payload, params_get(drive->params, i));
     }
     ask(&f);
     measure(note, NULL, "services_pass set of 40", 200U);

@@ -1,4 +1,4 @@
-/* Parameters to the repetitive controller. Main loop, but for the take-over. */
+/* The repetitive controller of the speed loop. Main loop. */
 #include "control/numeric/num_math.h"
 #include "firmware/app/internal.h"
 
@@ -28,11 +28,12 @@ static float fal_gain_scale(float unit, float alpha)
 #endif
 }
 
-void drive_make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *culprit)
+uint16_t drive_make_repetitive(const drive_params_t *p, const drive_scale_t *scale, drive_speed_setup_t *s)
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    uint16_t    culprit = PARAM_COUNT;
     const bool  fal = p->method == (uint16_t)DRIVE_METHOD_FAL_FORC;
-    const float fal_scale = fal ? fal_gain_scale(s->scale.error_unit, p->rc_fal_alpha) : 1.0f;
+    const float fal_scale = fal ? fal_gain_scale(scale->error_unit, p->rc_fal_alpha) : 1.0f;
 
     s->rc_used = (p->method >= (uint16_t)DRIVE_METHOD_CRC) && (p->method <= (uint16_t)DRIVE_METHOD_FAL_FORC);
     s->rc.gain = num_from_float(p->rc_gain * fal_scale);
@@ -43,39 +44,39 @@ void drive_make_repetitive(const drive_params_t *p, drive_setup_t *s, uint16_t *
     s->rc.truncate = p->rc_truncate != 0U;
     s->rc.fal_at = fal ? ((p->rc_fal_at == 0U) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_OUTPUT) : CTL_RC_FAL_NONE;
     s->rc.fal.alpha = num_from_float(p->rc_fal_alpha);
-    s->rc.fal.delta = num_from_float(p->rc_fal_delta / s->scale.error_unit);
+    s->rc.fal.delta = num_from_float(p->rc_fal_delta / scale->error_unit);
     s->rc.memory = (ctl_rc_memory_t)p->rc_memory;
     /* fal at the output: what it will multiply is smaller by this than what leaves the controller */
-    s->rc.limit =
-        num_from_float(p->rc_limit_unit / s->scale.error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
-    s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / s->scale.error_unit);
+    s->rc.limit = num_from_float(p->rc_limit_unit / scale->error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
+    s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / scale->error_unit);
     s->rc.freeze_samples = p->rc_freeze_samples;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
     if (s->rc_used) {
         s->rc_period_scale =
-            drive_fitted(DRIVE_TWO_PI / ((float)p->pole_pairs * ts_s * s->scale.speed_rad_s), PARAM_over_speed_rad_s, culprit);
+            drive_fitted(DRIVE_TWO_PI / ((float)p->pole_pairs * ts_s * scale->speed_rad_s), PARAM_over_speed_rad_s, &culprit);
     }
+    return culprit;
 }
 
 /* Which parameter a block meant. */
 static uint16_t rc_culprit(uint16_t field)
 {
-    static const uint16_t PARAM_OF[] = {PARAM_COUNT,
-                                        PARAM_rc_gain,
-                                        PARAM_rc_lead,
-                                        PARAM_rc_q_centre,
-                                        PARAM_rc_order,
-                                        PARAM_rc_fal_at,
-                                        PARAM_rc_fal_alpha,
-                                        PARAM_rc_fal_delta,
-                                        PARAM_rc_memory,
-                                        PARAM_rc_limit_unit,
-                                        PARAM_rc_freeze_above_unit,
-                                        PARAM_rc_cells};
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_RC_GAIN] = PARAM_rc_gain,
+                                        [CTL_RC_LEAD] = PARAM_rc_lead,
+                                        [CTL_RC_Q] = PARAM_rc_q_centre,
+                                        [CTL_RC_ORDER] = PARAM_rc_order,
+                                        [CTL_RC_FAL_AT] = PARAM_rc_fal_at,
+                                        [CTL_RC_FAL_ALPHA] = PARAM_rc_fal_alpha,
+                                        [CTL_RC_FAL_DELTA] = PARAM_rc_fal_delta,
+                                        [CTL_RC_MEMORY] = PARAM_rc_memory,
+                                        [CTL_RC_LIMIT] = PARAM_rc_limit_unit,
+                                        [CTL_RC_FREEZE] = PARAM_rc_freeze_above_unit,
+                                        [CTL_RC_CAPACITY] = PARAM_rc_cells};
     return (field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? PARAM_OF[field] : (uint16_t)PARAM_rc_gain;
 }
 
-uint16_t drive_judge_repetitive(const drive_setup_t *s)
+uint16_t drive_judge_repetitive(const drive_speed_setup_t *s)
 {
     if (!s->rc_used) {
         return PARAM_COUNT;
@@ -84,25 +85,16 @@ uint16_t drive_judge_repetitive(const drive_setup_t *s)
     return (r.status == CTL_OK) ? (uint16_t)PARAM_COUNT : rc_culprit(r.field);
 }
 
-void drive_build_repetitive(drive_t *d, const drive_setup_t *s)
+void drive_build_repetitive(drive_speed_t *v, const drive_speed_setup_t *s, num_t *memory)
 {
     if (s->rc_used) {
-        (void)ctl_rc_init(&d->speed.rc, &s->rc, d->rc_memory, s->rc_capacity);
+        (void)ctl_rc_init(&v->rc, &s->rc, memory, s->rc_capacity);
     }
 }
 
-bool drive_repetitive_differs(const drive_setup_t *before, const drive_setup_t *s)
+bool drive_repetitive_differs(const drive_speed_setup_t *before, const drive_speed_setup_t *s)
 {
     const bool same = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
                       (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
     return s->rc_used && !same;
-}
-
-void drive_take_over_repetitive(drive_t *d, const drive_setup_t *s)
-{
-    if (s->rc_used) {
-        ctl_rc_tune(&d->speed.rc, &s->rc);
-    } else {
-        d->speed.correction = (num_t)0;
-    }
 }

@@ -1,0 +1,73 @@
+/* The current loop: two PI controllers, or deadbeat control. Its step is in current_isr.c, its retune in take_over.c. Main loop. */
+#include "firmware/app/internal.h"
+
+static void make_deadbeat(const drive_params_t *p, const drive_scale_t *scale, drive_current_setup_t *s)
+{
+    const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
+    const float volt_per_amp = scale->current_a * scale->inv_voltage;
+    const float we = (float)p->pole_pairs * scale->speed_rad_s;
+
+    s->deadbeat_used = p->current_controller == 1U;
+    s->deadbeat.r = num_from_float(p->motor_resistance_ohm * volt_per_amp);
+    s->deadbeat.ld_ts = num_from_float(p->motor_ld_h / ts_s * volt_per_amp);
+    s->deadbeat.lq_ts = num_from_float(p->motor_lq_h / ts_s * volt_per_amp);
+    s->deadbeat.ts_ld = num_from_float(ts_s / (p->motor_ld_h * volt_per_amp));
+    s->deadbeat.ts_lq = num_from_float(ts_s / (p->motor_lq_h * volt_per_amp));
+    s->deadbeat.w_ld = num_from_float(we * p->motor_ld_h * volt_per_amp);
+    s->deadbeat.w_lq = num_from_float(we * p->motor_lq_h * volt_per_amp);
+    s->deadbeat.w_psi = num_from_float(we * p->motor_psi_wb * scale->inv_voltage);
+    s->deadbeat.correction = num_from_float(p->deadbeat_correction);
+    s->deadbeat.c_max = num_from_float(p->over_current_a * scale->inv_current);
+    s->deadbeat.v_max = num_from_float(DRIVE_AXIS_BOUND);
+}
+
+uint16_t drive_make_current(const drive_params_t *p, const drive_scale_t *scale, drive_current_setup_t *s)
+{
+    const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
+    const float per_amp = scale->current_a * scale->inv_voltage;
+    uint16_t    culprit = PARAM_COUNT;
+
+    /* ctl_vector_limit limits the voltage as a whole, keeping its direction; the limits of the two controllers are far
+     * outside and only keep them bounded */
+    s->pi = drive_pi(drive_fitted(p->current_kp_v_per_a * per_amp, PARAM_current_kp_v_per_a, &culprit),
+                     drive_fitted(p->current_ki_v_per_as * ts_s * per_amp, PARAM_current_ki_v_per_as, &culprit), DRIVE_AXIS_BOUND,
+                     CTL_PI_HOLD);
+    s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / scale->voltage_v) : NUM_MAX;
+    s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * scale->speed_rad_s / DRIVE_TWO_PI);
+    make_deadbeat(p, scale, s);
+    return culprit;
+}
+
+uint16_t drive_judge_current(const drive_current_setup_t *s)
+{
+    static const uint16_t PARAM_OF[] = {[0] = PARAM_COUNT,
+                                        [CTL_DEADBEAT_R] = PARAM_motor_resistance_ohm,
+                                        [CTL_DEADBEAT_LD] = PARAM_motor_ld_h,
+                                        [CTL_DEADBEAT_LQ] = PARAM_motor_lq_h,
+                                        [CTL_DEADBEAT_PSI] = PARAM_motor_psi_wb,
+                                        [CTL_DEADBEAT_CORRECTION] = PARAM_deadbeat_correction,
+                                        [CTL_DEADBEAT_LIMIT] = PARAM_over_current_a};
+    ctl_pi_t              pi;
+    ctl_deadbeat_t        trial;
+    if (ctl_pi_init(&pi, &s->pi).status != CTL_OK) {
+        return PARAM_current_kp_v_per_a;
+    }
+    const ctl_diag_t d = ctl_deadbeat_init(&trial, &s->deadbeat);
+    return (d.status == CTL_OK)
+               ? (uint16_t)PARAM_COUNT
+               : PARAM_OF[(d.field < (sizeof PARAM_OF / sizeof PARAM_OF[0])) ? d.field : (uint16_t)CTL_DEADBEAT_R];
+}
+
+void drive_build_current(drive_current_t *c, const drive_current_setup_t *s)
+{
+    (void)ctl_pi_init(&c->d, &s->pi);
+    (void)ctl_pi_init(&c->q, &s->pi);
+    (void)ctl_deadbeat_init(&c->deadbeat, &s->deadbeat);
+}
+
+void drive_rest_current(drive_current_t *c)
+{
+    ctl_pi_reset(&c->d, (num_t)0);
+    ctl_pi_reset(&c->q, (num_t)0);
+    ctl_deadbeat_reset(&c->deadbeat);
+}

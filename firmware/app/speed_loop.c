@@ -1,0 +1,55 @@
+/* The speed loop: measurement, PI, and the repetitive controller (speed_repetitive.c). Its step is in speed_isr.c, its retune in
+ * take_over.c. Main loop. */
+#include "firmware/app/internal.h"
+#include "hal/hal_clock.h"
+
+uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, drive_speed_setup_t *s)
+{
+    const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    const float per_error = scale->error_unit / scale->current_a;
+    uint16_t    culprit = PARAM_COUNT;
+
+    s->pi = drive_pi(drive_fitted(p->speed_kp_a_per_unit * per_error, PARAM_speed_kp_a_per_unit, &culprit),
+                     drive_fitted(p->speed_ki_a_per_unit_s * ts_s * per_error, PARAM_speed_ki_a_per_unit_s, &culprit),
+                     p->iq_limit_a / scale->current_a, CTL_PI_HOLD_OUTWARD);
+    s->error_scale = num_from_float(p->speed_error_gain * scale->speed_rad_s / scale->error_unit);
+    s->between = (uint16_t)(p->speed_divider - 1U);
+    s->inlined = p->speed_inline != 0U;
+
+    s->source = (drive_speed_source_t)p->speed_source;
+    s->mt.sample_cyc = (hal_clock_hz() / DRIVE_PWM_HZ) * p->speed_divider;
+    s->mt.speed_1_count =
+        drive_fitted(DRIVE_TWO_PI / (p->encoder_counts * ts_s * scale->speed_rad_s), PARAM_over_speed_rad_s, &culprit);
+    s->mt.speed_max = num_from_float(4.0f * p->over_speed_rad_s / scale->speed_rad_s);
+    s->mt.stop_samples = 100U;
+    return (culprit != (uint16_t)PARAM_COUNT) ? culprit : drive_make_repetitive(p, scale, s);
+}
+
+uint16_t drive_judge_speed(const drive_speed_setup_t *s)
+{
+    ctl_pi_t pi;
+    ctl_mt_t mt;
+    if (ctl_pi_init(&pi, &s->pi).status != CTL_OK) {
+        return PARAM_iq_limit_a; /* 0 leaves no room between the limits */
+    }
+    if (ctl_mt_init(&mt, &s->mt).status != CTL_OK) {
+        return PARAM_encoder_counts;
+    }
+    return drive_judge_repetitive(s);
+}
+
+void drive_build_speed(drive_speed_t *v, const drive_speed_setup_t *s, num_t *memory)
+{
+    (void)ctl_pi_init(&v->pi, &s->pi);
+    (void)ctl_mt_init(&v->mt, &s->mt);
+    drive_build_repetitive(v, s, memory);
+}
+
+void drive_rest_speed(drive_speed_t *v, const drive_speed_setup_t *s)
+{
+    ctl_pi_reset(&v->pi, (num_t)0);
+    ctl_mt_reset(&v->mt);
+    if (s->rc_used) {
+        ctl_rc_reset(&v->rc);
+    }
+}
