@@ -10,13 +10,16 @@
 #error "the port and the drive disagree about the PWM frequency"
 #endif
 
-/* 13 k words of learned waveforms and about 3 k words of state: RAM blocks GS8..GS12, see linker/. */
-#define DRIVE_REGION_WORDS 0x5000U
+/* 13 k words of learned waveforms and about 4 k words of state: RAM blocks GS8..GS12, see linker/; less in the RAM build, where
+ * the program begins in GS8. */
+#ifndef MAIN_DRIVE_REGION_WORDS
+#define MAIN_DRIVE_REGION_WORDS 0x5000U
+#endif
 #ifdef __TMS320C28XX__
 #pragma DATA_SECTION(drive, "drive_memory")
 #endif
 static drive_t drive;
-typedef char   drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= DRIVE_REGION_WORDS) ? 1 : -1];
+typedef char   drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= MAIN_DRIVE_REGION_WORDS) ? 1 : -1];
 
 /* Recorders: the capture takes GS13..GS15, the black box GS7; both less in the RAM build, where code and data live there. */
 #ifndef MAIN_CAPTURE_VALUES

@@ -262,8 +262,9 @@ static float size(float x) { return (x < 0.0f) ? -x : x; }
 /* Motion of the shaft in a pass, over that of a rotor which follows. */
 static float followed(const drive_t *d, uint16_t pass)
 {
-    const float expected = 67108864.0f * (float)((d->align.quarters - LEAD_IN) / 4U) / (float)d->setup->tracking.pole_pairs;
-    const float moved = (float)d->align.seen[pass].moved / expected;
+    const uint16_t turns_e = (uint16_t)((d->align.quarters - LEAD_IN) / 4U);
+    const float    expected = 67108864.0f * (float)turns_e / (float)d->setup->tracking.pole_pairs;
+    const float    moved = (float)d->align.seen[pass].moved / expected;
     return ((pass & 1U) == 0U) ? moved : -moved;
 }
 
@@ -298,7 +299,8 @@ static drive_align_result_t explain(const drive_t *d, float slack)
 drive_align_result_t drive_align_judge(const drive_t *d)
 {
     const drive_align_t *const a = &d->align;
-    const float                turns_e = (float)((a->quarters - LEAD_IN) / 4U);
+    const uint16_t             whole_turns_e = (uint16_t)((a->quarters - LEAD_IN) / 4U);
+    const float                turns_e = (float)whole_turns_e;
     const float                samples = 4.0f * turns_e * (float)a->quarter_periods * 65536.0f;
     const float                pairs = (float)d->setup->tracking.pole_pairs;
     const float                slack = 1.5f * pairs / (d->params->encoder_counts * turns_e);

@@ -2,6 +2,19 @@
  * take_over.c. Main loop. */
 #include "firmware/app/internal.h"
 
+/* Methods without an observer have the smallest kind, which is not run. */
+static ctl_observer_kind_t kind_of(uint16_t method)
+{
+    switch (method) {
+    case DRIVE_METHOD_RO:
+        return CTL_OBSERVER_RO;
+    case DRIVE_METHOD_ARO:
+        return CTL_OBSERVER_ARO;
+    default:
+        return CTL_OBSERVER_DOB;
+    }
+}
+
 /* Torque is counted in ampere of q current: J / (T_s k_T) is all that the observer needs of the machine. */
 uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale, drive_observer_setup_t *s)
 {
@@ -28,8 +41,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     }
 
     ctl_observer_params_t *const o = &s->observer;
-    const ctl_observer_kind_t    kind[] = {CTL_OBSERVER_DOB, CTL_OBSERVER_RO, CTL_OBSERVER_ARO};
-    o->kind = s->used ? kind[p->method - (uint16_t)DRIVE_METHOD_DOB] : CTL_OBSERVER_DOB;
+    o->kind = kind_of(p->method);
     o->memory.gain = num_from_float(p->observer_gain);
     o->memory.forgetting = num_from_float(p->observer_forgetting);
     o->memory.write = (ctl_write_t)p->aro_write;

@@ -74,7 +74,8 @@ def faults(name: str, text: str, main: str, system: str, build: str, storage: st
     asked = int(re.search(r"--stack_size=(0x\w+)", build)[1], 16)
     if asked > stack[1] - stack[0]:
         found.append(f"RAM_STACK: smaller than --stack_size={asked:#x} of firmware/CMakeLists.txt")
-    words = int(re.search(r"DRIVE_REGION_WORDS (0x\w+)U", main)[1], 16)
+    given = re.search(r"MAIN_DRIVE_REGION_WORDS=(0x\w+)U", build)[1] if "flash" not in name else None
+    words = int(given or re.search(r"MAIN_DRIVE_REGION_WORDS (0x\w+)U", main)[1], 16)
     if regions["RAM_DRIVE"][1] - regions["RAM_DRIVE"][0] != words:
         found.append("RAM_DRIVE: not the length that firmware/main_f28379d.c assumes")
     given = re.search(r"MAIN_BLACK_BOX_VALUES=(\d+)U", build)[1] if "flash" not in name else None

@@ -202,7 +202,7 @@ def coverage(step: Step) -> Count:
 
 
 def lint(step: Step) -> Count:
-    """Format and lint of C and Python, types of Python, and the layers of both. Only the firmware's C: tests may be odd."""
+    """Format and lint of C and Python, types of Python, and the layers of both."""
     step.need(sys.executable, "-m", "ruff", "check", ".")
     step.need(sys.executable, "-m", "ruff", "format", "--check", ".")
     step.need(sys.executable, "-m", "mypy")

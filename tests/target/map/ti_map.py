@@ -148,7 +148,9 @@ def faults(found: Map) -> list[str]:
         lines.append(f".stack: must end below {STACK_END:#08x}: the stack pointer has 16 bits")
     drive = found.section("drive_memory")
     if drive is None or not DRIVE_REGION[0] <= drive.load <= drive.load + drive.length <= DRIVE_REGION[1]:
-        lines.append(f"drive_memory: must lie in {DRIVE_REGION[0]:#08x} .. {DRIVE_REGION[1]:#08x}: DRIVE_REGION_WORDS")
+        lines.append(
+            f"drive_memory: must lie in {DRIVE_REGION[0]:#08x} .. {DRIVE_REGION[1]:#08x}: MAIN_DRIVE_REGION_WORDS"
+        )
     for name in sorted(found.symbols):
         if DOUBLE.match(name):
             lines.append(f"{name}: arithmetic with 64-bit floats slipped in")

@@ -87,8 +87,8 @@ def test_gap_names_an_effect_that_is_one_file(sources: Path, tmp_path: Path) -> 
     library = sources / "package/evenspin/_lib"
     library.mkdir()
     shutil.copy(sources / "sim_host/capi/evenspin_capi.h", library)
-    shutil.copy(sources / "build/sim_host/libevenspin_float.so", library)
-    shutil.copy(sources / "build/sim_host/libevenspin_float.so", library / "libevenspin_fixed.so")  # not used here
+    shutil.copy(sources / "build/sim_host/capi/libevenspin_float.so", library)
+    shutil.copy(sources / "build/sim_host/capi/libevenspin_float.so", library / "libevenspin_fixed.so")  # not used here
     machine = tmp_path / "machine.toml"
     machine.write_text(MACHINE.partition("[effects.")[0] + f"[effects.fan]\ntorque_nms2 = {FAN_NM_S2}\n")
 
