@@ -80,7 +80,7 @@ static inline void speed_tick(drive_t *d, const drive_setup_t *setup, uint32_t n
     drive_speed_t *const s = &d->speed;
     s->now_cyc = now_cyc;
     s->theta_e = d->tracking.theta_e;
-    if (setup->speed.inlined | (d->speed_busy != 0U)) { /* one branch for both */
+    if (((uint16_t)setup->speed.inlined | d->speed_busy) != 0U) { /* one branch for both */
         if (setup->speed.inlined) {
             drive_speed_step(d);
             return;
