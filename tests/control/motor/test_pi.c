@@ -457,6 +457,26 @@ void test_ctl_pi_tune_goes_on_from_its_state_with_the_new_gains_and_bound(void)
     TEST_ASSERT_TRUE(value_of(pi.state.x) >= -8.0);
 }
 
+void test_ctl_pi_tune_gains_takes_the_gains_alone_and_goes_on_from_its_state(void)
+{
+    (void)sample(2.0, 3.0);
+    const num_t     integral = pi.state.x;
+    const num_t     bound = pi.bound;
+    ctl_pi_params_t p = valid_params();
+    p.kp = num_of(0.5);
+    p.ki_ts = num_of(0.0625);
+    p.out_min = num_of(-1.0);
+    p.out_max = num_of(1.0);
+    ctl_pi_tune_gains(&pi, &p);
+
+    TEST_ASSERT_TRUE(pi.params.kp == num_of(0.5));
+    TEST_ASSERT_TRUE(pi.params.ki_ts == num_of(0.0625));
+    TEST_ASSERT_TRUE(pi.params.out_min == num_of(-3.0));
+    TEST_ASSERT_TRUE(pi.params.out_max == num_of(3.0));
+    TEST_ASSERT_TRUE(pi.bound == bound);
+    TEST_ASSERT_TRUE(pi.state.x == integral);
+}
+
 void test_ctl_pi_of_a_vector_proposes_without_limits_notes_nothing_and_learns_what_it_is_told(void)
 {
     ctl_pi_t twin = pi;
