@@ -25,28 +25,28 @@ ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *par
     const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
         self->params = *params;
-        ctl_profile_reset(self, 0);
+        ctl_profile_reset(&self->state, 0);
     }
     return d;
 }
 
 /* Moving at one speed for longer than the mean is long: the trapezoid is ahead by (n - 1) / 2 steps, and half a unit of an
  * odd number of them is in `rest`. */
-static void settle(ctl_profile_t *self, int64_t step)
+static void settle(ctl_profile_state_t *s, uint16_t smooth, int64_t step)
 {
-    ctl_profile_state_t *const s = &self->state;
-    const int64_t              n = (int64_t)self->params.smooth;
-    const int64_t              twice = step * (n - 1);
-    const int64_t              odd = (int64_t)((uint64_t)twice & 1U);
-    const int64_t              left = (twice < 0) ? -odd : odd; /* of twice / 2, as its remainder */
-    const int64_t              half = (int64_t)(self->params.smooth >> 1);
+    const int64_t n = (int64_t)smooth;
+    const int64_t twice = step * (n - 1);
+    const int64_t odd = (int64_t)((uint64_t)twice & 1U);
+    const int64_t left = (twice < 0) ? -odd : odd; /* of twice / 2, as its remainder */
+    const int64_t half = (int64_t)(smooth >> 1);
     s->raw = ctl_position_add(s->position, (twice - left) >> 1); /* even; arithmetic on every compiler that builds this */
     s->rest = (left == 0) ? 0 : ((left > 0) ? -half : half);
     s->step = step;
     s->last = step;
     s->sum = step * n;
     s->head = 0U;
-    s->still = (step == 0) ? self->params.smooth : 0U;
+    s->smooth = smooth;
+    s->still = (step == 0) ? smooth : 0U;
     s->settled = step;
     s->known = 0U;
 }
@@ -55,30 +55,22 @@ ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *par
 {
     const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
-        ctl_profile_tune_unchecked(self, params);
+        self->params = *params;
     }
     return d;
 }
 
-void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params)
+void ctl_profile_shift(ctl_profile_state_t *state, ctl_position_t shift)
 {
-    const bool other_mean = self->params.smooth != params->smooth;
-    self->params = *params;
-    if (other_mean) {
-        settle(self, self->state.last);
-    }
+    state->raw = ctl_position_sub(state->raw, shift);
+    state->position = ctl_position_sub(state->position, shift);
 }
 
-void ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift)
+void ctl_profile_reset(ctl_profile_state_t *state, ctl_position_t position)
 {
-    self->state.raw = ctl_position_sub(self->state.raw, shift);
-    self->state.position = ctl_position_sub(self->state.position, shift);
-}
-
-void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
-{
-    self->state.position = position;
-    settle(self, 0);
+    state->position = position;
+    state->last = 0;
+    state->smooth = 0U;
 }
 
 /* Way of the steps a, 2 a, ... n a; n >= 0. */
@@ -130,9 +122,14 @@ static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t ste
 
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
 {
-    const ctl_profile_params_t *const p = &self->params;
-    ctl_profile_state_t *const        s = &self->state;
+    return ctl_profile_step_unchecked(&self->params, &self->state, target);
+}
 
+ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_profile_state_t *s, ctl_position_t target)
+{
+    if (s->smooth != p->smooth) {
+        settle(s, p->smooth, s->last);
+    }
     int64_t    way = ctl_position_sub(target, s->raw);
     const bool back = way < 0;
     if (back) {
