@@ -145,9 +145,10 @@ ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_pro
     s->sum += s->step - *(all_known ? &s->past[s->head] : &s->settled);
     s->past[s->head] = s->step;
     s->known = (uint16_t)(s->known + (all_known ? 0U : 1U));
-    const int64_t whole = s->sum + s->rest;
-    const int64_t step = quotient(whole, p->smooth); /* 64 steps of 31 bits, and a rest below one */
-    s->rest = whole - (step * (int64_t)p->smooth);
+    const int64_t  whole = s->sum + s->rest;
+    const uint16_t samples = (p->smooth > 0U) ? p->smooth : 1U; /* parameters that nobody has made */
+    const int64_t  step = quotient(whole, samples);             /* 64 steps of 31 bits, and a rest below one */
+    s->rest = whole - (step * (int64_t)samples);
     s->position = ctl_position_add(s->position, step);
 
     ctl_setpoint_t out;
