@@ -158,8 +158,8 @@ ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_pro
     out.speed = num_sat64(((step * p->speed_scale) + 0x8000) >> 16);
     out.acceleration = (p->acceleration > 0) ? num_sat64((((step - s->last) * p->accel_scale) + 0x800) >> 12) : 0;
 #else
-    out.speed = (num_t)step * (1.0f / 65536.0f) * p->speed_scale;
-    out.acceleration = (p->acceleration > 0) ? ((num_t)(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;
+    out.speed = ctl_float_of_long(step) * (1.0f / 65536.0f) * p->speed_scale;
+    out.acceleration = (p->acceleration > 0) ? (ctl_float_of_long(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;
 #endif
     s->last = step;
     s->still = (s->step != 0) ? 0U : (uint16_t)((s->still < p->smooth) ? (s->still + 1U) : s->still);
