@@ -4,7 +4,7 @@
 #include "firmware/link/crc.h"
 #include "firmware/storage/format.h"
 
-#define ATTEMPTS 3U /* a bit that reads one way or the other is no reason to fall back on the older set */
+#define ATTEMPTS 3U /* a bit that reads 0 once and 1 once is no reason to fall back on the older set */
 #define SETTLE_ATTEMPTS                                                                                                          \
     20U /* as often as that: it read as committed a moment ago, and whoever has taken it once has to get it again */
 
