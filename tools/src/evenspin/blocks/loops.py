@@ -6,7 +6,7 @@ from evenspin.blocks.block import Block
 
 
 class Pi:
-    """PI controller: `output` proposes, `commit` tells it what was realised.
+    """PI controller: `output` proposes, `commit` passes it what was realised.
 
     While limited the integrator rests ("hold"), or only if the error pushes further out ("hold-outward").
     """

@@ -27,7 +27,7 @@ AT_ONCE = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """An earlier output as its manifest tells it. `files` has no hashes (None) in one of an early version."""
+    """An earlier output as its manifest describes it. `files` has no hashes (None) in one of an early version."""
 
     command: str
     inputs: tuple[str, ...]

@@ -1,7 +1,7 @@
 """The hidden folder beside an output in which it grows, and what killed writers left of theirs.
 
 .NAME.evenspin-XXXXXXXX/new      is being written
-.NAME.evenspin-XXXXXXXX/old      an earlier output that steps aside, where the file system cannot exchange two names
+.NAME.evenspin-XXXXXXXX/old      an earlier output, moved away, where the file system cannot exchange two names
 """
 
 from __future__ import annotations
