@@ -3,7 +3,8 @@
     check_words.py <root of the repository>
 
 Only words whose use is never right here are listed, each with what to write instead. A word counts where it stands by
-itself: `told_apart`, a field of the table of effects, is another one. Every finding is printed as
+itself: `told_apart`, a field of the table of effects, is another one. In C a doc comment has to stand alone, too: no
+part of a sentence over several fields, and not "The same". Every finding is printed as
 `file:line: word: what to write`. Exit status: 0 none, 1 some, 2 there was nothing to check.
 """
 
@@ -35,6 +36,8 @@ INSTEAD = {
     "wild": "nonlinear, out of control, outlier",
 }
 WORD = re.compile(r"(?<!\w)(?:" + "|".join(f"(?:{words})" for words in INSTEAD) + r")(?!\w)", re.IGNORECASE)
+SHARED = re.compile(r"/\*\*<?\s*(?:\.\.\.|The same\b|As above\b|\(\d\)\. )|/\*\*.*\w\.\.\. \*/")  # part of a sentence
+ALONE = "a sentence that stands alone when it is hovered"
 KINDS = {".c", ".cmake", ".css", ".def", ".h", ".html", ".js", ".md", ".py", ".sh", ".toml", ".txt"}
 
 # What is not ours to word, what says how it was, and rooms that are still to be gone through.
@@ -47,6 +50,7 @@ EXEMPT = re.compile(
 def findings(text: str) -> Iterator[tuple[int, str, str]]:
     """Line, word, and what to write instead."""
     for number, line in enumerate(text.splitlines(), 1):
+        yield from ((number, match[0], ALONE) for match in SHARED.finditer(line))
         for match in WORD.finditer(line):
             word = match[0]
             yield number, word, next(INSTEAD[key] for key in INSTEAD if word.lower() in key.split("|"))

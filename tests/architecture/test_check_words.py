@@ -36,6 +36,10 @@ class Words(unittest.TestCase):
     def test_a_part_of_a_word_or_of_a_name_is_none(self) -> None:
         self.assertEqual(run({"a.c": "x.told_apart = newspaper; /* wilderness, desktop */\n"}), (0, ""))
 
+    def test_a_comment_of_a_field_that_goes_on_in_the_next_one_is_found(self) -> None:
+        status, out = run({"a.h": "int a; /**< Newest... */\nint b; /**< ...and oldest. */\n/** The same for b. */\n"})
+        self.assertEqual((status, [line.split(": ")[0] for line in out.splitlines()]), (1, ["a.h:1", "a.h:2", "a.h:3"]))
+
     def test_history_and_what_others_wrote_keep_their_words(self) -> None:
         text = "anew\n"
         files = {"CHANGELOG.md": text, "x/vendor/u.js": text, "docs/reference/p.md": text, "a.c": ""}
