@@ -484,7 +484,7 @@ def _top_speed(drive: Drive) -> float:
 
 
 def _halt(drive: Drive) -> None:
-    """Brake when it runs, else wait until it has coasted; then the bridge is off and the rotor rests, or nearly."""
+    """Brake when it runs, else wait until it has coasted; then the bridge is off and the rotor stands, or nearly."""
     if drive.state().state == State.RUN:
         drive.setpoint(Mode.SPEED)
     for _ in range(250):

@@ -223,7 +223,7 @@ _REFUSALS = {
     1: ("unknown", "this request; use a client of the version of the firmware"),
     2: ("length", "a message of this length; use a client of the version of the firmware"),
     3: ("index", "this number"),
-    6: ("busy", "anything while an earlier change is under way; ask again"),
+    6: ("busy", "anything while an earlier change is in progress; ask again"),
     7: ("state", "this now"),
     8: ("schema", "writing: this firmware was built from other lists of parameters and signals; install the package "
                   "of the firmware's version, or flash the firmware of this package"),

@@ -85,7 +85,7 @@ def numbers_of(
 def rests_on(
     drive: Drive, names: Sequence[str], model_parameters: Mapping[str, float], known: Collection[str] = ()
 ) -> tuple[Number, ...]:
-    """The same for a result that needs the torque or the angle of the motor: the name plate belongs to it."""
+    """`numbers_of` for a result that needs the torque or the angle of the motor: with the name plate."""
     if not names:
         return ()
     plate = numbers_of(drive, NAME_PLATE, model_parameters, known)

@@ -126,7 +126,7 @@ def perform(
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Logging:
     """How an experiment is logged. `note`: what the person has to know."""
 
     rate_hz: float
@@ -140,22 +140,22 @@ def stream_octets_s(signals: int, rate_hz: float) -> float:
     return rate_hz / rows * (FRAME_REST + 4 * signals * rows)
 
 
-def how_to_log(drive: Drive, experiment: Experiment) -> Way:
-    """As a stream at the wanted rate when the link carries it; else captured step by step, or at a lower rate."""
+def how_to_log(drive: Drive, experiment: Experiment) -> Logging:
+    """A stream at the wanted rate when the link carries it; else captures step by step, or a lower rate."""
     line = drive.link.transport.octets_per_s
     room = min(STREAM_OCTETS_S, LINE_LOAD * line if line is not None else STREAM_OCTETS_S)
     need = stream_octets_s(len(STREAMED), experiment.log_rate_hz)
     if need <= room:
-        return Way(experiment.log_rate_hz, False, "")
+        return Logging(experiment.log_rate_hz, False, "")
     why = (
         f"{len(STREAMED)} signals at {experiment.log_rate_hz:g} Hz are {need / 1000:.0f} kB/s, the link carries "
         f"{room / 1000:.0f} kB/s"
     )
     if experiment.rotor_locked and experiment.mode == "current":
-        return Way(experiment.log_rate_hz, True, f"{why}: each step is captured in the drive and fetched after it")
+        return Logging(experiment.log_rate_hz, True, f"{why}: each step is captured in the drive and fetched after it")
     for rate_hz in RATES_HZ:
         if rate_hz < experiment.log_rate_hz and stream_octets_s(len(STREAMED), rate_hz) <= room:
-            return Way(rate_hz, False, f"{why}: logged at {rate_hz:g} Hz")
+            return Logging(rate_hz, False, f"{why}: logged at {rate_hz:g} Hz")
     raise InputError("bench run", "--port", drive.port, "a line of 300000 baud or more", why)
 
 

@@ -230,7 +230,7 @@ class _Walk:
         return volts[0], volts[1]
 
     def _deadbeat(self, ref: Array) -> tuple[Array, Array]:
-        """As control/motor/deadbeat.h: prediction, correction of what it misses, voltage."""
+        """Deadbeat control as in control/motor/deadbeat.h: prediction, correction of what it misses, voltage."""
         r, d = self.rows, self.drive
         we = d["pole_pairs"] * self.speed_rad_s
         ld, lq, psi = d["motor_ld_h"], d["motor_lq_h"], d["motor_psi_wb"]

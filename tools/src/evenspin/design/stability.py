@@ -114,7 +114,7 @@ def _verdict(
         return Verdict.MARGINAL, f"NOT stable for sure: gains {100.0 * SPREAD:g} % off decide"
     if rc is not None and rc.gain * rc.lambda_max > bound:
         return Verdict.MARGINAL, "stable at this speed, NOT stable at every speed"
-    return Verdict.STABLE, "the speed loop; repetitive control rests at this speed" if resting else ""
+    return Verdict.STABLE, "the speed loop; repetitive control pauses at this speed" if resting else ""
 
 
 def _radius(loop: Sampled, rc: Repetitive | None, period: float, whole: bool) -> float:

@@ -1,4 +1,4 @@
-"""What a set of experiments cannot tell apart: ambiguities.toml."""
+"""Effects that a set of experiments cannot separate: ambiguities.toml."""
 
 from __future__ import annotations
 

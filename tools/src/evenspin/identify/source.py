@@ -119,7 +119,7 @@ def run_of(record: Record, name: str, torque_per_a_nm: float, torque: str = "mea
 
 
 def constant_stretches(run: Run, settle_s: float = 0.3) -> list[Run]:
-    """Where the speed reference rests, without the time in which the speed follows it."""
+    """Where the speed reference is constant, without the time in which the speed follows it."""
     reference = run.speed_ref_rad_s
     cuts = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * (1.0 + np.abs(reference[1:]))) + 1
     edges = [0, *cuts.tolist(), len(reference)]

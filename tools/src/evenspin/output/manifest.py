@@ -35,7 +35,7 @@ class Made:
     files: Mapping[str, str | None]
 
     def by(self, origin: Origin) -> bool:
-        """The same command, of the same inputs?"""
+        """Whether both are outputs of the same command and the same inputs."""
         return self.command == origin.command and set(self.inputs) == {str(path) for path in origin.inputs}
 
 

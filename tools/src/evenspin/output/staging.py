@@ -47,7 +47,7 @@ def put_in_place(staging: Path, target: Path) -> None:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Both names change places in one step; False: this system cannot."""
+    """Exchange two names in one step. False where this system cannot."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError):
