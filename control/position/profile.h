@@ -65,7 +65,7 @@ void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
 ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
 /** ctl_profile_tune without checks, for limits that ctl_profile_init would accept. No loop: short enough for an interrupt. */
 void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params);
-/** The same motion, seen from a zero that lies @p shift further. */
+/** Move the zero of the position by @p shift; the motion goes on unchanged. */
 void           ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift);
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target);
 

@@ -62,8 +62,8 @@ typedef struct {
     drive_mode_t mode;
     float        speed_ref_rad_s;    /**< Mechanical. */
     float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode only. */
-    int32_t      target_turns;       /**< Target of position mode: whole turns... */
-    float        target_rad;         /**< ...and an angle within +-2 pi. */
+    int32_t      target_turns;       /**< Target of position mode: whole turns. */
+    float        target_rad;         /**< Target of position mode: added to the whole turns, within +-2 pi. */
 } drive_command_t;
 
 /** What the current interrupt makes of it: within the limits, in the numeric of the build. The d axis comes first, and what
@@ -227,13 +227,13 @@ typedef struct {
 } drive_set_t;
 
 typedef struct {
-    const drive_params_t *params; /**< The set in force: one of the two below. Changed by the current interrupt... */
+    const drive_params_t *params; /**< The set in force: one of the two in `set`. Changed by the current interrupt. */
     const drive_setup_t  *setup;
     drive_scale_t         scale;
 
-    drive_set_t        set[2];     /**< ...that the main loop writes while they are not in force. */
-    const drive_set_t *next;       /**< Prepared by drive_tune, */
-    volatile uint16_t  next_ready; /**< and offered to the current interrupt. */
+    drive_set_t        set[2];     /**< Written by the main loop while not in force. */
+    const drive_set_t *next;       /**< The set that drive_tune has prepared. */
+    volatile uint16_t  next_ready; /**< `next` is offered to the current interrupt. */
     volatile uint16_t  speed_busy; /**< The speed interrupt was requested and has not ended: its blocks may not change. */
     drive_command_t    command[2];
     drive_order_t      order[2];   /**< Of each. */
@@ -250,8 +250,8 @@ typedef struct {
     hal_sample_t      sample;
     float             ia_a, ib_a, ic_a; /**< After offset correction. */
     float             offset_a_a, offset_b_a, offset_c_a;
-    float             sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
-    volatile uint16_t sum_count;                 /**< ...and of how many samples. */
+    float             sum_a_a, sum_b_a, sum_c_a; /**< Sums of the currents during calibration. */
+    volatile uint16_t sum_count;                 /**< Samples in these sums. */
     drive_tracking_t  tracking;
     drive_zero_t      zero;
     drive_align_t     align;
@@ -264,8 +264,8 @@ typedef struct {
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
-    uint16_t          low_bus_samples;           /**< In a row with a dc-link voltage below its limit... */
-    uint32_t          low_bus_seq;               /**< ...and the newest of them. */
+    uint16_t          low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
+    uint32_t          low_bus_seq;               /**< Number of the newest of these samples. */
     bool              seen_sample;
     uint32_t          rejected;
     timing_t          timing;

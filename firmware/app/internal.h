@@ -56,13 +56,13 @@ void     drive_build_position_memory(drive_position_t *position, const drive_set
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_position_t *position);
 
-/** handover.c: which blocks a change needs to build again, as bits... */
+/** handover.c: bits of the blocks that a change needs to build again. */
 #define DRIVE_SHAPE_REPETITIVE 1U
 #define DRIVE_SHAPE_METER 2U
 #define DRIVE_SHAPE_OBSERVER 4U
 #define DRIVE_SHAPE_POSITION 8U
 uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *setup);
-/** ...and the interrupts keep away from these until they have taken the change over. Main loop, bridge off. */
+/** handover.c: keep the interrupts away from these blocks until they have taken the change over. Main loop, bridge off. */
 void drive_withdraw(drive_t *d, uint16_t what);
 
 /** start_check.c: q current that the motor's own voltage drives between the release of the gates and the first voltage of the

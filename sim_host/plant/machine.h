@@ -26,7 +26,7 @@ typedef struct {
     double friction_sign; /**< +1, -1, 0: no friction. */
     double drag_nm;       /**< Load and, where it does not depend on speed, friction with its sign. */
     bool   stuck;         /**< The shaft stands: the rotor, where a coupling is on. */
-    double brake_sign;    /**< The same for the brake of a load behind a coupling. */
+    double brake_sign;    /**< +1, -1, 0: direction of the brake of a load behind a coupling. */
     bool   load_stuck;
     int    side; /**< Flank of the coupling in contact, 0: none. */
 } sim_step_t;

@@ -363,7 +363,7 @@ void test_drive_tune_of_a_gain_keeps_what_the_repetitive_controller_learned(void
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * before, before, shown(SIGNAL_rc_out_unit));
 }
 
-/* the rotor stands: a period teaches the gain times the error; without gain the memory only turns round */
+/* the rotor stands: a period adds the gain times the error; without gain the memory only turns round */
 void test_drive_tune_of_a_gain_changes_what_is_learned_from_now_on(void)
 {
     drive_params_t p = learning();
@@ -649,7 +649,7 @@ static void look(blocks_t *b)
 }
 
 /* Every word of these blocks stands for one that the main loop is about to write: the interrupts neither write it nor, since
- * the bytes would make wild pointers and counts, walk along it. */
+ * the bytes would make stray pointers and counts, walk along it. */
 static void spoil(void)
 {
     (void)memset(&drive.speed.rc, 0x5A, sizeof drive.speed.rc);

@@ -68,7 +68,7 @@ class Investigation:
         self.validation = Validation(case)
         self.tried: list[Model] = []
         self.first_explanations: list[Model] = []  # first explanations, best first
-        self.pairs: list[Model] = []  # pairs that were refined on the way
+        self.pairs: list[Model] = []  # pairs that were refined during the search
 
     def run(self) -> Finding:
         search = self.search
@@ -210,7 +210,7 @@ class Investigation:
         return self.rules.holds_on_recheck(name, before - after)
 
     def _drop(self, best: Model, expected: ExpectedCost) -> tuple[Model, dict[str, float]]:
-        """Take out what is not needed; what each of the rest takes away from the cost."""
+        """Take out what is not needed; by how much each remaining one lowers the cost."""
         weights: dict[str, float] = {}
         names = list(best.z)
         if not names:
@@ -222,10 +222,10 @@ class Investigation:
             keep = self._stands(names[0], gain, empty, best) and self.rules.all_large(best)
             return (best, {names[0]: gain}) if keep else (empty, {})
         for name in names:
-            rest = {k: z for k, z in best.z.items() if k != name}
-            without = self.search.refine(Candidate(rest, 0.0), 5, downhill=True)
+            others = {k: z for k, z in best.z.items() if k != name}
+            without = self.search.refine(Candidate(others, 0.0), 5, downhill=True)
             if without.cost - best.cost < SURE_GAIN:
-                without = min(without, self.search.refine(Candidate(rest, 0.0), 5), key=lambda m: m.cost)
+                without = min(without, self.search.refine(Candidate(others, 0.0), 5), key=lambda m: m.cost)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
             if not self._stands(name, weights[name], without, best) or not self.rules.all_large(best):

@@ -82,8 +82,8 @@ class CaseResult:
     @property
     def closed(self) -> float:
         """Share of the gap above the noise floor that is closed; nan where there is none to close."""
-        floor = gap_of_records(self.noise_floor)
-        wide = self.before.gap - floor
+        noise_floor = gap_of_records(self.noise_floor)
+        wide = self.before.gap - noise_floor
         return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
 
 
@@ -173,7 +173,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     """How likely each name is right. `evenspin gap blind score` holds it against the truth of blind cases.
 
     A name stands less firm when other explanations do without it, when what it takes away could be chance or what a
-    larger effect leaves because the machine has it a little differently, and when the rest is nearly more than noise.
+    larger effect leaves because the machine has it a little differently, and when the residual is near the noise.
     """
     excess = finding.expected_cost.excess(finding.model.cost)
     nearly = excess / max(finding.expected_cost.limit, 1.0)
@@ -190,14 +190,14 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
 
 
 def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
-    """What else it may be, as far as these experiments can tell."""
+    """What else it may be, as far as these experiments can show."""
     partners = [p for each in result.ambiguities if name in each.effects for p in each.effects if p != name]
     near = [n for names, weight in result.other if weight > INSEPARABLE_WEIGHT and name not in names for n in names]
     return tuple(dict.fromkeys(n for n in (*partners, *near) if n not in result.finding.named))
 
 
 def separator(name: str) -> str:
-    """The experiments that make an effect identifiable, and what tells it from its neighbours."""
+    """The experiments that make an effect identifiable, and what separates it from similar effects."""
     effect = tables().effects[name]
     shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items()) or "any"
     return f"{shown}: {effect.told_apart}" if effect.told_apart else shown

@@ -37,7 +37,7 @@ SHARE_MIN = SECTION.add(
     "SHARE_MIN",
     0.10,
     "of the excess",
-    "an effect that explains the log from one that picks up the rest of another",
+    "an effect that explains the log from one that picks up the residual of another",
     set_on=EXAMPLES,
     too_low="a wrong effect with a similar signature is carried on beside the right one",
     too_high="the smaller effect of a pair is not taken",
@@ -128,9 +128,9 @@ UNKNOWN_SHARE = SECTION.add(
     0.4,
     "of the expected cost",
     "`unknown` from a name with a warning",
-    set_on=SECOND_SET + "; known effects left 37 % at most, foreign ones 117 % and more, one foreign effect 27 %",
+    set_on=SECOND_SET + "; known effects left 37 % at most, unknown ones 117 % and more, one unknown effect 27 %",
     too_low="known effects that are modelled a little differently become `unknown`",
-    too_high="foreign effects get the name of their neighbour",
+    too_high="unknown effects get the name of a similar known one",
 )
 LINE_RATIO = SECTION.add(
     "LINE_RATIO",
@@ -139,7 +139,7 @@ LINE_RATIO = SECTION.add(
     "a spectral line that is left over from noise",
     set_on=EXAMPLES,
     too_low="`unknown` by the chance peaks of some hundred spectra",
-    too_high="a foreign periodic effect is overlooked",
+    too_high="an unknown periodic effect is overlooked",
 )
 LINES_MIN = SECTION.add(
     "LINES_MIN",
@@ -148,7 +148,7 @@ LINES_MIN = SECTION.add(
     "a periodic effect, which shows in several stretches, from a single chance line",
     set_on=EXAMPLES,
     too_low="`unknown` by a single disturbance of the recording",
-    too_high="a foreign effect that shows at few speeds is overlooked",
+    too_high="an unknown effect that shows at few speeds is overlooked",
 )
 NONLINEAR_GAIN = SECTION.add(
     "NONLINEAR_GAIN",
@@ -239,7 +239,7 @@ EFFECTS_MAX = int(
         "an explanation from a collection of effects that fits anything",
         set_on=NOT_SET,
         too_low="a third hidden effect is not named",
-        too_high="more simulations, and foreign effects are composed of known ones",
+        too_high="more simulations, and unknown effects are composed of known ones",
     )
 )
 CANDIDATES = int(
