@@ -274,7 +274,7 @@ def _balance(
     path: Path, model: str | None, map_file: Path | None, out: Path, as_json: bool, check: bool, force: bool
 ) -> None:
     from evenspin.balance import run_balance
-    from evenspin.cli.log import imported_from, is_native, keep, show
+    from evenspin.cli.log import imported_from, is_native, keep, known_from, show
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
@@ -282,7 +282,8 @@ def _balance(
     made = origin(path, model, map_file)
     output = OutputFolder(out, made, force=force)
     screen = console(STDOUT if as_json else None)
-    imported = None if map_file is None and is_native(path) else imported_from(path, map_file)
+    known = known_from(model) if map_file is None and model is not None else None
+    imported = None if map_file is None and is_native(path) else imported_from(path, map_file, known)
     with output as folder, progress_bar("balancing torque", 1.0) as bar:
         log = path if imported is None else keep(imported, path, folder)
         result = run_balance(log, model, folder, bar, made.command)
