@@ -24,6 +24,7 @@ from evenspin.cli import (
     lists,
     log,
     memory,
+    motor,
     pages,
     reproduce,
     run,
@@ -54,8 +55,8 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, log, memory, drive, bench, scope, lists, demo, benchmark, cycles,
-    doctor, clean, pages,
+    run, reproduce, design, identify, compare, gap, log, memory, motor, drive, bench, scope, lists, demo, benchmark,
+    cycles, doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
 
