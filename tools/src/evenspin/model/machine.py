@@ -14,7 +14,9 @@ gain_a = 1.1
 The numbers of MOTOR must be there, those of SIMULATED for a simulation. `base = "guo2024"` at the top takes what
 [plant] does not state from the [plant] of a built-in model, and nothing else. What is left has a neutral value: no
 noise, no load, slots and ratings not known. The drive gets the motor data of [plant] (DRIVE_FROM_PLANT) unless
-[drive] states them.
+[drive] states them. `drive_file = "drive.toml"` at the top (relative to the model) takes a table [drive] from another
+file, such as `evenspin tune` writes; [drive] of the model comes on top of it. [range] says between which limits a
+number of [plant] is known, as in `inertia_kgm2 = [4e-5, 6e-5]`.
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pydantic
 
 from evenspin.errors import InputError, did_you_mean
 from evenspin.model.document import Document, read_document
-from evenspin.model.schema import Strict, check, given_numbers, group_schema, table_schema
+from evenspin.model.schema import Real, Strict, check, given_numbers, group_schema, table_schema
 from evenspin.native import tables
 
 DATA = Path(__file__).resolve().parents[1] / "data"
@@ -54,6 +56,7 @@ SIMULATED = (*MOTOR, "dc_link_v", "counts_per_rev")
 RATINGS = ("rated_current_a", "rated_torque_nm")
 UNKNOWN = (*RATINGS, "slots")  # 0: not known
 DRIVE_TABLE = "[drive] of the model"
+DRIVE_FILE = "[drive] of its drive_file"
 DEFAULT_ORIGIN = "default, of another motor"
 
 Numbers = Mapping[str, float]
@@ -74,6 +77,7 @@ class Machine:
     base: str = ""
     plant_from: Mapping[str, str] = field(default_factory=dict)
     drive_from: Mapping[str, str] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of [plant]: between what it is known
 
     @property
     def torque_per_a_nm(self) -> float:
@@ -125,11 +129,32 @@ def effects_schema() -> type[Strict]:
 
 
 @functools.cache
+def range_schema() -> type[Strict]:
+    pair = Annotated[list[Real], pydantic.Field(min_length=2, max_length=2)]
+    members: dict[str, Any] = {
+        name: (pair | None, pydantic.Field(None, description="two numbers, as in [4e-5, 6e-5]"))
+        for name in tables().model
+    }
+    return pydantic.create_model("Range", __base__=Strict, **members)
+
+
+@functools.cache
+def drive_file_schema() -> type[Strict]:
+    """A file with parameters of a drive: what `bench config pull`, `tune` and `commission` write."""
+    fields: dict[str, Any] = {"drive": (drive_schema(), pydantic.Field(description="a table [drive]"))}
+    return pydantic.create_model(
+        "DriveFile", __config__=pydantic.ConfigDict(extra="ignore", strict=True, frozen=True), **fields
+    )
+
+
+@functools.cache
 def machine_schema() -> type[Strict]:
     fields: dict[str, Any] = {
         "name": (str, pydantic.Field(description="the name of the model, in quotes")),
         "description": (str, pydantic.Field("", description="text in quotes")),
         "base": (str, pydantic.Field("", description="the name of a built-in model, in quotes")),
+        "drive_file": (str, pydantic.Field("", description="the name of a file with a table [drive], in quotes")),
+        "range": (range_schema() | None, pydantic.Field(None, description="a table [range]")),
         "plant": (plant_schema() | None, pydantic.Field(None, description="a table [plant]")),
         "drive": (drive_schema() | None, pydantic.Field(None, description="a table [drive]")),
         "effects": (effects_schema() | None, pydantic.Field(None, description="tables [effects.NAME]")),
@@ -152,13 +177,37 @@ def load_machine(path: Path, needs: Sequence[str] = MOTOR) -> Machine:
         if source in plant_from and plant[source] > 0 and limits.minimum <= plant[source] <= limits.maximum:
             drive[name], drive_from[name] = plant[source], plant_from[source]
     stated = given_numbers(file.drive, tables().params)
-    drive |= stated
-    drive_from |= dict.fromkeys(stated, DRIVE_TABLE)
-    machine = Machine(
-        document, file.name, plant, drive, effect_numbers(file.effects), file.base, plant_from, drive_from
-    )
+    for numbers, origin in ((_drive_file(document, file.drive_file), DRIVE_FILE), (stated, DRIVE_TABLE)):
+        drive |= numbers
+        drive_from |= dict.fromkeys(numbers, origin)
+    ranges = _ranges(document, file.range, plant)
+    effects = effect_numbers(file.effects)
+    machine = Machine(document, file.name, plant, drive, effects, file.base, plant_from, drive_from, ranges)
     machine.need(needs)
     return machine
+
+
+def _drive_file(document: Document, name: str) -> dict[str, float]:
+    """[drive] of the file that a model names."""
+    if not name:
+        return {}
+    path = document.path.parent / name
+    if not path.is_file():
+        raise document.error(["drive_file"], "an existing file", "`evenspin tune MODEL --out FILE` writes one")
+    file: Any = check(drive_file_schema(), read_document(path))
+    return given_numbers(file.drive, tables().params)
+
+
+def _ranges(document: Document, table: Any, plant: Numbers) -> dict[str, tuple[float, float]]:
+    """Each range holds the number that it belongs to."""
+    found = {}
+    for name, pair in ({} if table is None else table.model_dump(exclude_none=True)).items():
+        low, high = pair
+        if not low <= plant[name] <= high:
+            must = f"two numbers with [plant] {name} = {plant[name]:g} between them"
+            raise document.error(["range", name], must, "correct one of the two")
+        found[name] = (low, high)
+    return found
 
 
 def _base_plant(document: Document, base: str) -> dict[str, float]:
