@@ -275,6 +275,33 @@ FIRST_KEPT = int(
         too_high="more simulations",
     )
 )
+PARTIAL_SPREAD = SECTION.add(
+    "PARTIAL_SPREAD",
+    0.25,
+    "of the size of an effect",
+    "an effect beside something unknown from one that only resembles it, whose size differs more over the log",
+    set_on=NOT_SET,
+    too_low="a right effect beside something foreign is thrown away",
+    too_high="a fan is named viscous friction",
+)
+PARTIAL_GAIN = SECTION.add(
+    "PARTIAL_GAIN",
+    400.0,
+    "cost",
+    "an effect that stands beside something unknown from one that takes up a little of it",
+    set_on=NOT_SET,
+    too_low="a small wrong name beside `unknown`",
+    too_high="a small right one is not named beside `unknown`",
+)
+PARTIAL_SHARE = SECTION.add(
+    "PARTIAL_SHARE",
+    0.02,
+    "of the squared gap on validation records",
+    "an effect beside something unknown that unseen records confirm from one that they do not",
+    set_on=NOT_SET,
+    too_low="a name that only the fit records want",
+    too_high="a small right effect beside something large is not named",
+)
 LINEAR_SHARE = SECTION.add(
     "LINEAR_SHARE",
     0.1,
