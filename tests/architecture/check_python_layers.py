@@ -33,6 +33,7 @@ ORDER = (
     ("compare", "memory", "design"),
     ("identify",),
     ("bench", "reproduce", "run", "gap", "balance"),
+    ("driven",),
     ("scope", "blind"),
     ("cli",),
 )
