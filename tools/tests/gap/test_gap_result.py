@@ -19,7 +19,7 @@ from evenspin.gap import investigate as core
 from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
-from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
+from evenspin.gap.intervals import Interval, Intervals, of_effect, with_model_share
 from evenspin.gap.outcome import Validation
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
@@ -238,7 +238,7 @@ def test_the_interval_of_a_polar_pair_is_that_of_the_plane(result: CaseResult) -
     cogging = hypotheses(Scale.of(motor, 4000.0))["cogging"]
     s = 1e-3
 
-    found = {i.parameter: i for i in _of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}
+    found = {i.parameter: i for i in of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}
 
     assert found["amplitude_nm"].value == pytest.approx(0.05)
     assert found["amplitude_nm"].half == pytest.approx(1.96 * s, rel=1e-3)

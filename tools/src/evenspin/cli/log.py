@@ -143,14 +143,19 @@ def known_from(model: str) -> Known:
     return Known(nominal.pole_pairs, counts or None)
 
 
-def keep(read: Read, file: Path, folder: Path) -> Path:
-    """Write the log in SI units, and how it was read, into an output folder."""
+def keep(read: Read, file: Path, folder: Path, several: bool = False) -> Path:
+    """Write the log in SI units, and how it was read, into an output folder; `several`: each log has its own map."""
     from evenspin.importer import write_map
 
-    place = folder / f"{file.name.split('.')[0]}.csv"
+    stem = file.name.split(".")[0]
+    if (folder / f"{stem}.csv").exists():
+        stem = f"{stem}-{sum(1 for _ in folder.glob(f'{stem}*.csv')) + 1}"
+    place = folder / f"{stem}.csv"
     write_log(read.columns, place)
     check_log(place, file)
-    (folder / "MAP.toml").write_text(write_map(read.mapping, file), encoding="utf-8")
+    (folder / (f"{stem}.MAP.toml" if several else "MAP.toml")).write_text(
+        write_map(read.mapping, file), encoding="utf-8"
+    )
     return place
 
 
