@@ -168,9 +168,9 @@ typedef struct {
 } drive_zero_t;
 
 typedef struct {
-    ctl_pi_t       d, q;
-    ctl_deadbeat_t deadbeat;
-    ctl_dq_t       ref, meas, volt;
+    ctl_pi_t             d, q;
+    ctl_deadbeat_state_t deadbeat;
+    ctl_dq_t             ref, meas, volt;
 } drive_current_t;
 
 /** The observer of the disturbance torque, counted in q current; current interrupt. */
@@ -201,23 +201,23 @@ typedef struct {
 
 /** The position loop; written by the speed interrupt. */
 typedef struct {
-    ctl_position_t raw;    /**< The encoder over its turns. */
-    ctl_position_t zero;   /**< raw at position 0. */
-    ctl_position_t now;    /**< Position. */
-    ctl_position_t before; /**< Of the last sample. */
-    bool           primed, active, homed;
-    bool           homing;
-    ctl_position_t home_limit;
-    ctl_profile_t  profile;
-    ctl_setpoint_t setpoint;
-    ctl_pi_t       pi;
-    ctl_ilc_t      ilc, learn;
-    ctl_src_t      src;
-    ctl_rdc_t      rdc;
-    num_t          error, speed;
-    num_t          delayed[8];
-    uint16_t       delay_head, error_count;
-    drive_shown_t  now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
+    ctl_position_t      raw;    /**< The encoder over its turns. */
+    ctl_position_t      zero;   /**< raw at position 0. */
+    ctl_position_t      now;    /**< Position. */
+    ctl_position_t      before; /**< Of the last sample. */
+    bool                primed, active, homed;
+    bool                homing;
+    ctl_position_t      home_limit;
+    ctl_profile_state_t profile;
+    ctl_setpoint_t      setpoint;
+    ctl_pi_t            pi;
+    ctl_ilc_t           ilc, learn;
+    ctl_src_t           src;
+    ctl_rdc_state_t     rdc;
+    num_t               error, speed;
+    num_t               delayed[8];
+    uint16_t            delay_head, error_count;
+    drive_shown_t       now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
 
 /** A parameter set, and what follows from it. */

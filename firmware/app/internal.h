@@ -137,7 +137,7 @@ static inline int64_t drive_turns_q32(float turns)
     const float   cut = (turns < 2.0e6f) ? ((turns > -2.0e6f) ? turns : -2.0e6f) : 2.0e6f;
     const float   scaled = cut * 1024.0f;
     const int32_t high = (int32_t)scaled;
-    return ((int64_t)high * INT64_C(0x400000)) + (int64_t)((scaled - (float)high) * 4194304.0f);
+    return ((int64_t)high * INT64_C(0x400000)) + (int32_t)((scaled - (float)high) * 4194304.0f);
 }
 
 /** A finite number in SI units over its base; the bases of the float build are 1. */
