@@ -97,7 +97,7 @@ static inline uint32_t clock_cyc(sim_board_t *b)
 {
     const uint32_t now = to_cycles(b->plant.time_s) + b->used_cyc;
     if (b->in_speed_isr) {
-        b->used_cyc += b->load.speed_cyc; /* the second reading comes at the end */
+        b->used_cyc += b->load.speed_cyc; /* the second reading of the clock comes at the end */
     }
     return now;
 }

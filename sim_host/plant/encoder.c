@@ -36,9 +36,9 @@ static double wrapped(double angle)
 /** The last edge of a step between two cells. */
 static void take_edge(sim_plant_t *s, const sim_seen_step_t *step, int64_t from, int64_t to)
 {
-    const double way = step->after_rad - step->before_rad;
+    const double travel = step->after_rad - step->before_rad;
     s->edge_count = (to > from) ? to : (to + 1);
-    const double part = (way != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - step->before_rad) / way : 1.0;
+    const double part = (travel != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - step->before_rad) / travel : 1.0;
     s->edge_time_s = step->t0_s + step->h_s * ((part < 0.0) ? 0.0 : ((part > 1.0) ? 1.0 : part));
 }
 
