@@ -48,6 +48,7 @@ typedef struct {
     num_t                     fast_gain;     /**< Gain of the first `fast_samples`, (0, 1]. */
     uint32_t                  fast_samples;
     bool                      remove_mean;
+    bool                      feeds;       /**< Something may be fed forward against the disturbance: disturbance.h. */
     num_t                     rest_torque; /**< 0: never. */
     num_t                     rest_turns;  /**< [0, 100]. */
     num_t                     rest_step;   /**< Change of speed per sample, low-passed, that stops learning; 0: never. */

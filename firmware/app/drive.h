@@ -55,6 +55,7 @@ typedef enum {
     DRIVE_METHOD_RO,
     DRIVE_METHOD_ARO
 } drive_method_t;
+typedef enum { DRIVE_OBSERVER_NONE = 0, DRIVE_OBSERVER_DOB, DRIVE_OBSERVER_RO, DRIVE_OBSERVER_ARO } drive_observer_word_t;
 typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_speed_source_t;
 
 /** What the user wants, taken over as a whole. */
@@ -119,6 +120,9 @@ typedef struct {
     uint16_t             between;     /**< Current periods between two speed samples: one less than their distance. */
     bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
     num_t                error_scale; /**< Speed error to loop error. */
+    num_t                weight;      /**< Share of the reference that acts at once... */
+    num_t                follow;      /**< ...and gain per sample with which the rest follows. */
+    bool                 weighted;    /**< weight < 1. */
     ctl_rc_params_t      rc;
     uint16_t             rc_capacity;
     bool                 rc_used;
@@ -189,7 +193,9 @@ typedef struct {
     uint32_t           now_cyc; /**< Of the speed tick; the following, too, come from the current interrupt. */
     angle_t            theta_e;
     num_t              meas, error, correction;
-    num_t              iq_ref; /**< Read by the current interrupt. */
+    num_t              followed; /**< Low-passed reference, for a set-point weight below 1. */
+    num_t              iq_ref;   /**< Read by the current interrupt... */
+    num_t              fed;      /**< ...with the part of it that compensates what the disturbance observer would see. */
     float              ref_rad_s;
 } drive_speed_t;
 
@@ -215,7 +221,7 @@ typedef struct {
     ctl_src_t           src;
     ctl_rdc_state_t     rdc;
     num_t               error, speed;
-    num_t               delayed[8];
+    num_t               delayed[8], fed_delayed[8];
     uint16_t            delay_head, error_count;
     drive_shown_t       now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
@@ -286,13 +292,22 @@ void drive_background(drive_t *d);
 
 /**
  * Hand over a command, as a whole. Main loop only.
- * @return false (and nothing changes) when a number is not finite or beyond 1e6, or the speed is beyond over_speed_rad_s.
+ * @return false (and nothing changes) when a number is not finite or beyond 1e6, the speed is beyond over_speed_rad_s, or the mode
+ * does not go with method.
  * Currents are cut: id to id_limit_a, then iq, whether asked for or needed by the speed or position loop, to what is left of
  * the longest vector, the larger of iq_limit_a and id_limit_a. drive_command_refuses says before whether anything is cut.
  */
 bool drive_command(drive_t *d, const drive_command_t *command);
-/** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force. */
-enum { DRIVE_COMMAND_FINE = 0, DRIVE_COMMAND_SPEED = 1, DRIVE_COMMAND_ID = 2, DRIVE_COMMAND_IQ = 3, DRIVE_COMMAND_ANGLE = 5 };
+/** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force; DRIVE_COMMAND_MODE: the first
+ *  field, a mode that does not go with method: repetitive control corrects the speed loop, which position mode does not run. */
+enum {
+    DRIVE_COMMAND_FINE = 0,
+    DRIVE_COMMAND_SPEED = 1,
+    DRIVE_COMMAND_ID = 2,
+    DRIVE_COMMAND_IQ = 3,
+    DRIVE_COMMAND_ANGLE = 5,
+    DRIVE_COMMAND_MODE = 6
+};
 /** The first field beyond its limit, and that limit: the field has to be within plus and minus it. */
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command, float *limit);
 /**

@@ -41,6 +41,8 @@ uint16_t drive_judge_repetitive(const drive_speed_setup_t *setup);
 void     drive_build_repetitive(drive_speed_t *speed, const drive_speed_setup_t *setup, num_t *memory);
 bool     drive_repetitive_differs(const drive_speed_setup_t *before, const drive_speed_setup_t *setup);
 
+/** Which observer the set asks for, by method or by disturbance_observer. */
+drive_observer_word_t drive_observer_asked(const drive_params_t *params);
 uint16_t drive_make_observer(const drive_params_t *params, const drive_scale_t *scale, drive_observer_setup_t *setup);
 uint16_t drive_judge_observer(const drive_observer_setup_t *setup);
 void     drive_build_meter(drive_observer_t *observer, const drive_observer_setup_t *setup);
@@ -75,6 +77,8 @@ void drive_preset_voltage(drive_t *d);
 /** limits.c: the first parameter that is beyond the board's maximum, or that does not fit the others, or PARAM_COUNT. */
 uint16_t drive_board_refuses(const drive_params_t *params);
 uint16_t drive_relation_refuses(const drive_params_t *params);
+/** combinations.c: the first parameter of the first rule of combinations.def that the set breaks, or PARAM_COUNT. */
+uint16_t drive_combination_refuses(const drive_params_t *params);
 /** command.c: hand the newest command over again, under the limits in force. */
 void drive_command_again(drive_t *d);
 

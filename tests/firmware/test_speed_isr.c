@@ -58,6 +58,30 @@ void test_speed_isr_unit_of_the_error_multiplies_both_gains(void)
     TEST_ASSERT_DOUBLE_WITHIN(AMP_TOLERANCE, -9.5493 * (KP + KI_TS), iq_ref());
 }
 
+/* The textbook controller with set-point weight b: KP (b r - y) + KI integral of (r - y); rotor at rest, r = 2 units. */
+void test_speed_isr_set_point_weight_is_that_of_the_proportional_part(void)
+{
+    const double weight[] = {0.0, 0.25, 1.0};
+    for (size_t w = 0; w < COUNT_OF(weight); w++) {
+        setUp();
+        drive_params_t p = bench_params();
+        p.speed_setpoint_weight = (float)weight[w];
+        run_inline(p);
+        bench_command(DRIVE_MODE_SPEED, 0.5, 0.0, 0.0);
+        for (int k = 0; k < 200; k++) {
+            bench_period();
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * AMP_TOLERANCE, 2.0 * (KP * weight[w] + KI_TS * k), iq_ref(),
+                                              at("weight %g, sample %d", weight[w], k));
+            bench_periods(9U);
+        }
+        bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 0.0); /* and again, from the speed there is */
+        bench_periods(20U);
+        bench_command(DRIVE_MODE_SPEED, 0.5, 0.0, 0.0);
+        bench_period();
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * AMP_TOLERANCE, 2.0 * KP * weight[w], iq_ref());
+    }
+}
+
 void test_speed_isr_sample_time_follows_the_divider(void)
 {
     drive_params_t p = bench_params();

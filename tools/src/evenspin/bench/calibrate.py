@@ -198,7 +198,7 @@ def _offsets(drive: Drive, operator: Operator, progress: Progress) -> Found:
 def _encoder(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Direction from a push of torque, commutation angle from the direction of the back-EMF."""
     drive.find_zero()
-    with _settings(drive, speed_source="pll", method="pi"):
+    with _settings(drive, speed_source="pll", method="pi", disturbance_observer="none"):
         limit_a = drive.get(["iq_limit_a"])["iq_limit_a"]
         swing_rad, torque_a = _push(drive, limit_a)
         progress(0.3)
@@ -333,7 +333,7 @@ def _axis(drive: Drive, axis: str, low_a: float, high_a: float) -> tuple[float, 
 def _mechanics(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Friction from constant speeds in both directions, inertia from ramps."""
     drive.find_zero()
-    with _settings(drive, method="pi", speed_source="pll"):
+    with _settings(drive, method="pi", disturbance_observer="none", speed_source="pll"):
         top = _top_speed(drive)
         speeds = [part * top for part in FRICTION_PARTS]
         stretches = [(sign * v, 1.2 * TURN_RAD / v + 0.6) for sign in (1.0, -1.0) for v in speeds]
@@ -367,7 +367,7 @@ def _cogging(drive: Drive, operator: Operator, progress: Progress) -> Found:
 
     What the speed loop lets through as ripple of the speed is added as torque of the known inertia.
     """
-    with _settings(drive, method="pi", speed_source="pll"):
+    with _settings(drive, method="pi", disturbance_observer="none", speed_source="pll"):
         inertia = drive.get(["observer_inertia_kgm2"])["observer_inertia_kgm2"]
         seconds = SLOW_TURNS * TURN_RAD / SLOW_RAD_S + 1.0
         run = _record(drive, "cogging", [(SLOW_RAD_S, seconds)], lambda s: progress(s / seconds), inertia)
@@ -386,11 +386,11 @@ def _cogging(drive: Drive, operator: Operator, progress: Progress) -> Found:
 def _learning(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """The angle observer learns the torque ripple; how even the speed is without it and with it."""
     pi, aro = (parse_value(drive.parameters["method"], word) for word in ("pi", "aro"))
-    before = drive.get(["method"])
+    before = drive.get(["method", "disturbance_observer"])
     speed = LEARN_PART * _top_speed(drive)
     seconds = LEARN_TURNS * TURN_RAD / speed
     try:
-        drive.set({"method": pi})
+        drive.set({"method": pi, "disturbance_observer": 0.0})
         drive.run_speed(speed)
         drive.sleep(1.0)
         uneven = _ripple(drive, speed)

@@ -234,6 +234,7 @@ _REFUSALS = {
 }  # fmt: skip
 
 
+MODE_POSITION = 2.0
 SETPOINT_FIELDS = ("mode", "speed_ref_rad_s", "id_ref_a", "iq_ref_a", "target_turns", "target_rad")
 
 
@@ -249,6 +250,12 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
     if code == 4:
         at = int(field)
         name = SETPOINT_FIELDS[at] if request == Ask.SETPOINT and at < len(SETPOINT_FIELDS) else f"field {at}"
+        if name == "mode" and high < MODE_POSITION:
+            return RefusedError(
+                "mode = position does not go with the drive's method: repetitive control (crc, forc, fal-forc) corrects the "
+                "speed loop; stop and set method = pi, or position_method = src",
+                what,
+            )
         return RefusedError(f"{name}: must be within {low:g} .. {high:g}, the limits in force", what)
     if code == 13:
         return RefusedError(f"{field} is more than there is room for: at most {high:g}", what)
