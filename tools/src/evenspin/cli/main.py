@@ -29,6 +29,7 @@ from evenspin.cli import (
     reproduce,
     run,
     scope,
+    tune,
 )
 from evenspin.cli.identify import name_the_work
 from evenspin.cli.origin import remember
@@ -55,8 +56,8 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, log, memory, motor, drive, bench, scope, lists, demo, benchmark,
-    cycles, doctor, clean, pages,
+    run, reproduce, design, identify, compare, gap, log, memory, motor, tune, drive, bench, scope, lists, demo,
+    benchmark, cycles, doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
 
