@@ -72,10 +72,10 @@ static inline num_t ctl_rdc_step_unchecked(const ctl_rdc_params_t *p, ctl_rdc_st
     const num_t measure = num_mac(num_mac(num_mul(p->p_row[0], s->x1), p->p_row[1], error), p->p_row[2], speed_error);
     s->robust = num_neg(num_mul(p->rho, num_clamp(num_quotient(measure, p->sigma), NUM_C(-1.0f), NUM_C(1.0f)))); /* (3) */
 
-    const num_t told =
+    const num_t known =
         num_add(ctl_friction_unchecked(&p->friction, command->speed), ctl_harmonics(&p->harmonics, command->position));
-    s->fed = num_sub(told, num_mul(p->friction.viscous, command->speed));
-    return num_add(num_mac(told, p->inertia, command->acceleration), s->robust);
+    s->fed = num_sub(known, num_mul(p->friction.viscous, command->speed));
+    return num_add(num_mac(known, p->inertia, command->acceleration), s->robust);
 }
 
 #endif

@@ -38,6 +38,10 @@ COMMANDS = {
     "log": Entry("log", "Read a recording of any drive: which column is what, in which unit."),
     "memory": Entry("memory", "The learned memory of the angle observer (ARO), as a file: show it, clear it."),
     "motor": Entry("motor", "A motor of your own: from a name plate to a model and a drive."),
+    "tune": Entry(
+        "tune",
+        "Parameters of current, speed and position loop, observers and ripple suppression, from the numbers of a machine.",
+    ),
     "drive": Entry(
         "drive", "Run the firmware on the simulated machine behind the link that a board has. Ends with Ctrl-C."
     ),

@@ -21,7 +21,8 @@ MOST_GAIN = 1e3
 MOTION_SHARE = 1.0 / 256.0  # of over_speed_rad_s: what the motion check takes for a motion
 MOTION_TORQUE = 0.1  # of the largest torque: what a load may leave for the acceleration
 STALL_RAD = 2.0 * math.pi / 256.0
-PLL_HZ = 100.0
+PLL_HZ, FINE_PLL_HZ, FINE_COUNTS = 100.0, 300.0, 50_000.0  # a fine encoder leaves the tracking filter little to smooth
+MT_COUNTS = 32_767.0  # that M/T counts in a speed sample; beyond it the measured speed stands still
 
 
 @dataclass(frozen=True)
@@ -52,17 +53,16 @@ def model_parameters(plant: Numbers) -> dict[str, float]:
     }
 
 
-def first_gains(plant: Numbers, limits: Numbers, ranges: Ranges, goal: str = DEFAULT) -> Gains:
+def first_gains(plant: Numbers, limits: Numbers, ranges: Ranges, goal: Goal = GOALS[DEFAULT]) -> Gains:
     """Current, speed, observers and position; no simulation. `plant` may leave out what a simulation alone needs."""
-    wanted = GOALS[goal]
     plant = {name: each.default for name, each in tables().model.items()} | dict(plant)
     drive = dict(limits) | model_parameters(plant)
     comments: dict[str, str] = {}
-    current, worst_current = _current(plant, ranges, wanted, drive, comments)
+    current, worst_current = _current(plant, ranges, goal, drive, comments)
     rated_a = plant["rated_current_a"] or 0.5 * drive["iq_limit_a"]
-    speed, worst_speed, worst_case = _speed(plant, ranges, wanted, drive, comments, rated_a)
+    speed, worst_speed, worst_case = _speed(plant, ranges, goal, drive, comments, rated_a)
     _observers(plant, drive, comments)
-    _position(plant, wanted, drive, comments, rated_a)
+    _position(plant, goal, drive, comments, rated_a)
     _motion(plant, drive, comments)
     return Gains(rounded(drive), comments, current, worst_current, speed, worst_speed, worst_case)
 
@@ -120,21 +120,12 @@ def _speed(
     """k_p = w J / K_t, k_i = w k_p / ratio; judged at a slow and at a fast speed of the whole sampled loop."""
     per_a = 1.5 * plant["pole_pairs"] * plant["psi_wb"]
     unit = min(max(plant["pole_pairs"], 1.0), 100.0)
-    drive |= {
-        "speed_source": tables().params["speed_source"].to_number("mt"),
-        "speed_divider": 10.0,
-        "speed_inline": 0.0,
-    }
-    drive |= {
-        "speed_error_gain": unit,
-        "pll_kp_per_s": 4.0 * math.pi * PLL_HZ,
-        "pll_ki_per_s2": (2.0 * math.pi * PLL_HZ) ** 2,
-    }
+    counts = plant["counts_per_rev"] or drive["encoder_counts"]
+    drive |= {"speed_divider": 10.0, "speed_inline": 0.0, "speed_error_gain": unit}
     comments["speed_error_gain"] = "electrical rad/s"
     ts_s = drive["speed_divider"] / plant["pwm_hz"]
-    count = (
-        2.0 * math.pi / ((plant["counts_per_rev"] or drive["encoder_counts"]) * ts_s)
-    )  # rad/s of a count in a sample
+    count = 2.0 * math.pi / (counts * ts_s)  # rad/s of a count in a sample
+    _speed_source(drive, comments, counts, count)
     most_kp = goal.count_current_part * rated_a / count
     first = w = 2.0 * math.pi * goal.speed_hz
     speeds = (min(2.0 * count, 0.3 * drive["over_speed_rad_s"]), 0.5 * drive["over_speed_rad_s"])
@@ -161,6 +152,17 @@ def _speed(
     raise InputError("tune", "speed loop", f"{goal.speed_hz:g} Hz", "possible with its margins", "check J and psi")
 
 
+def _speed_source(drive: dict[str, float], comments: dict[str, str], counts: float, count_rad_s: float) -> None:
+    """M/T is right at every speed, as far as it can count."""
+    fast = 1.2 * drive["over_speed_rad_s"] > MT_COUNTS * count_rad_s
+    drive["speed_source"] = tables().params["speed_source"].to_number("pll" if fast else "mt")
+    if fast:
+        comments["speed_source"] = f"M/T counts up to {MT_COUNTS * count_rad_s:.4g} rad/s with this encoder"
+    w = 2.0 * math.pi * (FINE_PLL_HZ if counts >= FINE_COUNTS else PLL_HZ)
+    drive |= {"pll_kp_per_s": 2.0 * w, "pll_ki_per_s2": w * w}
+    comments["pll_kp_per_s"] = f"tracking filter of {w / (2.0 * math.pi):g} Hz"
+
+
 def _speed_margins(plant: Numbers, drive: Numbers, speed_rad_s: float) -> Margins:
     loop = speed_loop(plant, complete(drive), speed_rad_s)
     return speed_margins(loop) if loop.radius < 1.0 else NONE
@@ -183,6 +185,9 @@ def _position(plant: Numbers, goal: Goal, drive: dict[str, float], comments: dic
     drive["position_kv_a_per_rad_s"] = kv
     drive["position_ti_s"] = min(max(2.0 * goal.integral_ratio / w, 1e-4), 100.0)
     drive["position_kp_per_s"] = w / 5.0
+    ts_s = drive["speed_divider"] / plant["pwm_hz"]
+    drive["ilc_lead"] = min(max(round(2.0 / (w * ts_s)), 1), 31)
+    comments["ilc_lead"] = "delay of the velocity loop"
     comments["position_kv_a_per_rad_s"] = f"velocity loop of {w / (2.0 * math.pi):.3g} Hz, 0.8 of the speed loop"
     comments["position_kp_per_s"] = "a fifth of the velocity loop"
     speed = drive["profile_speed_rad_s"]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -67,7 +68,8 @@ def current_margins(plant: Numbers, axis: str, kp: float, ki: float) -> Margins:
     closed = np.roots(np.polyadd(loop.num[0][0], loop.den[0][0]))
     if not np.abs(closed).max() < 1.0:
         return NONE
-    with np.errstate(divide="ignore", invalid="ignore"):  # it looks at the pole z = 1, too
+    with warnings.catch_warnings():  # it looks at the pole z = 1, too
+        warnings.simplefilter("ignore", RuntimeWarning)
         gain, phase, distance, _, crossover, _ = control.stability_margins(loop)
     return _margins(gain, phase, distance, crossover)
 
