@@ -64,7 +64,7 @@ num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma);
 /** One sample. @param error theta - theta_r, rad. @param speed_error v - v_r. @return I_a. */
 num_t ctl_rdc_step(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, num_t speed_error);
 
-/** The same for finite numbers, and parameters that ctl_rdc_init would accept; they may be other ones in each sample. */
+/** ctl_rdc_step for finite numbers, and parameters that ctl_rdc_init would accept; they may be other ones in each sample. */
 static inline num_t ctl_rdc_step_unchecked(const ctl_rdc_params_t *p, ctl_rdc_state_t *s, const ctl_setpoint_t *command,
                                            num_t error, num_t speed_error)
 {

@@ -120,8 +120,8 @@ typedef struct {
     uint16_t             between;     /**< Current periods between two speed samples: one less than their distance. */
     bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
     num_t                error_scale; /**< Speed error to loop error. */
-    num_t                weight;      /**< Share of the reference that acts at once... */
-    num_t                follow;      /**< ...and gain per sample with which the rest follows. */
+    num_t                weight;      /**< Share of the reference that acts at once. */
+    num_t                follow;      /**< Gain per sample with which the remaining share follows. */
     bool                 weighted;    /**< weight < 1. */
     ctl_rc_params_t      rc;
     uint16_t             rc_capacity;
@@ -194,8 +194,8 @@ typedef struct {
     angle_t            theta_e;
     num_t              meas, error, correction;
     num_t              followed; /**< Low-passed reference, for a set-point weight below 1. */
-    num_t              iq_ref;   /**< Read by the current interrupt... */
-    num_t              fed;      /**< ...with the part of it that compensates what the disturbance observer would see. */
+    num_t              iq_ref;   /**< q current reference; read by the current interrupt. */
+    num_t              fed;      /**< Part of iq_ref that compensates what the disturbance observer would see; read with it. */
     float              ref_rad_s;
 } drive_speed_t;
 

@@ -149,7 +149,7 @@ static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *s
     return r;
 }
 
-/** The same in the course of a step: the frame has moved along with the rotor. */
+/** Rates in the course of a step: the frame has moved along with the rotor. */
 static SIM_WITHIN sim_rate_t sim_later_rates(const sim_plant_t *s, const sim_step_t *step, const sim_state_t *x,
                                              double coupling_nm, sim_machine_kind_t kind)
 {

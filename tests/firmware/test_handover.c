@@ -666,7 +666,10 @@ static void answers_of(const drive_params_t *p, const drive_params_t *before, un
     drive_start(&drive);
     drive_background(&drive);
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
-    const drive_command_t c = {.mode = DRIVE_MODE_POSITION, .target_turns = 3};
+    const bool            repetitive = (p->method != (uint16_t)DRIVE_METHOD_PI) && (p->method < (uint16_t)DRIVE_METHOD_DOB);
+    const drive_command_t c = {.mode = repetitive ? DRIVE_MODE_SPEED : DRIVE_MODE_POSITION, /* refused in position mode */
+                               .speed_ref_rad_s = 20.0f,
+                               .target_turns = 3};
     TEST_ASSERT_TRUE(drive_command(&drive, &c));
     for (unsigned k = 0U; k < (unsigned)ANSWERS; k++) {
         bench_currents(0.1, 0.3, 0.01 * k);
