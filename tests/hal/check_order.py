@@ -2,9 +2,10 @@
 
     check_order.py <root of the repository> COMPILER...
 
-Between two stores to the same word a compiler leaves out the first one unless something may look at it in between; between two
-loads it leaves out the second. Whether it did shows in the names that are left in its assembly. The same text with an empty
-hal_order() must lose them: else this would see nothing. For a compiler that is not gcc hal_order() has to be a call.
+Between two stores to the same word a compiler leaves out the first one unless something may look at it in between;
+between two loads it leaves out the second. Whether it did shows in the names that are left in its assembly. The same
+text with an empty hal_order() must lose them: else this would see nothing. For a compiler that is not gcc hal_order()
+has to be a call.
 """
 
 from __future__ import annotations

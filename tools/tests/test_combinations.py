@@ -1,9 +1,8 @@
-"""What goes together in one drive: words for combined methods, and refusals that name both parameters and what to do."""
+"""What goes together in one drive: words for combined methods, and refusals that name both parameters."""
 
 from __future__ import annotations
 
 import pytest
-
 from evenspin.errors import EvenspinError, InputError
 from evenspin.model import builtin_scenario
 from evenspin.model.methods import drive_of_word, method_word, method_words
@@ -21,8 +20,18 @@ def refusal(scenario: str, **drive: str | float) -> str:
 @pytest.mark.parametrize(
     ("scenario", "drive", "first", "second"),
     [
-        ("guo2024/first", {"method": "dob", "disturbance_observer": "aro"}, "disturbance_observer = aro", "method = dob"),
-        ("guo2024/first", {"method": "forc", "rc_freeze_above_unit": 9.0}, "rc_freeze_above_unit = 9", "rc_memory = keep"),
+        (
+            "guo2024/first",
+            {"method": "dob", "disturbance_observer": "aro"},
+            "disturbance_observer = aro",
+            "method = dob",
+        ),
+        (
+            "guo2024/first",
+            {"method": "forc", "rc_freeze_above_unit": 9.0},
+            "rc_freeze_above_unit = 9",
+            "rc_memory = keep",
+        ),
         ("yeh2024/rpm20", {"method": "forc"}, "method = forc", "control_mode = position"),
         ("yeh2024/rpm20", {"method": "ro", "position_method": "silc"}, "position_method = silc", "method = ro"),
         (
@@ -52,7 +61,7 @@ def test_every_method_word_and_its_drive_parameters_lead_to_each_other() -> None
 def test_method_word_that_nobody_knows_is_refused_with_the_nearest_one() -> None:
     with pytest.raises(InputError) as caught:
         drive_of_word("fal-forc+dbo")
-    assert 'fal-forc+dob' in str(caught.value)
+    assert "fal-forc+dob" in str(caught.value)
 
 
 def test_repetitive_control_and_an_observer_both_act() -> None:

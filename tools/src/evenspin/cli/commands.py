@@ -40,7 +40,8 @@ COMMANDS = {
     "motor": Entry("motor", "A motor of your own: from a name plate to a model and a drive."),
     "tune": Entry(
         "tune",
-        "Parameters of current, speed and position loop, observers and ripple suppression, from the numbers of a machine.",
+        "Parameters of current, speed and position loop, observers and ripple suppression, from the numbers of a "
+        "machine.",
     ),
     "drive": Entry(
         "drive", "Run the firmware on the simulated machine behind the link that a board has. Ends with Ctrl-C."
