@@ -14,9 +14,9 @@ from evenspin.driven.fit import Gatherer, Normal, moved, normal_of, prior_of, pu
 from evenspin.driven.foreign import foreign_terms, frequency_term, order_term
 from evenspin.driven.lines import foreign_frequencies, foreign_orders
 from evenspin.driven.model import LATE, LD, LQ, TURNED, ZERO, Model, Point
-from evenspin.driven.search import Choice, choices
+from evenspin.driven.search import Choice, Edges, choices
 from evenspin.driven.signals import Signals
-from evenspin.driven.terms import Kind, Term, effect_terms, unit_term
+from evenspin.driven.terms import Kind, Sizes, Term, effect_terms, unit_term
 from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.driven.windows import Bump, Windows
 from evenspin.effects import Scale
@@ -30,6 +30,7 @@ STRETCH_S = 1.0
 UNSEEN = 3  # every third stretch validates
 REST_SHARE = 0.05  # of a window that may stand still
 ROUNDS = 5
+REACH = 0.2  # of what a named term may be: the fit with all of them is for the scatter alone
 LATE_PERIODS = 1.5  # from a sample to the middle of the voltage that it leads to
 ORDER_NM = 0.006  # of the rated torque: the least line of unknown cause
 
@@ -113,10 +114,12 @@ def explain(
     has_angle = all(log.has_angle for log in logs)
     has_voltages = any(log.has_voltages for log in logs)
     orders = cogging_orders(scale)
-    terms = effect_terms(scale, tolerances, has_angle, has_voltages, top_rad_s, orders)
+    sizes = Sizes(scale, tolerances, plant["pwm_hz"], top_rad_s)
+    terms = effect_terms(sizes, has_angle, has_voltages, orders)
     terms += _unit_terms(recordings, plant, tolerances)
     terms += foreign_terms(scale, plant, top_rad_s, has_voltages)
     model = Model(equations, base, terms, LATE_PERIODS / plant["pwm_hz"])
+    edges = Edges(tolerances.torque * scale.rated_torque_nm, tolerances.volts * plant["dc_link_v"])
     point = model.start()
     start = dict(point)
     named: frozenset[str] = frozenset()
@@ -129,8 +132,8 @@ def explain(
     for number in range(ROUNDS):
         say("fitting", 0.1 + 0.15 * number)
         pieces = gatherer.pieces(point, named)
-        normal = normal_of(pieces, prior_of(terms, _all_free(terms)), pull_of(terms, point))
-        rivals = choices(terms, normal, point)
+        normal = normal_of(pieces, prior_of(terms, _all_free(terms), REACH), pull_of(terms, point))
+        rivals = choices(terms, normal, point, edges)
         best = rivals[0]
         whole = settled(terms, point, best.step, best.names)
         point = moved(terms, point, best.step, best.names)

@@ -145,7 +145,7 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
     term = found.term(name)
     assert term.hypothesis is not None
     terms = found.model.terms
-    covariance = np.linalg.inv(found.normal.h + np.diag(prior_of(terms, found.named)))
+    covariance = np.linalg.inv(found.normal.h + prior_of(terms, found.named))
     at = 0
     for each in terms:
         if each.name == name:
@@ -156,7 +156,7 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
         if tolerance.effect == term.effect and tolerance.sensor is None:
             part += np.diag(np.full(len(term), tolerance.sigma**2))
     for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
-        part[k, k] += tolerance.sigma**2
+        part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
     return with_model_share(of_effect(term.hypothesis, found.point[name], part))
 
 
