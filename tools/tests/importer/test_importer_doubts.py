@@ -256,3 +256,25 @@ def main_or_exit(words: list[str]) -> None:
         main(words)
     except SystemExit as ended:
         assert ended.code in (0, None)
+
+
+def test_a_model_file_tells_the_pole_pairs_and_counts_that_a_recording_leaves_open(tmp_path: Path) -> None:
+    path = log_of(
+        tmp_path,
+        **{
+            "t_ms": 1e3 * DRIVE.t,
+            "erpm": PAIRS * DRIVE.rpm,
+            "iq": DRIVE.iq,
+            "Position [counts]": DRIVE.theta * 4096 / TURN,
+        },
+    )
+    model = tmp_path / "model.toml"
+    plant = {"pole_pairs": PAIRS, "psi_wb": 0.02, "viscous_nms": 1e-5, "counts_per_rev": 4096}
+    model.write_text('name = "m"\n[plant]\n' + "".join(f"{key} = {value}\n" for key, value in plant.items()))
+
+    main_or_exit(["gap", str(path), "--model", str(model), "--out", str(tmp_path / "out")])
+
+    read = read_map(tmp_path / "out/MAP.toml")
+    assert (read.pole_pairs, read.counts_per_turn) == (PAIRS, 4096)
+    log = np.genfromtxt(tmp_path / "out/log.csv", delimiter=",", names=True)
+    assert_allclose(log["speed_rad_s"], DRIVE.speed, atol=1e-4)

@@ -292,7 +292,7 @@ class _LogOptions:
 
 def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, check: bool, force: bool) -> None:
     """Logs of one machine: read all of them, then choose by what was recorded."""
-    from evenspin.cli.log import imported_from, is_native, keep, show
+    from evenspin.cli.log import imported_from, is_native, keep, known_from, show
     from evenspin.driven import has_voltages
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
@@ -302,7 +302,10 @@ def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, che
     output = OutputFolder(out, made, force=force)
     screen = console(STDOUT if as_json else None)
     map_file = options.map_file
-    imported = [None if map_file is None and is_native(path) else imported_from(path, map_file) for path in paths]
+    known = known_from(options.model) if map_file is None and options.model is not None else None
+    imported = [
+        None if map_file is None and is_native(path) else imported_from(path, map_file, known) for path in paths
+    ]
     with output as folder, progress_bar("balancing torque", 1.0) as bar:
         several = len(paths) > 1
         places = [

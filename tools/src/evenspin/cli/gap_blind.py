@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from evenspin.cli import gap_blind_logs
 from evenspin.cli.options import Force, JsonFlag
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
@@ -16,6 +17,7 @@ from evenspin.cli.output import STDOUT, console, write_json
 MADE = "<!-- Made by `make blind`. Do not edit. -->\n\n# Verdicts on blind cases\n\n"
 
 app = typer.Typer(no_args_is_help=True, help="Blind cases: make them, and score the verdicts on them.")
+gap_blind_logs.register(app)
 
 
 @app.command("make")

@@ -131,6 +131,16 @@ def imported_from(file: Path, map_file: Path | None, known: Known | None = None)
     return Read(table, mapping, import_table(table, mapping))
 
 
+def known_from(model: str) -> Known:
+    """What a model file says that a recording may leave open."""
+    from evenspin.balance.nominal_model import read_nominal
+    from evenspin.importer import Known
+
+    nominal = read_nominal(model)
+    counts = nominal.machine.plant_from.get("counts_per_rev") and float(nominal.machine.plant["counts_per_rev"])
+    return Known(nominal.pole_pairs, counts or None)
+
+
 def keep(read: Read, file: Path, folder: Path, several: bool = False) -> Path:
     """Write the log in SI units, and how it was read, into an output folder; `several`: each log has its own map."""
     from evenspin.importer import write_map
