@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -118,6 +118,11 @@ BALANCE_COUNT ?= 40
 
 balance: setup ## torque balance of logs drawn at random: wrong names, intervals that hold the truth (40 logs: 3 min)
 	@$(PYTHON) tools/tests/balance/numpy_campaign.py $(BALANCE_FIRST) $(BALANCE_COUNT)
+
+WRONG_MAP_DRIVES ?= 8
+
+wrong-maps: setup ## signs, frames and units of logs made wrong one at a time: how many are seen (8 drives: 5 min; some are in `make test`)
+	@$(PYTHON) tools/tests/importer/wrong_maps.py $(WRONG_MAP_DRIVES)
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

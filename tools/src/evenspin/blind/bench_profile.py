@@ -11,6 +11,7 @@ from evenspin.blind.bench_drives import Drive
 from evenspin.blind.referee import Inputs
 
 SLOW_RAD_S = (2.5, 5.0)
+RISE_S = (0.03, 0.15)  # of the torque of a load machine
 LEVELS = (0.06, 0.12, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)  # of the full speed
 
 
@@ -53,7 +54,7 @@ def _speed(drive: Drive, signs: list[float], levels: list[float], n: int) -> flo
 
 
 def _load(rng: np.random.Generator, count: int, pwm_hz: float, load_nm: float) -> NDArray[np.float64]:
-    """Steps at random in the middle half of the record."""
+    """Steps at random in the middle half of the record, as fast as a brake or a load machine rises."""
     load = np.zeros(count)
     at, end = count // 4, count - count // 4
     while at < end:
@@ -61,7 +62,9 @@ def _load(rng: np.random.Generator, count: int, pwm_hz: float, load_nm: float) -
         level = 0.0 if rng.uniform() < 0.35 else float(rng.uniform(0.3, 1.0)) * load_nm * float(rng.choice((-1.0, 1.0)))
         load[at : min(at + length, end)] = level
         at += length
-    return np.asarray(load, dtype=np.float64)
+    rise = np.ones(max(1, round(float(rng.uniform(*RISE_S)) * pwm_hz)))
+    sums = np.concatenate((np.zeros(len(rise)), np.cumsum(load)))
+    return np.asarray((sums[len(rise) :] - sums[: -len(rise)]) / len(rise), dtype=np.float64)
 
 
 def follows(signals: dict[str, NDArray[np.float64]], drive: Drive) -> bool:

@@ -150,7 +150,7 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
     table = signals_of(signals, motor["pole_pairs"], rate_hz, drive.meta["encoder"]["counts_per_rev"])
     file = folder / f"recording{style.suffix}"
     style.write(file, columns_of(style, plan.voltages, load), table)
-    (folder / MODEL).write_text(_model(plan.log, drive), encoding="utf-8")
+    (folder / MODEL).write_text(model_text(plan.log, drive), encoding="utf-8")
     return LogTruth(
         file=f"{plan.log}/{file.name}",
         kind=plan.kind,
@@ -188,7 +188,7 @@ def _can(unit: Parameters, inputs: Inputs, drive: Drive) -> bool:
     return follows(simulate(unit | {"run.step_s": 1.0 / drive.meta["pwm_hz"]}, inputs, 50), drive)
 
 
-def _model(name: str, drive: Drive) -> str:
+def model_text(name: str, drive: Drive) -> str:
     meta = drive.meta
     plant = meta["motor"] | {
         "dc_link_v": meta["dc_link_v"],

@@ -51,7 +51,7 @@ def has_voltages(path: Path) -> bool:
 
 
 def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
-    logs = []
+    logs: list[Log] = []
     nominal = read_nominal(model)
     for path in paths:
         log = read_log(path)
@@ -63,7 +63,9 @@ def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
         motion = {name: columns.get(name) for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")}
         check_against(path, motion, nominal)
         columns |= _beside(path, log.t_s)
-        logs.append(Log(path, signals_of(_name(path), columns), log.repairs))
+        name = _name(path)
+        same = sum(each.signals.name.split("#")[0] == name for each in logs)
+        logs.append(Log(path, signals_of(f"{name}#{same + 1}" if same else name, columns), log.repairs))
     return logs
 
 
