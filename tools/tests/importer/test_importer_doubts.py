@@ -278,3 +278,15 @@ def test_a_model_file_tells_the_pole_pairs_and_counts_that_a_recording_leaves_op
     assert (read.pole_pairs, read.counts_per_turn) == (PAIRS, 4096)
     log = np.genfromtxt(tmp_path / "out/log.csv", delimiter=",", names=True)
     assert_allclose(log["speed_rad_s"], DRIVE.speed, atol=1e-4)
+
+
+def test_a_map_may_name_a_column_as_it_stands_in_the_header(tmp_path: Path) -> None:
+    path = log_of(tmp_path, **{"Time [s]": DRIVE.t, "Torque current [A]": DRIVE.iq, "Velocity [rad/s]": DRIVE.speed})
+    (tmp_path / "map.toml").write_text(
+        '[columns]\nt_s = {from = "Time [s]", unit = "s"}\niq_a = {from = "Torque current [A]", unit = "A"}\n'
+        'speed_rad_s = {from = "Velocity [rad/s]", unit = "rad/s"}\n'
+    )
+
+    assert_allclose(
+        import_table(read_table(path), read_map(tmp_path / "map.toml")).columns["iq_a"], DRIVE.iq, atol=1e-6
+    )

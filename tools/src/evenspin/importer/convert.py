@@ -16,7 +16,7 @@ from evenspin.importer.mapping import HINT, ColumnMap, Mapping
 from evenspin.importer.motion import turn_of, unwrapped, wrap_span
 from evenspin.importer.names import QUANTITIES
 from evenspin.importer.table import Array, RawColumn, RawTable
-from evenspin.importer.units import unit_of
+from evenspin.importer.units import split_unit, unit_of
 from evenspin.plausible.torque import acceleration_factor, work_share
 
 INVARIANT = math.sqrt(2.0 / 3.0)
@@ -91,7 +91,7 @@ def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnM
 
 
 def _source(table: RawTable, name: str) -> RawColumn | None:
-    found = table.column(name)
+    found = table.column(name) or table.column(split_unit(name)[0])  # as it stands in the header, too
     if found is None and name.isdigit() and 1 <= int(name) <= len(table.columns):
         found = table.columns[int(name) - 1]
     return found
