@@ -290,3 +290,27 @@ def test_a_map_may_name_a_column_as_it_stands_in_the_header(tmp_path: Path) -> N
     assert_allclose(
         import_table(read_table(path), read_map(tmp_path / "map.toml")).columns["iq_a"], DRIVE.iq, atol=1e-6
     )
+
+
+def test_an_angle_that_starts_again_after_the_range_of_a_protocol_is_no_count(tmp_path: Path) -> None:
+    """A CAN protocol sends rad within +-12.5, which is no whole number of turns, and the number of the motor."""
+    position = np.mod(DRIVE.theta + 12.5, 25.0) - 12.5
+    path = log_of(
+        tmp_path,
+        **{
+            "time [s]": DRIVE.t,
+            "motor_id": np.full(len(DRIVE.t), 3.0),
+            "position": position,
+            "velocity [rad/s]": DRIVE.speed,
+            "iq": DRIVE.iq,
+        },
+    )
+
+    table = read_table(path)
+    mapping = guess_map(table)
+
+    assert mapping.questions == ()
+    assert mapping.columns["theta_m_rad"].unit == "rad"
+    assert "id_a" not in mapping.columns
+    found = import_table(table, mapping).columns["theta_m_rad"]
+    assert_allclose(found - found[0], DRIVE.theta - DRIVE.theta[0], atol=0.02)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from evenspin.errors import InputError
 from evenspin.importer import frames
 from evenspin.importer.mapping import HINT, ColumnMap, Mapping
-from evenspin.importer.motion import turn_of, unwrapped, wrap_span
+from evenspin.importer.motion import is_whole, turn_of, unwrapped, wrap_period, wrap_span
 from evenspin.importer.names import QUANTITIES
 from evenspin.importer.table import Array, RawColumn, RawTable
 from evenspin.importer.units import split_unit, unit_of
@@ -85,8 +85,9 @@ def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnM
     values = raw.values
     if QUANTITIES[quantity] == "angle":
         span = wrap_span(values)
-        turn = turn_of(span) if span is not None else None
-        values = unwrapped(values, turn[1] if turn is not None else None)
+        turn = turn_of(span, is_whole(values)) if span is not None else None
+        period = turn[1] if turn is not None else None if span is None else wrap_period(values, span)
+        values = unwrapped(values, period)
     return np.asarray((values + column.offset) * (column.scale * factor))
 
 
