@@ -75,7 +75,7 @@ static inline ctl_dq_t ctl_deadbeat_drop(const ctl_deadbeat_params_t *p, num_t i
     return v;
 }
 
-/** The same for finite numbers, and parameters that ctl_deadbeat_init would accept; they may be other ones in each sample. */
+/** ctl_deadbeat_step for finite numbers, and parameters that ctl_deadbeat_init would accept; they may be other ones in each sample. */
 static inline ctl_dq_t ctl_deadbeat_step_unchecked(const ctl_deadbeat_params_t *p, ctl_deadbeat_state_t *s, ctl_dq_t i,
                                                    ctl_dq_t ref, num_t w, ctl_dq_t v)
 {

@@ -64,10 +64,10 @@ ctl_diag_t ctl_profile_check(const ctl_profile_params_t *params);
 void ctl_profile_reset(ctl_profile_state_t *state, ctl_position_t position);
 /** Other limits during a motion: it goes on from its position and speed, and still ends exactly on its target. */
 ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
-/** The same motion, seen from a zero that lies @p shift further. */
+/** Move the zero of the position by @p shift; the motion goes on unchanged. */
 void           ctl_profile_shift(ctl_profile_state_t *state, ctl_position_t shift);
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target);
-/** The same with parameters that ctl_profile_check accepts; they may be other ones in each sample, as after ctl_profile_tune. */
+/** ctl_profile_step with parameters that ctl_profile_check accepts; they may be other ones in each sample, as after ctl_profile_tune. */
 ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_profile_state_t *s, ctl_position_t target);
 
 #endif

@@ -43,6 +43,7 @@ void ctl_rdc_reset(ctl_rdc_state_t *state)
 {
     state->x1 = (num_t)0;
     state->robust = (num_t)0;
+    state->fed = (num_t)0;
 }
 
 num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma)

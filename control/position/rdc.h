@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
     num_t    x1;
     num_t    robust; /**< Last delta. */
+    num_t    fed; /**< Last friction without its viscous part, and lines: what an observer of the disturbance torque would see. */
     uint32_t rejected;
 } ctl_rdc_state_t;
 
@@ -63,7 +64,7 @@ num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma);
 /** One sample. @param error theta - theta_r, rad. @param speed_error v - v_r. @return I_a. */
 num_t ctl_rdc_step(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, num_t speed_error);
 
-/** The same for finite numbers, and parameters that ctl_rdc_init would accept; they may be other ones in each sample. */
+/** ctl_rdc_step for finite numbers, and parameters that ctl_rdc_init would accept; they may be other ones in each sample. */
 static inline num_t ctl_rdc_step_unchecked(const ctl_rdc_params_t *p, ctl_rdc_state_t *s, const ctl_setpoint_t *command,
                                            num_t error, num_t speed_error)
 {
@@ -71,10 +72,10 @@ static inline num_t ctl_rdc_step_unchecked(const ctl_rdc_params_t *p, ctl_rdc_st
     const num_t measure = num_mac(num_mac(num_mul(p->p_row[0], s->x1), p->p_row[1], error), p->p_row[2], speed_error);
     s->robust = num_neg(num_mul(p->rho, num_clamp(num_quotient(measure, p->sigma), NUM_C(-1.0f), NUM_C(1.0f)))); /* (3) */
 
-    const num_t model =
-        num_mac(num_add(ctl_friction_unchecked(&p->friction, command->speed), ctl_harmonics(&p->harmonics, command->position)),
-                p->inertia, command->acceleration);
-    return num_add(model, s->robust);
+    const num_t known =
+        num_add(ctl_friction_unchecked(&p->friction, command->speed), ctl_harmonics(&p->harmonics, command->position));
+    s->fed = num_sub(known, num_mul(p->friction.viscous, command->speed));
+    return num_add(num_mac(known, p->inertia, command->acceleration), s->robust);
 }
 
 #endif

@@ -13,6 +13,7 @@ static void begin(drive_t *d)
     o->error_count = 0U;
     for (uint16_t i = 0U; i < 8U; i++) {
         o->delayed[i] = (num_t)0;
+        o->fed_delayed[i] = (num_t)0;
     }
     o->active = true;
 }
@@ -91,11 +92,15 @@ static void guard(drive_t *d)
     }
 }
 
-static num_t hold_back(drive_position_t *o, num_t torque, uint16_t samples)
+/* The torque, and the part of it that is fed forward, as late as the bus between controller and drive makes them. */
+static void hand_over(drive_speed_t *v, drive_position_t *o, num_t torque, num_t fed, uint16_t samples)
 {
     o->delay_head = (uint16_t)((o->delay_head + 1U) & 7U);
     o->delayed[o->delay_head] = torque;
-    return o->delayed[(o->delay_head - samples) & 7U];
+    o->fed_delayed[o->delay_head] = fed;
+    const uint16_t at = (uint16_t)((o->delay_head - samples) & 7U);
+    v->iq_ref = o->delayed[at];
+    v->fed = o->fed_delayed[at];
 }
 
 /* Cut to what turns_q32 takes, twice the widest soft limits. */
@@ -137,8 +142,10 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     d->motion.asked = wanted;
     const num_t feedback = ctl_pi_output(&o->pi, num_sub(wanted, o->speed));
     num_t       torque = feedback;
+    num_t       fed = (num_t)0;
     if (q->method == DRIVE_POSITION_RDC) {
         torque = num_add(torque, ctl_rdc_step_unchecked(&q->rdc, &o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
+        fed = o->rdc.fed;
         if (q->learns) {
             torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.robust)));
         }
@@ -147,7 +154,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     const num_t limited = num_clamp(torque, num_neg(room), room);
     ctl_pi_commit(&o->pi, num_add(feedback, num_sub(limited, torque)));
     ctl_pi_reset(&d->speed.pi, limited); /* speed mode goes on with this torque */
-    d->speed.iq_ref = hold_back(o, limited, q->torque_delay);
+    hand_over(&d->speed, o, limited, fed, q->torque_delay);
 }
 
 static float in_rad(ctl_position_t position)

@@ -5,8 +5,8 @@
 #include "firmware/storage/format.h"
 
 #define ATTEMPTS 3U /* a bit that reads 0 once and 1 once is no reason to fall back on the older set */
-#define SETTLE_ATTEMPTS                                                                                                          \
-    20U /* as often as that: it read as committed a moment ago, and whoever has taken it once has to get it again */
+/* After a commit was read once: whoever has taken it has to get it again. */
+#define SETTLE_ATTEMPTS 20U
 
 uint32_t store_crc(uint32_t c, const uint16_t *words, uint16_t count)
 {

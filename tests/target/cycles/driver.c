@@ -542,7 +542,7 @@ static void change_all_that_may(void)
         p.current_controller = (uint16_t)(v / 28U);
         p.rc_order = (uint16_t)(1U + (v % 3U));
         if (drive_make_setup(&p, &scratch) != (uint16_t)PARAM_COUNT) {
-            continue; /* an observer of the torque has the memory of the position method */
+            continue; /* these do not go together */
         }
         begin_with(&p, 1U);
         for (unsigned k = 0U; k < WHOLE_SETS; k++) {
