@@ -1,21 +1,21 @@
 /* The current loop: two PI controllers, or deadbeat control. Its step is in current_isr.c, its retune in take_over.c. Main loop. */
 #include "firmware/app/internal.h"
 
-static void make_deadbeat(const drive_params_t *p, const drive_scale_t *scale, drive_current_setup_t *s)
+/* @param culprit  of what is beyond the numeric, unless there is one already */
+static void make_deadbeat(const drive_params_t *p, const drive_scale_t *scale, drive_current_setup_t *s, uint16_t *culprit)
 {
     const float ts_s = 1.0f / (float)DRIVE_PWM_HZ;
     const float volt_per_amp = scale->current_a * scale->inv_voltage;
     const float we = (float)p->pole_pairs * scale->speed_rad_s;
 
-    s->deadbeat_used = p->current_controller == 1U;
-    s->deadbeat.r = num_from_float(p->motor_resistance_ohm * volt_per_amp);
-    s->deadbeat.ld_ts = num_from_float(p->motor_ld_h / ts_s * volt_per_amp);
-    s->deadbeat.lq_ts = num_from_float(p->motor_lq_h / ts_s * volt_per_amp);
-    s->deadbeat.ts_ld = num_from_float(ts_s / (p->motor_ld_h * volt_per_amp));
-    s->deadbeat.ts_lq = num_from_float(ts_s / (p->motor_lq_h * volt_per_amp));
-    s->deadbeat.w_ld = num_from_float(we * p->motor_ld_h * volt_per_amp);
-    s->deadbeat.w_lq = num_from_float(we * p->motor_lq_h * volt_per_amp);
-    s->deadbeat.w_psi = num_from_float(we * p->motor_psi_wb * scale->inv_voltage);
+    s->deadbeat.r = drive_fitted(p->motor_resistance_ohm * volt_per_amp, PARAM_motor_resistance_ohm, culprit);
+    s->deadbeat.ld_ts = drive_fitted(p->motor_ld_h / ts_s * volt_per_amp, PARAM_motor_ld_h, culprit);
+    s->deadbeat.lq_ts = drive_fitted(p->motor_lq_h / ts_s * volt_per_amp, PARAM_motor_lq_h, culprit);
+    s->deadbeat.ts_ld = drive_fitted(ts_s / (p->motor_ld_h * volt_per_amp), PARAM_motor_ld_h, culprit);
+    s->deadbeat.ts_lq = drive_fitted(ts_s / (p->motor_lq_h * volt_per_amp), PARAM_motor_lq_h, culprit);
+    s->deadbeat.w_ld = drive_fitted(we * p->motor_ld_h * volt_per_amp, PARAM_motor_ld_h, culprit);
+    s->deadbeat.w_lq = drive_fitted(we * p->motor_lq_h * volt_per_amp, PARAM_motor_lq_h, culprit);
+    s->deadbeat.w_psi = drive_fitted(we * p->motor_psi_wb * scale->inv_voltage, PARAM_motor_psi_wb, culprit);
     s->deadbeat.correction = num_from_float(p->deadbeat_correction);
     s->deadbeat.c_max = num_from_float(p->over_current_a * scale->inv_current);
     s->deadbeat.v_max = num_from_float(DRIVE_AXIS_BOUND);
@@ -34,7 +34,9 @@ uint16_t drive_make_current(const drive_params_t *p, const drive_scale_t *scale,
                      CTL_PI_HOLD);
     s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / scale->voltage_v) : NUM_MAX;
     s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * scale->speed_rad_s / DRIVE_TWO_PI);
-    make_deadbeat(p, scale, s);
+    s->deadbeat_used = p->current_controller == 1U;
+    uint16_t unused = PARAM_COUNT; /* a controller that is not asked for may be beyond the numeric */
+    make_deadbeat(p, scale, s, s->deadbeat_used ? &culprit : &unused);
     return culprit;
 }
 

@@ -34,8 +34,10 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     if (!s->meter_used) {
         return PARAM_COUNT;
     }
-    s->meter.speed_per_rad = num_from_float(scale->inv_speed / ts_s);
-    s->meter.torque_per_16 = num_from_float(amp_per_speed * scale->speed_rad_s * scale->inv_current / 16.0f);
+    uint16_t culprit = PARAM_COUNT;
+    s->meter.speed_per_rad = drive_fitted(scale->inv_speed / ts_s, PARAM_over_speed_rad_s, &culprit);
+    s->meter.torque_per_16 =
+        drive_fitted(amp_per_speed * scale->speed_rad_s * scale->inv_current / 16.0f, PARAM_observer_inertia_kgm2, &culprit);
     s->meter.a22 = num_from_float(1.0f - (p->observer_viscous_nms * ts_s / p->observer_inertia_kgm2));
     s->meter.actuation = num_from_float(p->observer_actuation_samples);
     s->meter.step_max_rad = num_min(num_from_float(4.0f * p->over_speed_rad_s * ts_s), NUM_C(3.1415f));
@@ -69,7 +71,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     o->sync_band = num_from_float(p->aro_sync_hz * ts_s);
     s->hold = p->observer_hold != 0U;
     s->capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
-    return PARAM_COUNT;
+    return culprit;
 }
 
 static uint16_t observer_culprit(uint16_t field)

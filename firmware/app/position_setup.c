@@ -28,7 +28,8 @@ typedef struct {
     float cycles, amplitude_nm, phase_rad;
 } line_t;
 
-static void make_rdc(const drive_params_t *p, const drive_scale_t *scale, ctl_rdc_params_t *out)
+/* @param culprit  of what is beyond the numeric, unless there is one already */
+static void make_rdc(const drive_params_t *p, const drive_scale_t *scale, ctl_rdc_params_t *out, uint16_t *culprit)
 {
     const float  ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     const float  per_nm = scale->inv_current / (1.5f * (float)p->pole_pairs * p->motor_psi_wb);
@@ -37,10 +38,10 @@ static void make_rdc(const drive_params_t *p, const drive_scale_t *scale, ctl_rd
         {p->rdc_line3_cycles, p->rdc_line3_nm, p->rdc_line3_rad}, {p->rdc_line4_cycles, p->rdc_line4_nm, p->rdc_line4_rad},
         {p->rdc_line5_cycles, p->rdc_line5_nm, p->rdc_line5_rad}, {p->rdc_line6_cycles, p->rdc_line6_nm, p->rdc_line6_rad}};
 
-    out->inertia = num_from_float(p->rdc_inertia_kgm2 * scale->speed_rad_s * per_nm);
-    out->friction.viscous = num_from_float(p->rdc_viscous_nms * scale->speed_rad_s * per_nm);
-    out->friction.coulomb = num_from_float(p->rdc_coulomb_nm * per_nm);
-    out->friction.stat = num_from_float(p->rdc_static_nm * per_nm);
+    out->inertia = drive_fitted(p->rdc_inertia_kgm2 * scale->speed_rad_s * per_nm, PARAM_rdc_inertia_kgm2, culprit);
+    out->friction.viscous = drive_fitted(p->rdc_viscous_nms * scale->speed_rad_s * per_nm, PARAM_rdc_viscous_nms, culprit);
+    out->friction.coulomb = drive_fitted(p->rdc_coulomb_nm * per_nm, PARAM_rdc_coulomb_nm, culprit);
+    out->friction.stat = drive_fitted(p->rdc_static_nm * per_nm, PARAM_rdc_static_nm, culprit);
     out->friction.stribeck = num_from_float(p->rdc_stribeck_rad_s * scale->inv_speed);
     out->friction.shape = num_from_float(p->rdc_shape);
     out->harmonics.lines = 0U;
@@ -54,10 +55,10 @@ static void make_rdc(const drive_params_t *p, const drive_scale_t *scale, ctl_rd
         }
     }
     const float per_inertia = (p->rdc_inertia_kgm2 > 0.0f) ? (1.0f / p->rdc_inertia_kgm2) : 0.0f;
-    out->p_row[0] = num_from_float(p->rdc_p31 * per_inertia);
-    out->p_row[1] = num_from_float(p->rdc_p32 * per_inertia);
-    out->p_row[2] = num_from_float(p->rdc_p33 * per_inertia * scale->speed_rad_s);
-    out->rho = num_from_float(p->rdc_rho_nm * per_nm);
+    out->p_row[0] = drive_fitted(p->rdc_p31 * per_inertia, PARAM_rdc_p31, culprit);
+    out->p_row[1] = drive_fitted(p->rdc_p32 * per_inertia, PARAM_rdc_p32, culprit);
+    out->p_row[2] = drive_fitted(p->rdc_p33 * per_inertia * scale->speed_rad_s, PARAM_rdc_p33, culprit);
+    out->rho = drive_fitted(p->rdc_rho_nm * per_nm, PARAM_rdc_rho_nm, culprit);
     out->sigma = num_from_float(p->rdc_sigma);
     out->sample_s = num_from_float(ts_s);
     out->integral_max = NUM_C(100.0f);
@@ -112,16 +113,18 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
     q->learn.gain = num_from_float(p->rdc_learn_gain);
     q->learn.lead = LEARN_LEAD;
     q->learn.limit = num_from_float(p->iq_limit_a * scale->inv_current);
-    q->src.omega_half_ts = num_from_float(p->src_cutoff_per_rad * scale->speed_rad_s * ts_s * 0.5f);
     q->src.lambda = (angle_t)drive_turns_q32(p->src_period_turn);
     q->src.limit = q->ilc.limit;
-    make_rdc(p, scale, &q->rdc);
+    uint16_t unused = PARAM_COUNT; /* a method that is not asked for may be beyond the numeric */
+    q->src.omega_half_ts = drive_fitted(p->src_cutoff_per_rad * scale->speed_rad_s * ts_s * 0.5f, PARAM_src_cutoff_per_rad,
+                                        (q->method == DRIVE_POSITION_SRC) ? &bad : &unused);
+    make_rdc(p, scale, &q->rdc, (q->method == DRIVE_POSITION_RDC) ? &bad : &unused);
     q->torque_delay = p->torque_delay_samples;
     q->error_max = num_from_float(p->following_error_rad);
     q->error_samples = p->following_error_samples;
     q->min = drive_turns_q32(p->position_min_turn);
     q->max = drive_turns_q32(p->position_max_turn);
-    return PARAM_COUNT;
+    return bad;
 }
 
 uint16_t drive_judge_position(const drive_position_setup_t *q)

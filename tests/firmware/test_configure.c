@@ -192,6 +192,39 @@ void test_configure_fixed_point_refuses_a_period_that_it_cannot_hold(void)
     assert_accepted("over_speed 197 rad/s");
 }
 
+/* Per unit of 10 A, 20 V and 162.5 rad/s; a number of 128 or more would be cut, and be another one than what was asked for. Each is
+ * refused from there on by its own name, and only for who uses it. */
+void test_configure_fixed_point_refuses_a_number_of_a_block_that_it_cannot_hold(void)
+{
+    FIXED_ONLY();
+    const struct {
+        uint16_t param;
+        float    fits, beyond;
+        uint16_t user, choice; /* the parameter that chooses the block */
+    } row[] = {
+        /* R: 128 * 20 V / 10 A */
+        {PARAM_motor_resistance_ohm, 255.0f, 257.0f, PARAM_current_controller, 1U},
+        /* L / T_s, 10 kHz: 0.0256 H */
+        {PARAM_motor_lq_h, 0.0255f, 0.0257f, PARAM_current_controller, 1U},
+        {PARAM_motor_ld_h, 0.0255f, 0.0257f, PARAM_current_controller, 1U},
+        /* J 162.5 rad/s / (T_s k_T 10 A 16), k_T = 1.5 * 4 * 6.4 mWb: 4.84e-4 kg m^2 */
+        {PARAM_observer_inertia_kgm2, 4.8e-4f, 4.88e-4f, PARAM_method, 4U},
+        /* J 162.5 rad/s / (k_T 10 A): 0.302 kg m^2; and the same of the viscous friction */
+        {PARAM_rdc_inertia_kgm2, 0.30f, 0.305f, PARAM_position_method, 3U},
+        {PARAM_rdc_viscous_nms, 0.30f, 0.305f, PARAM_position_method, 3U},
+    };
+    for (size_t k = 0; k < COUNT_OF(row); k++) {
+        setUp();
+        (void)params_set(&params, row[k].user, (float)row[k].choice);
+        (void)params_set(&params, row[k].param, row[k].fits);
+        assert_accepted(params_info(row[k].param)->name);
+        (void)params_set(&params, row[k].param, row[k].beyond);
+        assert_refused(row[k].param);
+        (void)params_set(&params, row[k].user, 0.0f);
+        assert_accepted(params_info(row[k].param)->name);
+    }
+}
+
 void test_configure_float_takes_the_same_gains_and_period(void)
 {
     FLOAT_ONLY();

@@ -755,7 +755,7 @@ void test_position_rdc_robust_term_drives_towards_the_command(void)
             drive_params_t p = rdc_alone();
             p.rdc_p31 = (row == 0) ? 0.1f : 0.0f;
             p.rdc_p32 = (row == 1) ? 1e-3f : 0.0f;
-            p.rdc_p33 = (row == 2) ? 1e-3f : 0.0f;
+            p.rdc_p33 = (row == 2) ? 5e-4f : 0.0f;
             run_with(&p, 1000.0 * sign);
             samples(100); /* held: all three errors point the same way */
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-4, 1.0 * sign, iq_ref(), at("row %d", row));
@@ -767,7 +767,7 @@ void test_position_rdc_robust_term_drives_towards_the_command(void)
 void test_position_rdc_learns_the_robust_torque_slowly(void)
 {
     drive_params_t p = rdc_alone();
-    p.rdc_p33 = 1e-3f;
+    p.rdc_p33 = 5e-4f;
     p.rdc_learn_gain = 0.25f;
     run_with(&p, 1000.0);
     samples(1);
