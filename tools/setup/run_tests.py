@@ -84,9 +84,9 @@ class Step:
         return self.counted("ctest", "--preset", self.name, "--parallel", JOBS, "--output-junit", self.junit)
 
     def pytest(self) -> Count:
-        # A file at a time: its fixtures are made once; in the order of tools/tests/conftest.py, which has the long ones first.
+        # a file at a time: its fixtures are made once; in the order of tools/tests/conftest.py: the long ones first
         shared = ("-n", JOBS, "--dist", "loadfile", "--no-loadscope-reorder")
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the cores are busy; threads that wait for work cost an eighth
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # on busy cores threads that wait for work cost an eighth
         return self.counted(sys.executable, "-m", "pytest", "-q", *shared, f"--junitxml={self.junit}")
 
     def counted(self, *command: str | Path) -> Count:

@@ -10,7 +10,6 @@ from evenspin.cli import main
 from evenspin.reproduce.guo2024 import Result, reproduce
 from said import Said
 
-
 # Files that take longest, longest first: begun at the end, one core would wait for the other.
 LONG_FILES = (
     "test_blind_hard.py",
