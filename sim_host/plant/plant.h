@@ -69,6 +69,7 @@ typedef enum {
 } sim_machine_kind_t;
 
 #define SIM_STEPS_KEPT 32
+#define SIM_NOISE_PAIRS 32
 
 /** One integration step as the encoder saw it. */
 typedef struct {
@@ -82,6 +83,8 @@ typedef struct {
     sim_load_t          load;
     sim_outside_t       outside;
     sim_random_t        noise;
+    double              noise_pair[SIM_NOISE_PAIRS][2]; /**< Normal numbers drawn ahead... */
+    int                 noise_left;                     /**< ...of which the last so many wait. */
     double              time_s;
     double              period_s;
     int                 substeps;

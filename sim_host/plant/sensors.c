@@ -10,6 +10,15 @@ static double convert(double x, double lsb, double range)
     return (y > range) ? range : ((y < -range) ? -range : y);
 }
 
+/* Many at once: a draw that is thrown away, one in five, would stop the processor from working ahead in the step that follows. */
+SIM_NOINLINE static void draw_noise(sim_plant_t *s)
+{
+    for (int k = 0; k < SIM_NOISE_PAIRS; k++) {
+        sim_random_normal2(&s->noise, s->noise_pair[k]);
+    }
+    s->noise_left = SIM_NOISE_PAIRS;
+}
+
 /** The reading of an angle in counts of this turn: whole numbers, so that wrapping is exact. */
 static double counted(sim_plant_t *s, double angle)
 {
@@ -36,8 +45,10 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
         s->current[k]->effect->current_sensor(s->current[k]->p, i);
     }
     if (m->current_noise_a > 0.0) {
-        double n[2];
-        sim_random_normal2(&s->noise, n);
+        if (s->noise_left == 0) {
+            draw_noise(s);
+        }
+        const double *const n = s->noise_pair[SIM_NOISE_PAIRS - s->noise_left--];
         i[0] += m->current_noise_a * n[0];
         i[1] += m->current_noise_a * n[1];
     }

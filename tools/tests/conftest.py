@@ -10,6 +10,21 @@ from evenspin.cli import main
 from evenspin.reproduce.guo2024 import Result, reproduce
 from said import Said
 
+# Files that take longest, longest first: begun at the end, one core would wait for the other.
+LONG_FILES = (
+    "test_blind_hard.py",
+    "test_gap_examples.py",
+    "test_blind_solved.py",
+    "test_gap_circle.py",
+    "test_reproduce_tang2020.py",
+    "test_cli.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    rank = {name: position for position, name in enumerate(LONG_FILES)}
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank)))  # the others stay as they are
+
 
 @pytest.fixture
 def evenspin(capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:

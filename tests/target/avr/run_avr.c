@@ -63,6 +63,7 @@ int main(int argc, char **argv)
     }
     avr->ramend = DATA_END;
     (void)avr_init(avr);
+    avr->run_cycle_limit = 1000U; /* cycles between two looks at the timers, which nothing here uses */
     avr->frequency = 16000000U;
     avr_load_firmware(avr, &firmware);
     avr_register_io_write(avr, GPIOR0_ADDRESS, write_char, NULL);

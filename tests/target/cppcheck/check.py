@@ -9,9 +9,11 @@ Exit status: 0 clean, 1 findings, 3 cppcheck is missing.
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -35,17 +37,24 @@ def main(arguments: list[str]) -> int:
     if "shiftTooManyBits" not in findings(root, platform, HERE / "planted.c"):
         print("cppcheck does not find the planted error: it does not calculate with the sizes of the C28x")
         return 1
-    bad = False
-    for kind in (platform, "--platform=avr8"):
-        for numeric in ("-UEVENSPIN_FIXED", "-DEVENSPIN_FIXED=1"):
-            text = findings(
-                root, kind, numeric, "-I.", "-Ihal/include", "-D__TMS320C28XX__=1",
-                f"--suppressions-list={HERE / 'suppressions.txt'}", "control", "firmware",
-            )  # fmt: skip
-            if text:
-                print(f"{kind.split('/')[-1]} {numeric}\n{text}")
-                bad = True
-    return 1 if bad else 0
+    wanted = [
+        (kind, numeric)
+        for kind in (platform, "--platform=avr8")
+        for numeric in ("-UEVENSPIN_FIXED", "-DEVENSPIN_FIXED=1")
+    ]
+
+    def of(kind: str, numeric: str) -> str:
+        return findings(
+            root, kind, numeric, "-I.", "-Ihal/include", "-D__TMS320C28XX__=1",
+            f"--suppressions-list={HERE / 'suppressions.txt'}", "control", "firmware",
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        texts = list(pool.map(of, *zip(*wanted, strict=True)))
+    for (kind, numeric), text in zip(wanted, texts, strict=True):
+        if text:
+            print(f"{kind.split('/')[-1]} {numeric}\n{text}")
+    return 1 if any(texts) else 0
 
 
 if __name__ == "__main__":
