@@ -30,11 +30,11 @@ ORDER = (
     ("sim",),
     ("log", "analysis", "doctor", "importer"),
     ("report", "cycles", "drive"),
-    ("compare", "memory", "design"),
+    ("compare", "memory", "design", "motor"),
     ("identify",),
     ("bench", "reproduce", "run", "gap", "balance"),
-    ("driven",),
-    ("scope", "blind"),
+    ("tune", "driven"),
+    ("commission", "scope", "blind"),
     ("cli",),
 )
 

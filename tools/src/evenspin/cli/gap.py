@@ -32,7 +32,7 @@ class PathFirst(TyperGroup):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """A folder that is called like a sub-command is told apart by the `./` before it."""
+        """A folder that is called like a sub-command is distinguished by the `./` before it."""
         from evenspin.errors import InputError
 
         try:
@@ -147,7 +147,7 @@ def batch(
     force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
-    """Many cases, on all cores or on a dask cluster. A case that fails is told and does not end the others.
+    """Many cases, on all cores or on a dask cluster. A case that fails is reported and does not end the others.
 
     Each case is written when it is done, completely or not at all, so that an interrupted batch keeps what it has.
 
@@ -213,8 +213,8 @@ def plan(
     view = TableView("Experiments", "In this order, at rest in between.", ("name", "s", "what", "serves"), rows, left=4)
     print_table(view, screen)
     if changed:
-        said = ", ".join(f"{name} {words}" for name, words in changed.items())
-        screen.print(f"The drive runs and measures as the log format describes it: {said}.")
+        changes = ", ".join(f"{name} {words}" for name, words in changed.items())
+        screen.print(f"The drive runs and measures as the log format describes it: {changes}.")
     content = {
         "model": machine.name,
         "changed": changed,
@@ -229,10 +229,10 @@ def plan(
         with progress_bar("performing the plan", total) as bar:
             for e in experiments:
 
-                def tell(t_s: float, start_s: float = before) -> None:
+                def advance(t_s: float, start_s: float = before) -> None:
                     bar.update(start_s + t_s)
 
-                records[e.name] = planning.perform(e, tell)
+                records[e.name] = planning.perform(e, advance)
                 before += e.setup.duration_s
         with output as folder:
             write_case(folder, planning.meta(experiments, f"{machine.name}-plan"), records)
@@ -255,12 +255,12 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
 
     with progress_bar("reading", 1.0, patience_s=1.0) as bar:
 
-        def tell(what: str, share: float) -> None:
+        def report(what: str, share: float) -> None:
             bar.say(what)
             bar.update(share)
 
-        result = investigate(loaded, workers, tell, messages)
-        tell("drawing", 0.97)
+        result = investigate(loaded, workers, report, messages)
+        report("drawing", 0.97)
         with output as folder:
             write_result(folder, result, made.command)
             if steps:

@@ -75,13 +75,13 @@ class Gatherer:
         self._kept: list[dict[str, list[Array]]] = [{} for _ in model.logs]
 
     def pieces(self, point: Point, named: Collection[str]) -> list[Piece]:
-        anew = any(term.effect in BENDING and term.name in named for term in self.model.terms)
+        again = any(term.effect in BENDING and term.name in named for term in self.model.terms)
         found = []
         for log, kept in enumerate(self._kept):
             here = self.model.residual(point, log)
             floor = floors(self.model.logs[log], self.noise[log])
             for term in self.model.terms:
-                if term.name not in kept or anew or term.name in named:
+                if term.name not in kept or again or term.name in named:
                     kept[term.name] = self._calm(term, log, self.model.columns_of(term, point, log, here))
             for k, r in enumerate(here):
                 columns = [kept[term.name][k] for term in self.model.terms]

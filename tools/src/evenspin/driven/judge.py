@@ -24,7 +24,7 @@ UNKNOWN = "unknown"
 MOST = 0.98  # confidence: the table of effects is not all there is
 TEMPER = 4.0  # cost that counts as one: what is left is not white
 RIVAL = 12.0  # cost within which another choice explains the log as well
-TOLD = 40.0  # cost within which it is mentioned
+MENTIONED = 40.0  # cost within which it is mentioned
 LEFT_TIMES = 4.0  # of what noise leaves, from which something is left
 LEFT_SHARE = 0.02  # of the rated torque, or of the largest voltage
 PWM_UNKNOWN = 1.0  # of a dead time: 10 kHz were assumed, and 5 to 20 kHz are common
@@ -132,7 +132,7 @@ def _name(found: Explained, name: str, weights: Sequence[float], verdict: Verdic
     best = found.rivals[0]
     for choice, with_it in zip(found.rivals, has, strict=True):
         behind = choice.cost - best.cost
-        if with_it or behind > TOLD:
+        if with_it or behind > MENTIONED:
             continue
         others = sorted(_effects_of(found, choice.names) - _effects_of(found, best.names))
         others = [other for other in others if not other.startswith("foreign")]

@@ -53,12 +53,12 @@ def floors(e: Equations, noise: Noise) -> list[float]:
         over = e.winding.bump
         slip = noise.theta_rad * _norm(over.slope) if noise.theta_rad > 0.0 else noise.speed_rad_s * _norm(over.value)
         flux = p * e.plant["psi_wb"] * slip
-        for l_h, amps, told, volts in (
+        for l_h, current_a, voltage_v, flux_v in (
             (e.plant["ld_h"], noise.id_a, noise.vd_v, 0.0),
             (e.plant["lq_h"], noise.iq_a, noise.vq_v, flux),
         ):
-            drop = l_h * amps * _norm(over.slope), (r * amps + told) * _norm(over.value)
-            found.append(math.hypot(*drop, volts))
+            drop = l_h * current_a * _norm(over.slope), (r * current_a + voltage_v) * _norm(over.value)
+            found.append(math.hypot(*drop, flux_v))
     return found
 
 

@@ -4,7 +4,7 @@ from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, S
 
 
 def hypothesis(scale: Scale) -> Hypothesis:
-    """Only the mismatch counts: a common gain looks like the torque constant."""
+    """Only the mismatch counts: a common gain is not distinguishable from the torque constant."""
     return Hypothesis(
         "current_gain",
         (Coordinate("gain_a", 0.03, -0.5, 0.5), Coordinate("gain_b", 0.03, -0.5, 0.5)),

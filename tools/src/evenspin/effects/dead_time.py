@@ -1,4 +1,4 @@
-"""Dead time of the bridge, and how its loss goes through zero current, where every inverter has its own way."""
+"""Dead time of the bridge, and how its loss goes through zero current, which differs from inverter to inverter."""
 
 import numpy as np
 

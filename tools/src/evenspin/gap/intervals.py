@@ -45,6 +45,9 @@ class Intervals:
     parameters: tuple[Interval, ...]
     inflation: float  # of the standard deviations of the fit, from simulated units
 
+    def widened(self, factor: float) -> Intervals:
+        return replace(self, parameters=tuple(replace(i, half=factor * i.half) for i in self.parameters))
+
     def of(self, effect: str) -> tuple[Interval, ...]:
         return tuple(interval for interval in self.parameters if interval.effect == effect)
 
