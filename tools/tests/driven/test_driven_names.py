@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from driven_logs import columns_of, hide, write_log
 from evenspin.driven import run_driven
+from evenspin.errors import InputError
+from evenspin.model.machine import load_machine
 
 # Sizes about twice what a bench leaves open; tolerances: 3 % of size, as asked of any log, and what ten seconds leave.
 HIDDEN = {
@@ -102,3 +104,30 @@ def test_at_one_speed_an_inertia_is_left_open_and_nothing_is_named(tmp_path):
     assert verdict["verdict"] == []
     assert verdict["can_be_found"]["inertia"]["times_least_size"] > 3.0
     assert "direction" in verdict["record_next"]
+
+
+def test_numbers_that_a_model_leaves_open_come_from_the_log_and_go_into_the_file(tmp_path):
+    log = write_log(tmp_path / "log.csv", hide(coulomb_friction={"torque_nm": 0.06}))
+    model = tmp_path / "partial.toml"
+    model.write_text('name = "partial"\n[plant]\npole_pairs = 3\npwm_hz = 10000.0\nslots = 18\n')
+    out = tmp_path / "out"
+    out.mkdir()
+    verdict = run_driven([log], model, "bench", out).verdict
+    # Of the model that made the log; 3 % is asked of any log.
+    truth = {"resistance_ohm": 0.9, "lq_h": 0.0024, "psi_wb": 0.1, "inertia_kgm2": 0.0008}
+    for name, value in truth.items():
+        found = verdict["estimated"][name]
+        assert found["value"] == pytest.approx(value, rel=0.03 if name != "lq_h" else 0.1), name
+        assert found["low"] <= value <= found["high"], name
+    assert "inertia" not in verdict["verdict"]
+    assert load_machine(out / "model.toml").plant["psi_wb"] == pytest.approx(0.1, rel=0.03)
+
+
+def test_a_number_that_the_log_does_not_show_is_asked_for_by_its_name(tmp_path):
+    columns = {name: values[2000:] for name, values in columns_of(speeds=(30.0,) * 6).items()}
+    log = write_log(tmp_path / "log.csv", columns)
+    model = tmp_path / "partial.toml"
+    stated = "pole_pairs = 3\nresistance_ohm = 0.9\nld_h = 2.4e-3\nlq_h = 2.4e-3\npsi_wb = 0.1\n"
+    model.write_text(f'name = "partial"\n[plant]\n{stated}')
+    with pytest.raises(InputError, match="inertia_kgm2"):
+        run_driven([log], model, "bench", None)

@@ -136,8 +136,16 @@ def imported_from(file: Path, map_file: Path | None, known: Known | None = None)
 def known_from(model: str) -> Known:
     """What a model file says that a recording may leave open."""
     from evenspin.balance.nominal_model import read_nominal
+    from evenspin.errors import InputError
     from evenspin.importer import Known
+    from evenspin.model.machine import TORQUE_ALONE, find_model, load_machine
 
+    def refuse(must: str, hint: str) -> InputError:
+        return InputError("gap", "--model", model, must, hint)
+
+    partial = load_machine(find_model(model, Path(), refuse), ("pole_pairs",))
+    if any(name not in partial.plant_from for name in TORQUE_ALONE):
+        return Known(int(partial.plant["pole_pairs"]), None)
     nominal = read_nominal(model)
     counts = nominal.machine.plant_from.get("counts_per_rev") and float(nominal.machine.plant["counts_per_rev"])
     return Known(nominal.pole_pairs, counts or None)

@@ -9,14 +9,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.driven.answer import answer_term
 from evenspin.driven.equations import Equations
 from evenspin.driven.fit import Gatherer, Normal, moved, normal_of, prior_of, pull_of, settled
 from evenspin.driven.foreign import foreign_terms, frequency_term, order_term
 from evenspin.driven.lines import foreign_frequencies, foreign_orders
-from evenspin.driven.model import LATE, LD, LQ, TURNED, ZERO, Model, Point
+from evenspin.driven.model import ANSWER, LATE, LD, LQ, TURNED, ZERO, Model, Point
 from evenspin.driven.search import Choice, Edges, choices
 from evenspin.driven.signals import Signals
-from evenspin.driven.terms import Kind, Sizes, Term, effect_terms, unit_term
+from evenspin.driven.terms import NUMBER_OF, OPEN, Kind, Sizes, Term, effect_terms, opened, unit_term
 from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.driven.windows import Bump, Windows
 from evenspin.effects import Scale
@@ -106,7 +107,9 @@ def explain(
     scale: Scale,
     tolerances: Tolerances,
     progress: Callable[[str, float], None] | None = None,
+    estimated: Sequence[str] = (),
 ) -> Explained:
+    """`estimated`: numbers of the plant that the logs gave themselves; the effects on them are no deviation."""
     say = progress or (lambda what, share: None)
     top_rad_s = max(float(np.percentile(np.abs(log.speed_rad_s), 99.0)) for log in logs)
     rest_rad_s = 0.012 * top_rad_s
@@ -119,7 +122,8 @@ def explain(
     orders = cogging_orders(scale)
     sizes = Sizes(scale, tolerances, plant["pwm_hz"], top_rad_s)
     terms = effect_terms(sizes, has_angle, has_voltages, orders)
-    terms += _unit_terms(recordings, plant, tolerances)
+    terms = [opened(term) if NUMBER_OF.get(term.effect) in estimated else term for term in terms]
+    terms += _unit_terms(recordings, plant, tolerances, estimated)
     terms += foreign_terms(scale, plant, top_rad_s, has_voltages)
     model = Model(equations, base, terms, LATE_PERIODS / plant["pwm_hz"])
     edges = Edges(tolerances.torque * scale.rated_torque_nm, tolerances.volts * plant["dc_link_v"])
@@ -193,10 +197,15 @@ def _all_free(terms: Sequence[Term]) -> set[str]:
     return {t.name for t in terms if t.kind is Kind.EFFECT and (not t.variant or first[t.effect] == t.name)}
 
 
-def _unit_terms(recordings: Sequence[Recording], plant: dict[str, float], tolerances: Tolerances) -> list[Term]:
+def _unit_terms(
+    recordings: Sequence[Recording], plant: dict[str, float], tolerances: Tolerances, estimated: Sequence[str]
+) -> list[Term]:
     terms = []
     if any(each.signals.has_voltages for each in recordings):
-        terms += [unit_term(LD, tolerances.inductance, 0.01), unit_term(LQ, tolerances.inductance, 0.01)]
+        terms += [
+            unit_term(LD, OPEN if "ld_h" in estimated else tolerances.inductance, 0.01),
+            unit_term(LQ, OPEN if "lq_h" in estimated else tolerances.inductance, 0.01),
+        ]
     for number, each in enumerate(recordings):
         if each.signals.has_voltages:
             period_s = 1.0 / plant["pwm_hz"]
@@ -209,6 +218,7 @@ def _unit_terms(recordings: Sequence[Recording], plant: dict[str, float], tolera
                 )
             )
             terms.append(unit_term(f"{TURNED}@{number}", LATE_PERIODS * period_s, 0.1 * period_s, log=number))
+            terms.append(answer_term(f"{ANSWER}@{number}", plant, number))
             if len(recordings) > 1:
                 terms.append(
                     unit_term(
@@ -255,7 +265,10 @@ def _rests(terms: Sequence[Term], best: Choice) -> bool:
 
 def _units_of(terms: Sequence[Term], start: Point, point: Point) -> Point:
     """Nothing named, with the delays that were found: these are of the log, not of the machine."""
-    return {term.name: point[term.name] if term.name.startswith((LATE, TURNED)) else start[term.name] for term in terms}
+    return {
+        term.name: point[term.name] if term.name.startswith((LATE, TURNED, ANSWER)) else start[term.name]
+        for term in terms
+    }
 
 
 def _gain(name: str, rivals: Sequence[Choice]) -> float:

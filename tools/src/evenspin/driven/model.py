@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.driven.equations import Equations, Residual, Timing
-from evenspin.driven.terms import Kind, Term
+from evenspin.driven.terms import Term
 from evenspin.effects.equations import Acting
 
 Array = NDArray[np.float64]
 Point = dict[str, Array]
 
-LATE, TURNED, LD, LQ, ZERO = "late", "turned", "ld", "lq", "zero"
+LATE, TURNED, LD, LQ, ZERO, ANSWER = "late", "turned", "ld", "lq", "zero", "answer"
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Model:
         there = replace(equations, plant=scaled)
         parts = there.residual(self.acting(point, log), timing, shaft_only).parts()
         for term in self.terms:
-            if term.kind is Kind.FOREIGN and np.any(point[term.name] != 0.0):
+            if term.columns is not None and term.log in (None, log) and np.any(point[term.name] != 0.0):
                 for k, column in enumerate(self.foreign(term, log)):
                     own = term_columns(column, len(term))
                     if k < len(parts) and own is not None:
@@ -61,12 +61,14 @@ class Model:
     def columns_of(self, term: Term, point: Point, log: int, here: Sequence[Array]) -> list[Array]:
         """Per equation, a column per coordinate of a term."""
         matrices = [np.zeros((len(part), len(term))) for part in here]
-        if term.kind is Kind.FOREIGN:
+        if term.log not in (None, log):
+            return matrices
+        if term.columns is not None:
             for k, column in enumerate(self.foreign(term, log)):
                 own = term_columns(column, len(term))
                 if k < len(matrices) and own is not None:
                     matrices[k] = own
-        elif term.log is None or term.log == log:
+        else:
             on = np.any(point[term.name][~term.details] != 0.0)
             for j in range(len(term)):
                 if term.details[j] and not on:

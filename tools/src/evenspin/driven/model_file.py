@@ -2,18 +2,51 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from evenspin.driven.analysis import Explained
+from evenspin.driven.fit import prior_of
 from evenspin.driven.judge import Verdict
+from evenspin.driven.model import LD, LQ
 from evenspin.driven.read import Nominal
+from evenspin.driven.terms import NUMBER_OF
 from evenspin.native import tables
 
+Z95 = 1.96
+MODEL_SHARE = 0.02  # of a number, that the equations themselves may be off by
 
-def model_text(nominal: Nominal, verdict: Verdict) -> str:
+
+def estimates(found: Explained, nominal: Nominal) -> dict[str, dict[str, float]]:
+    """Numbers that the model leaves open, with 95 % intervals."""
+    terms = found.model.terms
+    covariance = np.linalg.inv(found.normal.h + prior_of(terms, found.named))
+    values: dict[str, dict[str, float]] = {}
+    at = 0
+    for term in terms:
+        name = NUMBER_OF.get(term.effect, {LD: "ld_h", LQ: "lq_h"}.get(term.name, ""))
+        if name in nominal.estimated:
+            z = float(found.point[term.name][0])
+            value = nominal.plant[name] * (math.exp(z) if term.effect else 1.0 + z)
+            half = value * math.hypot(Z95 * math.sqrt(float(covariance[at, at])), MODEL_SHARE)
+            values[name] = {"value": value, "low": value - half, "high": value + half}
+        at += len(term)
+    return values
+
+
+def model_text(nominal: Nominal, verdict: Verdict, estimated: Mapping[str, Mapping[str, float]]) -> str:
     import tomlkit
 
     document = tomlkit.parse(nominal.machine.document.path.read_text(encoding="utf-8"))
     document["name"] = f"{nominal.machine.name}-gap"
+    for name, number in estimated.items():
+        document["plant"][name] = float(f"{number['value']:.6g}")
+        document["plant"][name].comment(f"estimated, {number['low']:.4g} .. {number['high']:.4g}")
+    if "dc_link_v" not in nominal.machine.plant_from:
+        document["plant"]["dc_link_v"] = float(f"{nominal.plant['dc_link_v']:.4g}")
     if not verdict.effects:
         return tomlkit.dumps(document)
     if "effects" not in document:

@@ -13,6 +13,7 @@ from evenspin.balance.csv_rows import header_of, rows_of
 from evenspin.balance.log_reader import read_log
 from evenspin.balance.nominal_model import read_nominal
 from evenspin.balance.plausibility import check_against
+from evenspin.driven.motor import MOTOR, first_values
 from evenspin.driven.signals import VOLTAGES, Signals, signals_of
 from evenspin.effects import Scale
 from evenspin.effects.equations import Acting, has_equation
@@ -43,6 +44,7 @@ class Nominal:
     base: tuple[Acting, ...]
     scale: Scale
     assumed: tuple[str, ...]
+    estimated: tuple[str, ...] = ()  # numbers of the plant that the model leaves open: from the logs
 
 
 def has_voltages(path: Path) -> bool:
@@ -52,7 +54,7 @@ def has_voltages(path: Path) -> bool:
 
 def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
     logs: list[Log] = []
-    nominal = read_nominal(model)
+    nominal = None if missing_of(_machine(model)) else read_nominal(model)
     for path in paths:
         log = read_log(path)
         columns: dict[str, Array] = {"t_s": log.t_s, "iq_a": log.iq_a}
@@ -61,7 +63,8 @@ def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
             if values is not None:
                 columns[name] = values
         motion = {name: columns.get(name) for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")}
-        check_against(path, motion, nominal)
+        if nominal is not None:
+            check_against(path, motion, nominal)
         columns |= _beside(path, log.t_s)
         name = _name(path)
         same = sum(each.signals.name.split("#")[0] == name for each in logs)
@@ -85,13 +88,29 @@ def _beside(path: Path, t_s: Array) -> dict[str, Array]:
     return found
 
 
-def nominal_of(model: str | Path, logs: Sequence[Log]) -> Nominal:
+def _machine(model: str | Path) -> Machine:
     def refuse(must: str, hint: str) -> InputError:
         return InputError("gap", "--model", str(model), must, hint)
 
-    machine = load_machine(find_model(str(model), Path(), refuse))
+    return load_machine(find_model(str(model), Path(), refuse), ("pole_pairs",))
+
+
+def missing_of(machine: Machine) -> tuple[str, ...]:
+    """Numbers of the motor that the model leaves open."""
+    return tuple(name for name in MOTOR if name not in machine.plant_from)
+
+
+def nominal_of(model: str | Path, logs: Sequence[Log]) -> Nominal:
+    machine = _machine(model)
     plant = dict(machine.plant)
     assumed = []
+    missing = missing_of(machine)
+    if "dc_link_v" not in machine.plant_from:
+        plant["dc_link_v"] = _dc_link_v(logs)
+        assumed.append(f"dc_link_v is not in the model: {plant['dc_link_v']:.3g} V of the log")
+    if missing:
+        plant = first_values([log.signals for log in logs], plant, missing)
+        assumed.append(f"{', '.join(missing)}: not in the model, estimated from the log; an effect of them has no name")
     if "pwm_hz" not in machine.plant_from:
         assumed.append(f"pwm_hz is not in the model: {plant['pwm_hz']:g} Hz assumed; dead_time_s goes with its inverse")
     current = plant["rated_current_a"]
@@ -100,7 +119,7 @@ def nominal_of(model: str | Path, logs: Sequence[Log]) -> Nominal:
         assumed.append(f"rated_current_a is not in the model: sizes are measured by the {current:.3g} A of the log")
     torque = plant["rated_torque_nm"]
     if torque <= 0.0:
-        torque = machine.torque_per_a_nm * current
+        torque = 1.5 * plant["pole_pairs"] * plant["psi_wb"] * current
     if plant["viscous_nms"] <= 0.0:
         plant["viscous_nms"] = 1e-3 * torque / max(float(np.max(np.abs(log.signals.speed_rad_s))) for log in logs)
         assumed.append(f"viscous_nms is 0 in the model: its factor is that of {plant['viscous_nms']:.3g} N m s/rad")
@@ -110,7 +129,17 @@ def nominal_of(model: str | Path, logs: Sequence[Log]) -> Nominal:
     lost = [name for name in machine.effects if not has_equation(name)]
     if lost:
         assumed.append(f"{', '.join(lost)} of the model: not in the equations that the log is held against")
-    return Nominal(machine, plant, base, Scale(current, torque, p, slots, counts), tuple(assumed))
+    return Nominal(machine, plant, base, Scale(current, torque, p, slots, counts), tuple(assumed), missing)
+
+
+def _dc_link_v(logs: Sequence[Log]) -> float:
+    measured = [float(np.median(log.signals.vdc_v)) for log in logs if log.signals.vdc_v is not None]
+    if measured:
+        return measured[0]
+    sizes = [
+        np.hypot(s.vd_v, s.vq_v) for s in (log.signals for log in logs) if s.vd_v is not None and s.vq_v is not None
+    ]
+    return float(np.sqrt(3.0) * max(np.max(size) for size in sizes)) if sizes else 0.0
 
 
 def _name(path: Path) -> str:

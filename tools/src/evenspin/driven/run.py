@@ -10,7 +10,7 @@ from typing import Any
 from evenspin.driven.analysis import Explained, explain
 from evenspin.driven.findable import advice, findable
 from evenspin.driven.judge import judge
-from evenspin.driven.model_file import model_text
+from evenspin.driven.model_file import estimates, model_text
 from evenspin.driven.read import nominal_of, read_logs
 from evenspin.driven.report import page_of, summary_of, tables_of
 from evenspin.driven.tolerances import tolerances_of
@@ -59,15 +59,17 @@ def run_driven(
     logs = read_logs(paths, model)
     nominal = nominal_of(model, logs)
     say("fitting", 0.1)
-    found = explain([log.signals for log in logs], nominal.plant, nominal.base, nominal.scale, allowed, say)
+    signals = [log.signals for log in logs]
+    found = explain(signals, nominal.plant, nominal.base, nominal.scale, allowed, say, nominal.estimated)
     verdict = judge(found, "pwm_hz" in nominal.machine.plant_from)
-    table = findable(found.model.terms, found.normal, [log.signals for log in logs])
-    advised = advice(table, [log.signals for log in logs])
+    table = findable(found.model.terms, found.normal, signals)
+    advised = advice(table, signals)
     name = logs[0].signals.name if len(logs) == 1 else f"{logs[0].signals.name} and {len(logs) - 1} more"
     content = verdict_json(name, found, verdict, nominal, logs, table, advised)
+    content["estimated"] = estimates(found, nominal)
     if out_dir is not None:
         write_json(out_dir / "verdict.json", content)
-        (out_dir / "model.toml").write_text(model_text(nominal, verdict), encoding="utf-8")
+        (out_dir / "model.toml").write_text(model_text(nominal, verdict, estimates(found, nominal)), encoding="utf-8")
         write_page(out_dir, page_of(found, verdict, table, advised, nominal, logs, command))
     say("done", 1.0)
     return DrivenResult(content, summary_of(found, verdict, advised), tables_of(found, verdict, table), found)

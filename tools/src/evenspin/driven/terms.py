@@ -7,7 +7,7 @@ point by its tolerance, so that a deviation of the unit is never mistaken for an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -108,8 +108,6 @@ TOGETHER = 1e-3  # a gain of all currents, beside inertia, friction and resistan
 
 
 def _with_order(scale: Scale, order: int) -> Scale:
-    from dataclasses import replace
-
     return replace(scale, cogging_order=order)
 
 
@@ -160,6 +158,20 @@ def _edge(h: Hypothesis, off: Array, k: int, times: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if size(middle) < times else (low, middle)
     return high
+
+
+NUMBER_OF = {  # of the plant, that an effect is a factor on
+    "winding_resistance": "resistance_ohm",
+    "torque_constant": "psi_wb",
+    "inertia": "inertia_kgm2",
+    "viscous_friction": "viscous_nms",
+}
+OPEN = 0.3  # one standard deviation of a number that the log itself gave, by another fit
+
+
+def opened(term: Term) -> Term:
+    """A factor on a number that nobody stated: fitted, and never named."""
+    return replace(term, kind=Kind.UNIT, held=np.full(1, OPEN), free=np.full(1, OPEN))
 
 
 def unit_term(name: str, sigma: float, step: float, off: float = 0.0, log: int | None = None) -> Term:
