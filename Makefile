@@ -1,4 +1,4 @@
-# Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
+# Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
 .PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
 
@@ -66,7 +66,7 @@ stability: setup ## random drives: does the simulated firmware do what `design r
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py
 
-lint: setup ## format and lint of C and Python, types of Python, layers of both; the step of the same name in `make test`
+lint: setup ## format and lint of C and Python, types of Python, layers of both, words; the step of the same name in `make test`
 	@$(CHECK) lint
 
 format: setup ## bring C and Python into the format that `make lint` checks

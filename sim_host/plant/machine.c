@@ -18,9 +18,12 @@ double sim_saturated_torque(const sim_plant_t *s, const sim_state_t *x, const si
 
 double sim_motor_torque(const sim_plant_t *s, const sim_state_t *x)
 {
+    if (s->kind == SIM_PLAIN) {
+        return sim_plain_torque(s, x);
+    }
     const sim_flux_t h = sim_flux_harmonics(s, x);
     if (s->saturation == NULL) {
-        return sim_plain_torque(s, x, &h);
+        return sim_harmonic_torque(s, x, &h);
     }
     const sim_linkage_t f = sim_linkage(s, x);
     return sim_saturated_torque(s, x, &h, &f);

@@ -108,7 +108,7 @@ void test_current_filter_turns_and_shortens_a_rotating_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.5 * creal(seen) + 0.5 * SQRT3 * cimag(seen), r.ib_a);
 }
 
-/* One step per period is what the usual machine gets: 0.18 of a time constant, cubic error (0.18)^4 / 384. */
+/* One step per period is what the nominal machine gets: 0.18 of a time constant, cubic error (0.18)^4 / 384. */
 void test_current_filter_needs_no_finer_steps_than_the_machine(void)
 {
     model.substeps = 0.0;
@@ -183,7 +183,7 @@ void test_saturation_makes_the_reluctance_torque_of_its_flux_linkages(void)
     (void)read_a();
     const double d = 0.3e-3 * 6.0 * atan(-4.0 / 6.0);
     const double q = 0.6e-3 * 6.0 * atan(9.0 / 6.0);
-    ASSERT_REL(1e-12, 6.0 * ((6.4e-3 + d) * 9.0 - q * -4.0), plant.torque_nm, "torque");
+    ASSERT_REL(1e-12, 6.0 * ((6.4e-3 + d) * 9.0 - q * -4.0), sim_plant_torque(&plant), "torque");
 }
 
 /* Steady state at speed: vd = R id - we psi_q(iq), vq = R iq + we (psi + psi_d(id)). */
@@ -236,7 +236,7 @@ void test_saturation_by_slope_lowers_the_reluctance_torque_of_each_axis(void)
     (void)read_a();
     const double ld_h = 0.3e-3 / (1.0 + 16.0 / 36.0);
     const double lq_h = 0.6e-3 / (1.0 + 81.0 / 36.0);
-    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + (ld_h - lq_h) * -36.0), plant.torque_nm, "torque");
+    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + (ld_h - lq_h) * -36.0), sim_plant_torque(&plant), "torque");
 }
 
 void test_saturation_by_slope_steps_as_the_integral_does(void)
@@ -286,7 +286,7 @@ void test_saturation_by_amplitude_lowers_the_reluctance_torque(void)
     plant.x.iq_a = 9.0;
     (void)read_a();
     const double soft = 1.0 / (1.0 + 97.0 / 36.0);
-    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + -0.3e-3 * soft * -36.0), plant.torque_nm, "torque");
+    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + -0.3e-3 * soft * -36.0), sim_plant_torque(&plant), "torque");
 }
 
 void test_saturation_by_amplitude_ends_at_the_same_current_as_without(void)
