@@ -32,6 +32,7 @@ class Log:
     path: Path
     signals: Signals
     repairs: tuple[str, ...]
+    doubts: tuple[str, ...] = ()  # a unit or a sign that may be wrong
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +62,9 @@ def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
             if values is not None:
                 columns[name] = values
         motion = {name: columns.get(name) for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")}
-        check_against(path, motion, nominal)
+        remarks = check_against(path, {**motion, **log.beside}, nominal)
         columns |= _beside(path, log.t_s)
-        logs.append(Log(path, signals_of(_name(path), columns), log.repairs))
+        logs.append(Log(path, signals_of(_name(path), columns), log.repairs, (*log.doubts, *remarks)))
     return logs
 
 
