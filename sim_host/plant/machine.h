@@ -38,7 +38,8 @@ typedef struct {
 /** +1, -1, or 0 at standstill. */
 static inline double sim_direction_of(double speed) { return (speed > 0.0) ? 1.0 : ((speed < 0.0) ? -1.0 : 0.0); }
 
-/** With saturation; and the torque that follows from it. */
+/** With saturation: the slope of the linkage of an axis; all of both axes; and the torque that follows from it. */
+double        sim_slope(const sim_plant_t *s, double l_h, double i_a, double other_a);
 sim_linkage_t sim_linkage(const sim_plant_t *s, const sim_state_t *x);
 double        sim_saturated_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, const sim_linkage_t *f);
 /** Torque of the motor, saturated or not. */

@@ -219,6 +219,9 @@ void test_saturation_linkage_is_odd_and_its_slope_the_differential_inductance(vo
         const double wanted = L_H / (1.0 + i * i / 9.0);
         ASSERT_REL(1e-12, (wanted > 0.01 * L_H) ? wanted : 0.01 * L_H, slope, at("slope at %g A", i));
         ASSERT_REL(1e-5, slope, rise / (2.0 * h), at("difference at %g A", i));
+        const double mixed[3] = {3.0, 0.3, 0.6};
+        (void)e->linkage_wb(mixed, L_H, i, 5.0, &slope);
+        TEST_ASSERT_EQUAL_DOUBLE(slope, e->slope_h(mixed, L_H, i, 5.0)); /* alone it is the same */
         TEST_ASSERT_EQUAL_DOUBLE(-e->linkage_wb(own, L_H, i, 5.0, &ignored), e->linkage_wb(own, L_H, -i, 5.0, &ignored));
     }
 }

@@ -482,12 +482,12 @@ void test_store_a_block_that_cannot_be_read_any_more_costs_a_set_at_the_most(voi
     }
 }
 
-/* ---- a commit that reads one way or the other ---------------------------------------------------------------------------------- */
+/* ---- a commit with a bit that reads 0 or 1 ------------------------------------------------------------------------------------ */
 
 /* In page 0: its block, a set of the table alone, one of both parts, and the one in whose commit the power went. */
 #define COMMIT_AT (4U + (8U + 36U + 12U) + SET_WORDS + SET_WORDS - 8U)
 
-/* The commit of set 2 has all but one cell, which reads either way. */
+/* The commit of set 2 has all but one cell, which reads 0 or 1. */
 static void cut_in_the_commit(uint32_t seed)
 {
     setUp();

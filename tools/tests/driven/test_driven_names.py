@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from driven_logs import hide, write_log
+from driven_logs import columns_of, hide, write_log
 from evenspin.driven import run_driven
 
 # Sizes about twice what a bench leaves open; tolerances: 3 % of size, as asked of any log, and what ten seconds leave.
@@ -72,3 +72,33 @@ def test_what_is_written_is_a_model_that_leaves_nothing_to_name(tmp_path):
     assert (out / "report.html").is_file()
     again = run_driven([log], out / "model.toml", "bench", None)
     assert again.verdict["verdict"] == []
+
+
+def test_two_logs_of_one_machine_have_one_verdict_though_each_was_powered_up_with_its_own_zero(tmp_path):
+    hidden = {"coulomb_friction": {"torque_nm": 0.06}}
+    logs = [
+        write_log(tmp_path / f"{number}.csv", hide(number, **hidden, encoder_offset={"angle_el_rad": zero}))
+        for number, zero in ((1, 0.12), (2, -0.08))
+    ]
+    verdict = run_driven(logs, "servo", "bench", None).verdict
+    assert verdict["verdict"] == ["coulomb_friction"]
+    assert verdict["parameters"]["coulomb_friction"]["torque_nm"] == pytest.approx(0.06, rel=0.05)
+    assert set(verdict["gap_records"]) == {"1", "2"}
+    zeros = [verdict["unit"][f"zero@{log}"] for log in (0, 1)]
+    assert zeros[0] - zeros[1] == pytest.approx(0.2, abs=0.02)
+
+
+def test_an_electrical_zero_far_off_is_found_though_the_equations_bend(tmp_path):
+    # 0.6 rad: the mean of the q axis falls by 17 %, which one linear step would take for a weak magnet.
+    log = write_log(tmp_path / "log.csv", hide(encoder_offset={"angle_el_rad": 0.6}))
+    verdict = run_driven([log], "servo", "bench", None).verdict
+    assert verdict["verdict"] == ["encoder_offset"]
+    assert verdict["parameters"]["encoder_offset"]["angle_el_rad"] == pytest.approx(0.6, abs=0.01)
+
+
+def test_at_one_speed_an_inertia_is_left_open_and_nothing_is_named(tmp_path):
+    columns = {name: values[2000:] for name, values in columns_of(speeds=(30.0,) * 6).items()}
+    verdict = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None).verdict
+    assert verdict["verdict"] == []
+    assert verdict["can_be_found"]["inertia"]["times_least_size"] > 3.0
+    assert "direction" in verdict["record_next"]

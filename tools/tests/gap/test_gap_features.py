@@ -13,8 +13,10 @@ from evenspin.effects.cogging import slot_order
 from evenspin.effects.hypothesis import by_roles
 from evenspin.gap.evidence import OUTLIER_SIGMAS, Judge, Noise, robust_cost
 from evenspin.gap.features import SIGNALS, FeatureSet
+from evenspin.gap.forward import READ, Forward
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
 from evenspin.gap.screening import probe_points
+from evenspin.log.case import read_case
 from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 
@@ -307,3 +309,17 @@ def test_the_second_order_of_a_misalignment_is_probed_beside_the_first_to_which_
     assert misalignment.to_params(second) == pytest.approx(
         {"amplitude_nm": 0.04, "phase_rad": 0.0, "second_rel": 1.0, "phase2_rad": 0.0}
     )
+
+
+def test_what_no_feature_needs_is_not_simulated_and_no_feature_changes():
+    """Where a coasting rotor has become slow nothing is compared."""
+    forward = Forward(read_case(Path(__file__).parents[3] / "tests" / "data" / "foreign_drive" / "example_clean"), 1)
+    unit = unit_of({}, None, 3, 0.25)
+    whole = [replay.run(READ, unit) for replay in forward.replays]
+
+    rows = {replay.name: len(record) for replay, record in zip(forward.replays, forward.simulate(unit), strict=True)}
+
+    assert rows["coast_down"] < 0.5 * len(forward.case.experiments["coast_down"])
+    assert rows["staircase"] == len(forward.case.experiments["staircase"])
+    assert np.array_equal(forward.features(unit), forward.reduced(whole))
+    forward.close()

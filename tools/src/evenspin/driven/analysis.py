@@ -14,9 +14,9 @@ from evenspin.driven.fit import Gatherer, Normal, moved, normal_of, prior_of, pu
 from evenspin.driven.foreign import foreign_terms, frequency_term, order_term
 from evenspin.driven.lines import foreign_frequencies, foreign_orders
 from evenspin.driven.model import LATE, LD, LQ, TURNED, ZERO, Model, Point
-from evenspin.driven.search import Choice, choices
+from evenspin.driven.search import Choice, Edges, choices
 from evenspin.driven.signals import Signals
-from evenspin.driven.terms import Kind, Term, effect_terms, unit_term
+from evenspin.driven.terms import Kind, Sizes, Term, effect_terms, unit_term
 from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.driven.windows import Bump, Windows
 from evenspin.effects import Scale
@@ -29,7 +29,11 @@ SHAFT_S, FINE_S, WINDING_S = 12e-3, 3e-3, 4e-3  # half widths
 STRETCH_S = 1.0
 UNSEEN = 3  # every third stretch validates
 REST_SHARE = 0.05  # of a window that may stand still
-ROUNDS = 5
+ROUNDS = 8
+RESTS = 0.5  # of its tolerance: a named coordinate that moves less has arrived
+ZERO_TERM, D_AXIS = "encoder_offset", 2
+ZERO_MOST, ZERO_TRIALS, ZERO_HALVINGS = 1.2, 13, 4  # rad: to 0.0125 of it
+REACH = 0.2  # of what a named term may be: the fit with all of them is for the scatter alone
 LATE_PERIODS = 1.5  # from a sample to the middle of the voltage that it leads to
 ORDER_NM = 0.006  # of the rated torque: the least line of unknown cause
 
@@ -113,12 +117,16 @@ def explain(
     has_angle = all(log.has_angle for log in logs)
     has_voltages = any(log.has_voltages for log in logs)
     orders = cogging_orders(scale)
-    terms = effect_terms(scale, tolerances, has_angle, has_voltages, top_rad_s, orders)
+    sizes = Sizes(scale, tolerances, plant["pwm_hz"], top_rad_s)
+    terms = effect_terms(sizes, has_angle, has_voltages, orders)
     terms += _unit_terms(recordings, plant, tolerances)
     terms += foreign_terms(scale, plant, top_rad_s, has_voltages)
     model = Model(equations, base, terms, LATE_PERIODS / plant["pwm_hz"])
+    edges = Edges(tolerances.torque * scale.rated_torque_nm, tolerances.volts * plant["dc_link_v"])
     point = model.start()
     start = dict(point)
+    if has_voltages:
+        point |= electrical_zero(model, point)
     named: frozenset[str] = frozenset()
     rivals: list[Choice] = []
     normal: Normal | None = None
@@ -127,10 +135,10 @@ def explain(
         model, [[~flags for flags in each.unseen] for each in recordings], [each.stretch for each in recordings]
     )
     for number in range(ROUNDS):
-        say("fitting", 0.1 + 0.15 * number)
+        say("fitting", 0.1 + 0.1 * number)
         pieces = gatherer.pieces(point, named)
-        normal = normal_of(pieces, prior_of(terms, _all_free(terms)), pull_of(terms, point))
-        rivals = choices(terms, normal, point)
+        normal = normal_of(pieces, prior_of(terms, _all_free(terms), REACH), pull_of(terms, point))
+        rivals = choices(terms, normal, point, edges)
         best = rivals[0]
         whole = settled(terms, point, best.step, best.names)
         point = moved(terms, point, best.step, best.names)
@@ -142,7 +150,7 @@ def explain(
             again = bool(added)
         else:
             again = False
-        if best.names == named and number > 0 and not again:
+        if best.names == named and number > 0 and not again and _rests(terms, best):
             break
         named = best.names
     assert normal is not None
@@ -152,6 +160,25 @@ def explain(
     return Explained(
         model, recordings, scale, tolerances, tuple(names), whole, normal, rivals, before, after, top_rad_s
     )
+
+
+def electrical_zero(model: Model, point: Point) -> Point:
+    """Too large for a linear step, and the d axis alone tells it: there the flux of the magnets induces nothing."""
+
+    def left(angle_rad: float) -> float:
+        at = {**point, ZERO_TERM: np.array([angle_rad])}
+        rest = [model.residual(at, log) for log, each in enumerate(model.logs) if each.winding is not None]
+        return sum(float(np.median(np.abs(parts[D_AXIS]))) for parts in rest)
+
+    if ZERO_TERM not in point:
+        return {}
+    coarse = np.linspace(-ZERO_MOST, ZERO_MOST, ZERO_TRIALS)
+    best = min(coarse, key=left)
+    pitch = coarse[1] - coarse[0]
+    for _ in range(ZERO_HALVINGS):
+        pitch *= 0.5
+        best = min((best - pitch, best, best + pitch), key=left)
+    return {ZERO_TERM: np.array([best])}
 
 
 def cogging_orders(scale: Scale) -> list[int]:
@@ -213,6 +240,17 @@ def _line_terms(
                 term = frequency_term(hz, least_nm)
                 found.setdefault(term.name, term)
     return list(found.values())
+
+
+def _rests(terms: Sequence[Term], best: Choice) -> bool:
+    at, moves = 0, 0.0
+    for term in terms:
+        step = best.step[at : at + len(term)]
+        at += len(term)
+        if term.name in best.names and term.kind is Kind.EFFECT:
+            main = ~term.details
+            moves = max(moves, float(np.max(np.abs(step[main] / term.held[main]))))
+    return moves < RESTS
 
 
 def _units_of(terms: Sequence[Term], start: Point, point: Point) -> Point:

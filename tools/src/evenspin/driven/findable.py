@@ -35,7 +35,7 @@ class Findable:
 def findable(terms: Sequence[Term], normal: Normal, logs: Sequence[Signals]) -> list[Findable]:
     found: dict[str, Findable] = {}
     held = prior_of(terms, ())
-    inverse = np.linalg.inv(normal.h + np.diag(held))
+    inverse = np.linalg.inv(normal.h + held)
     at = 0
     for term in terms:
         here = slice(at, at + len(term))
@@ -44,7 +44,9 @@ def findable(terms: Sequence[Term], normal: Normal, logs: Sequence[Signals]) -> 
             continue
         main = ~term.details
         variance = np.diag(inverse)[here][main]
-        freed = 1.0 / np.maximum(1.0 / variance - held[here][main], 1e-300)  # without what holds this coordinate itself
+        freed = 1.0 / np.maximum(
+            1.0 / variance - np.diag(held)[here][main], 1e-300
+        )  # without what holds this coordinate itself
         z = term.off.copy()
         z[main] += math.sqrt(PRICE) * np.sqrt(freed)
         times = term.least(np.clip(z, term.low, term.high))

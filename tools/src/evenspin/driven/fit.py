@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.model import LD, LQ, Model, Point
-from evenspin.driven.noise import acceleration_noise, noise_of, stated
+from evenspin.driven.model import Model, Point
+from evenspin.driven.noise import acceleration_noise, floors, noise_of, stated
 from evenspin.driven.terms import Kind, Term
 
 Array = NDArray[np.float64]
@@ -22,7 +22,11 @@ Flags = NDArray[np.bool_]
 HUBER = 2.0
 ROUNDS = 4
 INFLATED_LEAST = 1.0
+PINS = 4  # rounds in which coordinates that would leave their range are put at its end
+PINNED = 1e6
+SLACK = 1e-3
 OFF = 1e-6  # of its tolerance: a variant that does not act
+LEAST_FLOOR = 0.7  # of the noise: a fit that leaves less has taken noise for a signal
 MOST_NOISE = 0.95  # of the information of a column that noise may be said to be
 ALWAYS = ("encoder_offset",)  # within its tolerance, but too large for one linear step
 BENDING = ("encoder_offset", "encoder_eccentricity", "inductance_saturation")  # change the columns of the others
@@ -37,6 +41,8 @@ class Piece:
     x: Array
     stretch: NDArray[np.int64]
     noise: Array
+    floor: float  # what noise alone leaves
+    kind: int  # which part of a residual it is
 
     def sums(self, w: Array) -> tuple[Array, Array]:
         """Normal equations with these weights, less what noise alone puts into them."""
@@ -54,7 +60,8 @@ class Normal:
     h: Array
     sigma: tuple[float, ...]  # of each piece, robust
     inflation: tuple[float, ...]
-    rows: int
+    grams: tuple[Array, ...]  # of each piece: what a step changes there is the root of dz G dz, rms
+    kinds: tuple[int, ...]  # of each piece: which part of a residual it is
 
 
 class Gatherer:
@@ -72,6 +79,7 @@ class Gatherer:
         found = []
         for log, kept in enumerate(self._kept):
             here = self.model.residual(point, log)
+            floor = floors(self.model.logs[log], self.noise[log])
             for term in self.model.terms:
                 if term.name not in kept or again or term.name in named:
                     kept[term.name] = self._calm(term, log, self.model.columns_of(term, point, log, here))
@@ -80,7 +88,7 @@ class Gatherer:
                 noise = np.concatenate([self._noise(term, log, k) for term in self.model.terms])
                 use = self.fits[log][k]
                 x = np.column_stack(columns)
-                found.append(Piece(r[use], x[use], self.stretches[log][k][use], noise))
+                found.append(Piece(r[use], x[use], self.stretches[log][k][use], noise, floor[k], k))
         return found
 
     def _calm(self, term: Term, log: int, columns: list[Array]) -> list[Array]:
@@ -93,17 +101,14 @@ class Gatherer:
 
     def _noise(self, term: Term, log: int, part: int) -> Array:
         equations, noise = self.model.logs[log], self.noise[log]
-        plant, none = equations.plant, np.zeros(len(term))
+        none = np.zeros(len(term))
         if term.effect == "inertia" and part == 0:
-            return none + (plant["inertia_kgm2"] * acceleration_noise(equations.shaft.bump, noise)) ** 2
-        for name, axis, l_h, amps in ((LD, 2, plant["ld_h"], noise.id_a), (LQ, 3, plant["lq_h"], noise.iq_a)):
-            if term.name == name and part == axis and equations.winding is not None:
-                return none + (l_h * amps * float(np.linalg.norm(equations.winding.bump.slope))) ** 2
+            return none + (equations.plant["inertia_kgm2"] * acceleration_noise(equations.shaft.bump, noise)) ** 2
         return none
 
 
 def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:
-    """`prior`: inverse variances with every term free; `toward`: where they pull, as a step from here."""
+    """`prior`: inverse covariance with every term free; `toward`: where they pull, as a step from here."""
     weights = [np.ones(len(piece.r)) / max(_mad(piece.r), 1e-30) ** 2 for piece in pieces]
     step = np.zeros(len(prior))
     sigma = [1.0] * len(pieces)
@@ -116,7 +121,7 @@ def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:
         step = solve(h, g, prior, toward)
         for k, piece in enumerate(pieces):
             left = piece.r + piece.x @ step
-            sigma[k] = max(_mad(left), 1e-30)
+            sigma[k] = max(_mad(left), LEAST_FLOOR * piece.floor, 1e-30)
             weights[k] = np.minimum(1.0, HUBER / np.maximum(np.abs(left) / sigma[k], 1e-12)) / sigma[k] ** 2
     n = len(prior)
     h_all, g_all, constant, inflation = np.zeros((n, n)), np.zeros(n), 0.0, []
@@ -128,31 +133,53 @@ def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:
         h_all += h / factor
         g_all += g / factor
         constant += float(np.sum(w * piece.r**2)) / factor
-    return Normal(constant, g_all, h_all, tuple(sigma), tuple(inflation), sum(len(piece.r) for piece in pieces))
+    grams = tuple(piece.x.T @ piece.x / max(len(piece.r), 1) for piece in pieces)
+    kinds = tuple(piece.kind for piece in pieces)
+    return Normal(constant, g_all, h_all, tuple(sigma), tuple(inflation), grams, kinds)
 
 
 def solve(h: Array, g: Array, prior: Array, toward: Array) -> Array:
-    a = h + np.diag(prior)
-    b = prior * toward - g
+    a = h + prior
+    b = prior @ toward - g
     scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
     return np.asarray(scale * np.linalg.solve(a * np.outer(scale, scale) + 1e-12 * np.eye(len(b)), scale * b))
 
 
-def cost_of(normal: Normal, prior: Array, toward: Array) -> tuple[float, Array]:
+def cost_of(normal: Normal, prior: Array, toward: Array, low: Array) -> tuple[float, Array]:
+    """`low`: the smallest step of each coordinate; one that would go below stays there."""
+    pinned = np.zeros(len(low), dtype=bool)
     step = solve(normal.h, normal.g, prior, toward)
+    for _ in range(PINS):
+        below = (step < low - SLACK * np.abs(low) - 1e-15) & ~pinned
+        if not np.any(below):
+            break
+        pinned |= below
+        at = np.flatnonzero(pinned)
+        stiff = PINNED * np.maximum(np.diag(normal.h)[at] + np.diag(prior)[at], 1e-300)
+        held, aim = prior.copy(), prior @ toward
+        held[at, at] += stiff
+        aim[at] += stiff * low[at]
+        step = solve(normal.h, normal.g - aim, held, np.zeros(len(low)))
     data = normal.constant + float(2.0 * normal.g @ step + step @ normal.h @ step)
-    return data + float(np.sum(prior * (step - toward) ** 2)), step
+    return data + float((step - toward) @ prior @ (step - toward)), step
 
 
-def prior_of(terms: Sequence[Term], named: Collection[str]) -> Array:
-    """Inverse variances. Of the variants of an effect one acts: the named one, or the first."""
+def prior_of(terms: Sequence[Term], named: Collection[str], reach: float = 1.0) -> Array:
+    """Inverse covariance. Of the variants of an effect one acts: the named one, or the first. `reach`: of a free term,
+    over its least size, where it is not to go as far as it could."""
     acting = {term.effect: term.name for term in reversed(terms) if term.variant}
     acting |= {term.effect: term.name for term in terms if term.variant and term.name in named}
     sigma = []
     for term in terms:
         off = term.variant and acting[term.effect] != term.name
-        sigma.append(term.held * OFF if off else term.free if term.name in named else term.held)
-    return np.asarray(1.0 / np.concatenate(sigma) ** 2)
+        sigma.append(term.held * OFF if off else reach * term.free if term.name in named else term.held)
+    prior = np.diag(1.0 / np.concatenate(sigma) ** 2)
+    at = 0
+    for term in terms:
+        if term.together is not None:
+            prior[at : at + len(term), at : at + len(term)] += 1.0 / (len(term) * term.together) ** 2
+        at += len(term)
+    return np.asarray(prior)
 
 
 def pull_of(terms: Sequence[Term], point: Point) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ RIVAL = 12.0  # cost within which another choice explains the log as well
 MENTIONED = 40.0  # cost within which it is mentioned
 LEFT_TIMES = 4.0  # of what noise leaves, from which something is left
 LEFT_SHARE = 0.02  # of the rated torque, or of the largest voltage
-CHANCE_Z = 1.96
+PWM_UNKNOWN = 1.0  # of a dead time: 10 kHz were assumed, and 5 to 20 kHz are common
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +64,19 @@ class Verdict:
 EQUATIONS = (("torque_nm", "N m"), ("torque_fine_nm", "N m"), ("vd_v", "V"), ("vq_v", "V"))
 
 
-def judge(found: Explained) -> Verdict:
+def judge(found: Explained, pwm_known: bool = True) -> Verdict:
+    """`pwm_known`: else a dead time is known as lost voltage only, and its interval has all common PWM frequencies."""
     verdict = Verdict()
     verdict.gaps = gaps_of(found)
     weights = _weights(found.rivals)
     for name in found.named:
         if found.term(name).kind is Kind.EFFECT:
             _name(found, name, weights, verdict)
+    if not pwm_known and "dead_time" in verdict.intervals:
+        verdict.intervals["dead_time"] = [
+            replace(i, half=max(i.half, PWM_UNKNOWN * i.value)) if i.parameter == "dead_time_s" else i
+            for i in verdict.intervals["dead_time"]
+        ]
     doubtful = [name for name in verdict.names if verdict.cannot_separate.get(name)]
     left = _left(found, verdict)
     if found.foreign:
@@ -145,7 +151,7 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
     term = found.term(name)
     assert term.hypothesis is not None
     terms = found.model.terms
-    covariance = np.linalg.inv(found.normal.h + np.diag(prior_of(terms, found.named)))
+    covariance = np.linalg.inv(found.normal.h + prior_of(terms, found.named))
     at = 0
     for each in terms:
         if each.name == name:
@@ -156,7 +162,7 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
         if tolerance.effect == term.effect and tolerance.sensor is None:
             part += np.diag(np.full(len(term), tolerance.sigma**2))
     for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
-        part[k, k] += tolerance.sigma**2
+        part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
     return with_model_share(of_effect(term.hypothesis, found.point[name], part))
 
 

@@ -52,7 +52,7 @@ def has_voltages(path: Path) -> bool:
 
 
 def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
-    logs = []
+    logs: list[Log] = []
     nominal = read_nominal(model)
     for path in paths:
         log = read_log(path)
@@ -64,7 +64,10 @@ def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
         motion = {name: columns.get(name) for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")}
         remarks = check_against(path, {**motion, **log.beside}, nominal)
         columns |= _beside(path, log.t_s)
-        logs.append(Log(path, signals_of(_name(path), columns), log.repairs, (*log.doubts, *remarks)))
+        name = _name(path)
+        same = sum(each.signals.name.split("#")[0] == name for each in logs)
+        signals = signals_of(f"{name}#{same + 1}" if same else name, columns)
+        logs.append(Log(path, signals, log.repairs, (*log.doubts, *remarks)))
     return logs
 
 

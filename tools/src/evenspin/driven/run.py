@@ -60,7 +60,7 @@ def run_driven(
     nominal = nominal_of(model, logs)
     say("fitting", 0.1)
     found = explain([log.signals for log in logs], nominal.plant, nominal.base, nominal.scale, allowed, say)
-    verdict = judge(found)
+    verdict = judge(found, "pwm_hz" in nominal.machine.plant_from)
     table = findable(found.model.terms, found.normal, [log.signals for log in logs])
     advised = advice(table, [log.signals for log in logs])
     name = logs[0].signals.name if len(logs) == 1 else f"{logs[0].signals.name} and {len(logs) - 1} more"

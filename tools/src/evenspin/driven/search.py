@@ -19,6 +19,7 @@ PRICE_FOREIGN = 25.0
 PER_COORDINATE = 3.0
 MOST_NAMED = 4
 BEAM = 12
+SHAFT_PARTS = 2  # of a residual are torques
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +29,18 @@ class Choice:
     step: Array
 
 
-def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array]) -> list[Choice]:
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """What a term that acts on the winding has to change, rms, in the torque or in a voltage."""
+
+    torque_nm: float
+    volts: float
+
+
+def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array], edges: Edges) -> list[Choice]:
     """The best choices, best first. Each named term has its least size; effects of one name exclude each other."""
     toward = np.concatenate([term.off - point[term.name] for term in terms])
+    low = np.concatenate([np.where(term.details, -np.inf, term.low) - point[term.name] for term in terms])
     by_name = {term.name: term for term in terms}
     candidates = [term.name for term in terms if term.kind is not Kind.UNIT]
     known: dict[frozenset[str], Choice | None] = {}
@@ -46,7 +56,7 @@ def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array]) -
         effects = [by_name[name].effect or name for name in names]
         if len(set(effects)) < len(effects):
             return None
-        cost, step = cost_of(normal, prior_of(terms, names), toward)
+        cost, step = cost_of(normal, prior_of(terms, names), toward, low)
         for name in names:
             term = by_name[name]
             z = point[name] + step[place[name]]
@@ -55,6 +65,8 @@ def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array]) -
             ):
                 return None
             if term.least(np.clip(z, term.low, term.high)) < 1.0:
+                return None
+            if not term.shaft_only and not _shows(normal, place[name], z - term.off, edges):
                 return None
         price = sum(
             (PRICE_FOREIGN if by_name[name].kind is Kind.FOREIGN else PRICE)
@@ -76,3 +88,11 @@ def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array]) -
                 if name not in choice.names:
                     found.append(tried(choice.names | {name}))
     return sorted((c for c in known.values() if c is not None), key=lambda c: c.cost)
+
+
+def _shows(normal: Normal, place: slice, z: Array, edges: Edges) -> bool:
+    for gram, kind in zip(normal.grams, normal.kinds, strict=True):
+        changed = float(z @ gram[place, place] @ z) ** 0.5
+        if changed > (edges.torque_nm if kind < SHAFT_PARTS else edges.volts):
+            return True
+    return False

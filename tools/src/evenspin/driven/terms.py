@@ -50,15 +50,25 @@ class Term:
     columns: Callable[[Any], Sequence[Array | None]] | None = None  # of a foreign term: per equation of a log
     log: int | None = None  # of this log alone
     variant: bool = False  # one of several of the same effect, of which one acts
+    together: float | None = None  # standard deviation of the mean of all coordinates, named or not
 
     def __len__(self) -> int:
         return len(self.off)
 
 
-def effect_terms(
-    scale: Scale, tolerances: Tolerances, has_angle: bool, has_voltages: bool, top_rad_s: float, cogging: Sequence[int]
-) -> list[Term]:
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """What sizes are measured by: of the machine, of the bench, of the bridge and of the logs."""
+
+    scale: Scale
+    tolerances: Tolerances
+    pwm_hz: float
+    top_rad_s: float
+
+
+def effect_terms(sizes: Sizes, has_angle: bool, has_voltages: bool, cogging: Sequence[int]) -> list[Term]:
     """Every effect that this log can show, with its least size."""
+    scale = sizes.scale
     terms: list[Term] = []
     for name, hypothesis in hypotheses(scale).items():
         if not has_equation(name):
@@ -70,20 +80,20 @@ def effect_terms(
         if name == "cogging":
             for order in cogging:
                 made = hypotheses(_with_order(scale, order))["cogging"]
-                terms.append(_effect(made, f"cogging@{order}", scale, tolerances, np.zeros(2)))
+                terms.append(_effect(made, f"cogging@{order}", sizes, np.zeros(2)))
         elif name == "stribeck_friction":
             for share in STRIBECK_SHARES:
-                off = np.array([0.0, np.log(share * top_rad_s)])
-                terms.append(_effect(hypothesis, f"{name}@{share:g}", scale, tolerances, off))
+                off = np.array([0.0, np.log(share * sizes.top_rad_s)])
+                terms.append(_effect(hypothesis, f"{name}@{share:g}", sizes, off))
         elif name == "dead_time":
             for share in SOFT_SHARES:
                 off = np.array([0.0, share * scale.rated_current_a, 0.0])
-                terms.append(_effect(hypothesis, f"{name}@{share:g}", scale, tolerances, off))
+                terms.append(_effect(hypothesis, f"{name}@{share:g}", sizes, off))
         else:
             off = np.array(hypothesis.starts[0], dtype=np.float64)
             if name == "inductance_saturation":
                 off = np.zeros(3)
-            terms.append(_effect(hypothesis, name, scale, tolerances, off))
+            terms.append(_effect(hypothesis, name, sizes, off))
     return terms
 
 
@@ -94,14 +104,17 @@ DETAILS = {"dead_time": (1, 2), "stribeck_friction": (1,), "inductance_saturatio
 DETAIL_SIGMA = {"dead_time": (0.4, 1e-3), "stribeck_friction": (0.7,), "inductance_saturation": (1e-3, 1e-3)}
 
 
+TOGETHER = 1e-3  # a gain of all currents, beside inertia, friction and resistance, is a scale that no equation fixes
+
+
 def _with_order(scale: Scale, order: int) -> Scale:
     from dataclasses import replace
 
     return replace(scale, cogging_order=order)
 
 
-def _effect(h: Hypothesis, name: str, scale: Scale, tolerances: Tolerances, off: Array) -> Term:
-    times = tolerances.scaled(h, scale)
+def _effect(h: Hypothesis, name: str, sizes: Sizes, off: Array) -> Term:
+    times = sizes.tolerances.scaled(h, sizes.scale, sizes.pwm_hz)
     details = np.zeros(len(off), dtype=bool)
     details[list(DETAILS.get(h.name, ()))] = True
     step = np.array([c.probe for c in h.coordinates]) * STEP
@@ -126,6 +139,7 @@ def _effect(h: Hypothesis, name: str, scale: Scale, tolerances: Tolerances, off:
         h.name,
         is_mechanical(h.name),
         variant="@" in name and h.name != "cogging",
+        together=TOGETHER if h.name == "current_gain" else None,
     )
 
 
