@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from evenspin.balance.log_reader import Log, read_log
 from evenspin.balance.plausibility import check_against
-from evenspin.errors import EvenspinError
+from evenspin.errors import EvenspinError, InputError
 
 INERTIA_AS2 = 1.9e-4  # of the free run of the real motor, by energy
 MODEL = SimpleNamespace(inertia_as2=INERTIA_AS2, viscous_as=0.0, kt_nm_per_a=1.0, pole_pairs=12, windings=lambda: None)
@@ -121,3 +121,9 @@ def test_axes_that_are_exchanged_are_refused_where_the_phases_are_logged(tmp_pat
         read_log(recordings.write(tmp_path / "log.csv", columns))
     right = columns | {"id_a": columns["iq_a"], "iq_a": iq}
     assert len(read_log(recordings.write(tmp_path / "log.csv", right)).t_s) == 4000
+
+
+def test_a_speed_with_a_scale_of_its_own_is_refused_without_a_unit_that_nobody_has(tmp_path: Path) -> None:
+    """0.6032 of the rate of the angle: r/min of an angle with 16 electrical turns fits, as some pair fits anything."""
+    with pytest.raises(InputError, match="one of t_s, theta_m_rad, speed_rad_s is in another unit"):
+        read_log(changed(tmp_path, FREE, speed_rad_s=0.6032))

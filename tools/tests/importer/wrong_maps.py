@@ -219,6 +219,8 @@ def reading(columns: Mapping[str, Array], pole_pairs: int, model: str | None, fo
     from evenspin.balance.nominal_model import read_nominal
     from evenspin.balance.plausibility import check_against
     from evenspin.cli.log import check_log, write_log
+    from evenspin.driven import has_voltages
+    from evenspin.driven.read import read_logs
     from evenspin.importer import ColumnMap, import_table
     from evenspin.importer import Mapping as Map
     from evenspin.importer.table import RawColumn, RawTable
@@ -237,16 +239,16 @@ def reading(columns: Mapping[str, Array], pole_pairs: int, model: str | None, fo
             write_log(import_table(table, Map(maps, pole_pairs=pole_pairs)).columns, file)
             check_log(file, file)
             log = read_log(file)
-        if model is not None:
+        remarks: tuple[str, ...] = log.doubts
+        if model is not None and has_voltages(file):
+            remarks = read_logs([file], model)[0].doubts
+        elif model is not None:
             names = ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")
-            columns = {**{name: getattr(log, name) for name in names}, **log.beside}
-            remarks = check_against(file, columns, read_nominal(model))
-            if remarks:
-                return "remark: " + remarks[0], log.iq_a
+            motion = {name: getattr(log, name) for name in names}
+            remarks = (*remarks, *check_against(file, {**motion, **log.beside}, read_nominal(model)))
     except EvenspinError as error:
         return str(error).replace(str(file), "log"), None
-    doubts = [text for text in log.limits if "accelerates with" in text or "brakes the shaft" in text]
-    return "".join(f"remark: {text}" for text in doubts[:1]), log.iq_a
+    return "".join(f"remark: {text}" for text in remarks[:1]), log.iq_a
 
 
 def table_of(found: list[Outcome]) -> str:

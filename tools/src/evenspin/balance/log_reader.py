@@ -51,6 +51,7 @@ class Log:
     repairs: tuple[str, ...]
     limits: tuple[str, ...]
     beside: Mapping[str, Array] = field(default_factory=dict)  # columns of BESIDE, which may have not-a-number
+    doubts: tuple[str, ...] = ()  # what is possible and yet may be a wrong unit or sign; among the limits, too
 
     @property
     def gaps_s(self) -> Array:
@@ -106,6 +107,7 @@ def read_log(path: Path) -> Log:
         tuple(repairs),
         (*doubts, *limits),
         others,
+        doubts,
     )
 
 

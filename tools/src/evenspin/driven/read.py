@@ -33,6 +33,7 @@ class Log:
     path: Path
     signals: Signals
     repairs: tuple[str, ...]
+    doubts: tuple[str, ...] = ()  # a unit or a sign that may be wrong
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +64,12 @@ def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
             if values is not None:
                 columns[name] = values
         motion = {name: columns.get(name) for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")}
-        if nominal is not None:
-            check_against(path, motion, nominal)
+        remarks = () if nominal is None else check_against(path, {**motion, **log.beside}, nominal)
         columns |= _beside(path, log.t_s)
         name = _name(path)
         same = sum(each.signals.name.split("#")[0] == name for each in logs)
-        logs.append(Log(path, signals_of(f"{name}#{same + 1}" if same else name, columns), log.repairs))
+        signals = signals_of(f"{name}#{same + 1}" if same else name, columns)
+        logs.append(Log(path, signals, log.repairs, (*log.doubts, *remarks)))
     return logs
 
 

@@ -111,6 +111,7 @@ def page_of(
             )
         )
         facts += [("repaired", text) for text in log.repairs]
+        facts += [("doubt", text) for text in log.doubts]
     summary = " ".join(summary_of(found, verdict, advised))
     with drawing():
         pictures = [_over_speed(found, log) for log in range(len(logs))]

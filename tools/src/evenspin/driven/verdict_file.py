@@ -50,6 +50,7 @@ def verdict_json(
         "unexplained": verdict.unexplained,
         "warnings": [*verdict.warnings, *nominal.assumed],
         "repairs": {log.signals.name: list(log.repairs) for log in logs},
+        "doubts": {log.signals.name: list(log.doubts) for log in logs},
         "clear": clear(verdict),
         "details": {
             "nearest": verdict.nearest,

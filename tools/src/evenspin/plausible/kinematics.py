@@ -119,10 +119,11 @@ def _of_factor(
         found = [unit for unit in units if _fits(other, unit[0]) and unit[1] != "theta_m_rad"]
         return _unit_finding([(scale, "theta_m_rad", angle_unit), *found[:1]], factor)
     alone = [[unit] for unit in units if _fits(factor, unit[0])]
+    sure = units if pole_pairs > 0 else [unit for unit in units if "electrical" not in unit[2]]  # any factor is a pair
     pairs = [
         [one, other]
-        for i, one in enumerate(units)
-        for other in units[i + 1 :]
+        for i, one in enumerate(sure)
+        for other in sure[i + 1 :]
         if one[1] != other[1] and _fits(factor, one[0] * other[0])
     ]
     return _unit_finding((alone or pairs or [[]])[0], factor)
