@@ -54,7 +54,7 @@ static inline num_t ctl_ring_get(const ctl_ring_t *self, uint16_t delay)
 {
     return (delay < self->filled) ? self->sample[ctl_ring_place(self, delay)] : (num_t)0;
 }
-/** Change a sample that is in the ring already; one that was cleared counts as zero and becomes valid, as all younger ones. */
+/** Change a sample that is in the ring already; one that was cleared counts as zero and becomes valid, as all newer ones. */
 void ctl_ring_set(ctl_ring_t *self, uint16_t delay, num_t x);
 
 #endif

@@ -11,7 +11,7 @@
  *   c the torque compensation.
  *
  * Source   Yeh and Liu 2025, equation 4.
- * Total    a non-finite error teaches nothing and is counted; |c| <= limit.
+ * Total    a non-finite error is not learned and is counted; |c| <= limit.
  * Cost     a grid walk and a linear read.
  */
 #ifndef CONTROL_POSITION_ILC_H

@@ -31,7 +31,7 @@ ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *par
 }
 
 /* Moving at one speed for longer than the mean is long: the trapezoid is ahead by (n - 1) / 2 steps, and half a unit of an
- * odd number of them is in `rest`. */
+ * odd number of them is in `remainder`. */
 static void settle(ctl_profile_t *self, int64_t step)
 {
     ctl_profile_state_t *const s = &self->state;
@@ -41,7 +41,7 @@ static void settle(ctl_profile_t *self, int64_t step)
     const int64_t              left = (twice < 0) ? -odd : odd; /* of twice / 2, as its remainder */
     const int64_t              half = (int64_t)(self->params.smooth >> 1);
     s->raw = ctl_position_add(s->position, (twice - left) >> 1); /* even; arithmetic on every compiler that builds this */
-    s->rest = (left == 0) ? 0 : ((left > 0) ? -half : half);
+    s->remainder = (left == 0) ? 0 : ((left > 0) ? -half : half);
     s->step = step;
     s->last = step;
     s->sum = step * n;
@@ -81,8 +81,8 @@ void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
     settle(self, 0);
 }
 
-/* Way of the steps a, 2 a, ... n a; n >= 0. */
-static int64_t way_of(int64_t n, int64_t a) { return a * (int64_t)((uint64_t)(n * (n + 1)) >> 1); }
+/* Travel of the steps a, 2 a, ... n a; n >= 0. */
+static int64_t travel_of(int64_t n, int64_t a) { return a * (int64_t)((uint64_t)(n * (n + 1)) >> 1); }
 
 /* x / n, cut towards zero, for |x| < 2^47 and n < 2^15: two quotients of 32 bits, which take a tenth of one of 64. */
 static int64_t quotient(int64_t x, uint16_t n)
@@ -95,26 +95,26 @@ static int64_t quotient(int64_t x, uint16_t n)
     return (x < 0) ? -whole : whole;
 }
 
-/* Largest step <= top from which the way is enough to stop, each following step a less; too small when top is more than
+/* Largest step <= top from which the travel is enough to stop, each following step a less; too small when top is more than
  * 2 a above it. From n a <= step < (n + 1) a it takes (n + 1) step - (a + ... + n a). */
-static int64_t fastest(int64_t way, int64_t top, int64_t a)
+static int64_t fastest(int64_t travel, int64_t top, int64_t a)
 {
     int64_t n = (int64_t)((uint32_t)top / (uint32_t)a); /* both are below 2^31: 32 bits divide in a tenth of the time */
-    if (((top * (n + 1)) - way_of(n, a)) <= way) {
+    if (((top * (n + 1)) - travel_of(n, a)) <= travel) {
         return top;
     }
-    for (uint16_t k = 0U; (k < 2U) && (way_of(n, a) > way); k++) {
+    for (uint16_t k = 0U; (k < 2U) && (travel_of(n, a) > travel); k++) {
         n--;
     }
-    return (way + way_of(n, a)) / (n + 1);
+    return (travel + travel_of(n, a)) / (n + 1);
 }
 
-/* Next step of the trapezoid towards a target `way` ahead (way >= 0), from `step` (negative: moving away). */
-static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t step)
+/* Next step of the trapezoid towards a target `travel` ahead (travel >= 0), from `step` (negative: moving away). */
+static int64_t next_step(const ctl_profile_params_t *p, int64_t travel, int64_t step)
 {
     const int64_t a = p->acceleration;
     if (a == 0) {
-        return (way < p->speed) ? way : p->speed;
+        return (travel < p->speed) ? travel : p->speed;
     }
     if (step < 0) {
         return ((step + a) < 0) ? (step + a) : 0;
@@ -124,7 +124,7 @@ static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t ste
     if (faster > p->speed) { /* at the limit, or a limit that has become lower */
         faster = (slower > p->speed) ? slower : p->speed;
     }
-    const int64_t right = fastest(way, faster, a);
+    const int64_t right = fastest(travel, faster, a);
     return (right > slower) ? right : slower; /* no more than braking, even when the target comes too near for it */
 }
 
@@ -133,13 +133,13 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     const ctl_profile_params_t *const p = &self->params;
     ctl_profile_state_t *const        s = &self->state;
 
-    int64_t    way = ctl_position_sub(target, s->raw);
-    const bool back = way < 0;
+    int64_t    travel = ctl_position_sub(target, s->raw);
+    const bool back = travel < 0;
     if (back) {
-        way = (way == INT64_MIN) ? INT64_MAX : -way;
-        s->step = -next_step(p, way, -s->step);
+        travel = (travel == INT64_MIN) ? INT64_MAX : -travel;
+        s->step = -next_step(p, travel, -s->step);
     } else {
-        s->step = next_step(p, way, s->step);
+        s->step = next_step(p, travel, s->step);
     }
     s->raw = ctl_position_add(s->raw, s->step);
 
@@ -148,9 +148,9 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     s->sum += s->step - *(all_known ? &s->past[s->head] : &s->settled);
     s->past[s->head] = s->step;
     s->known = (uint16_t)(s->known + (all_known ? 0U : 1U));
-    const int64_t whole = s->sum + s->rest;
-    const int64_t step = quotient(whole, p->smooth); /* 64 steps of 31 bits, and a rest below one */
-    s->rest = whole - (step * (int64_t)p->smooth);
+    const int64_t whole = s->sum + s->remainder;
+    const int64_t step = quotient(whole, p->smooth); /* 64 steps of 31 bits, and a remainder below one */
+    s->remainder = whole - (step * (int64_t)p->smooth);
     s->position = ctl_position_add(s->position, step);
 
     ctl_setpoint_t out;

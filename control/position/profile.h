@@ -2,7 +2,7 @@
  * @file  control/position/profile.h
  * @brief A motion to a target with limited speed, acceleration and jerk: position, speed and acceleration per sample.
  *
- * A trapezoid of speed, decided anew in every sample (so the target may move): the fastest step from which it can still
+ * A trapezoid of speed, decided again in every sample (so the target may move): the fastest step from which it can still
  * stop at the target. Then the mean over `smooth` samples:
  * the acceleration becomes a trapezoid, too, and the jerk is acceleration / (smooth T_s). All in whole numbers of
  * 2^-32 turns: the motion ends exactly on the target.
@@ -34,7 +34,7 @@ typedef struct {
     int64_t        settled;                      /**< Steps older than the `known` newest ones, all the same. */
     uint16_t       known;                        /**< Valid entries of `past`, up to `smooth`. */
     int64_t        sum;                          /**< Of these. */
-    int64_t        rest;                         /**< Part of the mean that did not fit a whole number. */
+    int64_t        remainder;                    /**< Part of the mean that did not fit a whole number. */
     uint16_t       head;
     uint16_t       still;    /**< Samples for which the trapezoid has been at rest, up to `smooth`. */
     ctl_position_t position; /**< Handed out. */

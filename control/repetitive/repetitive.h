@@ -12,7 +12,7 @@
  *     fal-FORC   1, 2, 3        input (A): f = fal in (1)
  *                               output (B): f(e) = e, lambda in (2)
  *
- * z^m looks ahead by writing m samples back: sample k completes the memory of sample k - m. The newest sample that
+ * z^m advances by writing m samples back: sample k completes the memory of sample k - m. The newest sample that
  * (1) reads is k - Ni + 1, hence Ni >= m + 2; shorter periods are computed with Ni = m + 2. Order 3 reads a sample more ahead, Ni >= m + 3:
  * its four points lie two and two around the place between them, so that no frequency is amplified, and Q = 1 can be stable; with
  * all but one on the same side the gain is up to 1.05.
@@ -24,7 +24,7 @@
  *
  * Source   Guo et al. 2024 (Actuators 13, 73), equations 9, 10, 15, 16, 18, 24; Tomizuka, Tsao, Chew 1989.
  * Stable   if |Q (1 - k_rc z^m M)| < 1 on the unit circle, M: the speed loop without it (`evenspin design rc`).
- * Total    a non-finite error teaches nothing and is counted; memory and output stay within +-limit, u within
+ * Total    a non-finite error is not learned and is counted; memory and output stay within +-limit, u within
  *          lambda_max limit. A period that is too long or too short is cut, and counted.
  * Cost     O(1): order + 3 reads and 2 order + 6 products, plus the coefficients when F changes, plus fal. Angle: up to
  *          cells / (m + 2) + 1 writes and 3 interpolated reads. No libm, no loop over the memory.
@@ -52,7 +52,7 @@ typedef struct {
     uint16_t         order;    /**< Lagrange order, [0, 3]. */
     bool             truncate; /**< Order 0: cut N to whole samples instead of rounding it. */
     ctl_rc_fal_at_t  fal_at;
-    ctl_fal_params_t fal; /**< Not looked at without fal. */
+    ctl_fal_params_t fal; /**< Ignored without fal. */
     ctl_rc_memory_t  memory;
     num_t            limit;        /**< Largest |y|, error unit, > 0. */
     num_t            freeze_above; /**< Learning stops for `freeze_samples` when |e| exceeds this; 0: never. */
@@ -77,7 +77,7 @@ typedef struct {
     bool         writing;              /**< A last write exists. */
     ctl_period_t period;               /**< The one in use. */
     num_t        a[CTL_LAGRANGE_TAPS]; /**< Coefficients for its fraction. */
-    uint16_t     frozen;               /**< Samples for which learning still rests. */
+    uint16_t     frozen;               /**< Samples for which learning still pauses. */
     uint32_t     rejected;             /**< Errors that were not finite. */
     uint32_t     cut_periods;          /**< Samples with a period outside of what the memory holds. */
 } ctl_rc_state_t;
@@ -122,12 +122,12 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity);
 
 /**
  * Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays.
- * In two parts: prepare designs fal where ctl_rc_step does not look, and takes its time; take_prepared switches to it, with the same
- * parameters, where no step is under way. Prepare once, then switch, before the next.
+ * In two parts: prepare designs fal where ctl_rc_step does not read, and takes its time; take_prepared switches to it, with the same
+ * parameters, while no step runs. Prepare once, then switch, before the next.
  */
 void ctl_rc_prepare(ctl_rc_t *self, const ctl_rc_params_t *params);
 void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params);
-/** Both at once. */
+/** ctl_rc_prepare and ctl_rc_take_prepared in one call. */
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);
 
 /** Forget what was learned, start from rest. Costs O(capacity): not for an interrupt. Counters stay. */

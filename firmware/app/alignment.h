@@ -7,7 +7,7 @@
  *     sweep  the vector turns slowly, forward and back, with the whole current and with half of it; encoder less vector is averaged
  *     hold   the vector stands, the shaft must rest
  *
- * Dry friction holds the rotor behind the vector by the same angle both ways: it leaves the mean. Cogging has whole periods in an
+ * Dry friction holds the rotor behind the vector by the same angle in both directions: it leaves the mean. Cogging has whole periods in an
  * electrical turn. What is left falls with the current as a load's angle does, hence half the current: the mean of the whole
  * current is corrected by the difference of the two. A vector moved against the rotor's swing damps it; that acts on what the
  * encoder has done within a time that is cut to the swing.
@@ -58,7 +58,7 @@ typedef struct {
     angle_t            at;        /**< With it: where the current is to be. */
     angle_t            corner;    /**< Encoder at the begin of the quarter, or of the window of the wait... */
     angle_t            low, high; /**< ...and how far it has been from there, with sign. */
-    bool               opposed;   /**< The damping acts the other way round: this way it did not. */
+    bool               opposed;   /**< The damping acts with the opposite sign: with this one it did not damp. */
     angle_t            from;      /**< Encoder less vector when the first pass began to count. */
     drive_align_pass_t seen[DRIVE_ALIGN_PASSES];
     /* damping */

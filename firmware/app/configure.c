@@ -33,7 +33,7 @@ ctl_pi_params_t drive_pi(num_t kp, num_t ki_ts, float limit, ctl_pi_anti_windup_
     return pi;
 }
 
-/* What can be said without making anything: ranges, the board's maxima, and what the parameters leave each other. */
+/* Checks that need no block: ranges, the board's maxima, and what the parameters leave each other. */
 static uint16_t refused(const drive_params_t *p)
 {
     uint16_t bad = params_check(p);

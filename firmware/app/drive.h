@@ -166,7 +166,7 @@ typedef struct {
 /** The electrical zero; written by the main loop alone, while the bridge is off. */
 typedef struct {
     angle_t  e;          /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
-    bool     found;      /**< By alignment; otherwise it follows the parameter. */
+    bool     found;      /**< By alignment; else it follows the parameter. */
     bool     reversed;   /**< encoder_reversed, with which it was found. */
     uint16_t pole_pairs; /**< pole_pairs, with which it was found. */
 } drive_zero_t;
@@ -311,10 +311,10 @@ enum {
 /** The first field beyond its limit, and that limit: the field has to be within plus and minus it. */
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command, float *limit);
 /**
- * Requests to the state machine; looked at in the next pass of the main loop, a stop before a start. A start during
+ * Requests to the state machine; read in the next pass of the main loop, a stop before a start. A start during
  * start-up waits for its end. Nothing but a start arms the bridge: where the electrical zero is not known it first aligns, then
  * runs. A stop or a fault switches the bridge off in every state, and it stays off until the next start; an alignment that was
- * stopped begins again with it. After a fault that casts doubt on the encoder or the zero the next start aligns anew.
+ * stopped begins again with it. After a fault that casts doubt on the encoder or the zero the next start aligns again.
  */
 void drive_start(drive_t *d);
 void drive_stop(drive_t *d);
@@ -331,7 +331,7 @@ void drive_home(drive_t *d);
  *
  * What params_only_at_rest names is refused while the bridge is armed. At rest, memories and filters that get another kind or size
  * are set up in here, which takes about 1 ms at most; the interrupts leave them alone meanwhile, and what was learned in them is gone.
- * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void: the next start aligns anew.
+ * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void: the next start aligns again.
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
 
@@ -372,7 +372,7 @@ hal_status_t drive_memory_save_step(drive_t *d);
 hal_status_t drive_memory_save(drive_t *d); /* all of it, for who may wait */
 hal_status_t drive_memory_restore(drive_t *d);
 
-/** Begin the figures of both interrupts' duration anew; a start does it, too. Main loop only. */
+/** Reset the timing statistics of both interrupts; a start does so as well. Main loop only. */
 void drive_restart_timing(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */

@@ -19,7 +19,7 @@ void drive_take_over(drive_t *d);
  *
  *     make     parameters to numbers. @return PARAM_COUNT, or the parameter that is beyond the numeric
  *     judge    let the blocks refuse these numbers, on copies. @return PARAM_COUNT, or the culprit
- *     build    start the blocks from them; `differs` tells that a change needs that
+ *     build    start the blocks from them; `differs`: whether a change needs that
  *     rest     controllers at rest, for a start
  *
  * What the current interrupt changes in a part that runs (retune) is in take_over.c. */
@@ -58,7 +58,7 @@ void     drive_build_position_memory(drive_position_t *position, const drive_set
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_position_t *position);
 
-/** handover.c: which blocks a change needs to build anew, as bits... */
+/** handover.c: which blocks a change needs to build again, as bits... */
 #define DRIVE_SHAPE_REPETITIVE 1U
 #define DRIVE_SHAPE_METER 2U
 #define DRIVE_SHAPE_OBSERVER 4U

@@ -15,7 +15,7 @@ static link_refusal_t bad_state(services_t *s)
 
 /* ---- parameters -------------------------------------------------------------------------------------------------------- */
 
-/* What the drive said no to, and where its limit lies. */
+/* The parameter that the drive refused, and its limit. */
 static link_refusal_t refused(services_t *s, uint16_t culprit)
 {
     const float value = params_get(&s->staged, culprit);

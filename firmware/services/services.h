@@ -90,7 +90,7 @@ typedef struct services {
     frame_decoder_t decoder;
     frame_t         frame;
     uint16_t        wire[FRAME_WIRE_MAX];
-    uint16_t        wire_count, wire_at; /**< Octets on their way out. */
+    uint16_t        wire_count, wire_at; /**< Octets waiting to be sent. */
 } services_t;
 
 /** Before the interrupts run: services at rest, the stored parameters or else the defaults taken, drive_init. With auto_run in the

@@ -4,7 +4,7 @@
 #include "firmware/link/crc.h"
 #include "firmware/storage/format.h"
 
-#define ATTEMPTS 3U /* a bit that reads one way or the other is no reason to fall back on the older set */
+#define ATTEMPTS 3U /* a bit that reads 0 once and 1 once is no reason to fall back on the older set */
 
 uint32_t store_crc(uint32_t c, const uint16_t *words, uint16_t count)
 {

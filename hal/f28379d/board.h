@@ -93,14 +93,14 @@
 
 /* ---- hardware switches the bridge off when the processor does not serve it ------------------------------------------------------- */
 
-/* eCAP1 as a PWM that never gets to its pulse while every current interrupt starts it anew: two PWM periods, and a tenth of one
+/* eCAP1 as a PWM that never gets to its pulse while every current interrupt restarts it: two PWM periods, and a tenth of one
  * for the latency of an interrupt. Then the pulse of 5 us sets the one-shot of all modules. */
 #define BOARD_GUARD_BASE ECAP1_BASE
 #define BOARD_GUARD_CYC UINT32_C(42000)
 #define BOARD_GUARD_PULSE_CYC UINT32_C(1000)
 #define BOARD_PERIOD_CYC UINT32_C(20000)
 
-/* A halt by the debugger trips as well: the last voltage would else stand on the motor for as long as somebody looks at a
+/* A halt by the debugger trips as well: the last voltage would else stay on the motor for as long as somebody reads a
  * breakpoint. 0 for the one step of docs/bring-up.md that needs a halted processor with gates on, without a motor. */
 #ifndef BOARD_TRIP_ON_HALT
 #define BOARD_TRIP_ON_HALT 1

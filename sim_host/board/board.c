@@ -177,7 +177,7 @@ uint32_t hal_clock_cyc(void)
 {
     const uint32_t now = to_cycles(selected->plant.time_s) + selected->used_cyc;
     if (selected->in_speed_isr) {
-        selected->used_cyc += selected->load.speed_cyc; /* the second look comes at the end */
+        selected->used_cyc += selected->load.speed_cyc; /* the second reading of the clock comes at the end */
     }
     return now;
 }

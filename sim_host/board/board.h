@@ -3,9 +3,9 @@
  * @brief The virtual board: the HAL contract on the simulated machine.
  *
  * HAL functions have no handle, as on the chip; sim_board_select says which board they mean, per thread. The clock counts
- * PWM periods of CPU cycles at 200 MHz. It stands still while an interrupt runs, unless the board is told how long one
+ * PWM periods of CPU cycles at 200 MHz. It stands still while an interrupt runs, unless the board is given how long one
  * takes (sim_isr_load_t); then the current interrupt takes it when it sets its duties, the speed interrupt after it first
- * looks at the clock.
+ * reads the clock.
  */
 #ifndef SIM_HOST_BOARD_BOARD_H
 #define SIM_HOST_BOARD_BOARD_H

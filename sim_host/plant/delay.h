@@ -1,6 +1,6 @@
 /**
  * @file  sim_host/plant/delay.h
- * @brief Delay line of the bridge: duties of the last periods, looked at a whole or broken number of periods later.
+ * @brief Delay line of the bridge: duties of the last periods, read a whole or fractional number of periods later.
  */
 #ifndef SIM_HOST_PLANT_DELAY_H
 #define SIM_HOST_PLANT_DELAY_H

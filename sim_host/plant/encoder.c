@@ -35,8 +35,8 @@ void sim_encoder_note(sim_plant_t *s, double angle_before, double t0_s, double h
     const int64_t cell = sim_whole_below(angle / s->edge_pitch_rad);
     if (cell != s->edge_cell) {
         s->edge_count = (cell > s->edge_cell) ? cell : (cell + 1);
-        const double way = angle - angle_before;
-        const double part = (way != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - angle_before) / way : 1.0;
+        const double travel = angle - angle_before;
+        const double part = (travel != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - angle_before) / travel : 1.0;
         s->edge_time_s = t0_s + h * ((part < 0.0) ? 0.0 : ((part > 1.0) ? 1.0 : part));
         s->edge_cell = cell;
         note_index(s, angle);

@@ -6,7 +6,7 @@
 
 #define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
-SIM_APART static void distort(const sim_plant_t *s, double from_s, double h, double v[3])
+SIM_NOINLINE static void distort(const sim_plant_t *s, double from_s, double h, double v[3])
 {
     double inv_d = s->inv_ld;
     double inv_q = s->inv_lq;
@@ -143,7 +143,7 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
 }
 
 /* With saturation the slopes of the linkages, and with them R/L, go with the current: steps for the largest to come. */
-SIM_APART static int steps_in(const sim_plant_t *s, double length_s)
+SIM_NOINLINE static int steps_in(const sim_plant_t *s, double length_s)
 {
     const double part = length_s / s->period_s;
     double       need = s->substeps * part;
@@ -177,7 +177,7 @@ static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, dou
     }
 }
 
-SIM_APART static void period_with_parts(sim_plant_t *s, const double duty[3], bool armed)
+SIM_NOINLINE static void period_with_parts(sim_plant_t *s, const double duty[3], bool armed)
 {
     const double change_s = s->delay.part * s->period_s;
     const double rest_s = s->period_s - change_s;

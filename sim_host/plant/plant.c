@@ -8,12 +8,13 @@
 
 #define BRIDGE_STEPS 2 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 
-static bool has_shaft(const sim_parts_t *x) { return (x->resonance_hz > 0.0) || x->has_play; }
+static bool has_shaft(const sim_parts_t *x) { return (x->resonance_hz > 0.0) || x->has_backlash; }
 
 static bool is_other_shaft(const sim_parts_t *a, const sim_parts_t *b)
 {
     return (a->resonance_hz != b->resonance_hz) || (a->load_ratio != b->load_ratio) || (a->damping_ratio != b->damping_ratio) ||
-           (a->load_friction_share != b->load_friction_share) || (a->has_play != b->has_play) || (a->play_rad != b->play_rad);
+           (a->load_friction_share != b->load_friction_share) || (a->has_backlash != b->has_backlash) ||
+           (a->backlash_rad != b->backlash_rad);
 }
 
 /* @return the name of an effect for which there is no place beside another one, or NULL. */
@@ -113,7 +114,7 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->period_s = 1.0 / s->model.pwm_hz;
     if (s->model.rotor_locked == 0.0) { /* what hangs on a locked rotor does not show */
         sim_coupling_start(&s->coupling, s->model.inertia_kgm2, s->parts.load_ratio, s->parts.resonance_hz,
-                           s->parts.damping_ratio, s->parts.has_play, s->parts.play_rad);
+                           s->parts.damping_ratio, s->parts.has_backlash, s->parts.backlash_rad);
         share_friction(s);
     }
     sim_delay_start(&s->delay, s->parts.delay_periods);

@@ -9,10 +9,10 @@
  *
  * Amplitude-invariant frame, d on the magnets. h_d, h_q: flux harmonics, 0 without that effect. With saturation the
  * flux linkages of the axes take the place of Ld id and Lq iq, their slopes that of Ld and Lq on the left. With a shaft
- * that is not stiff (coupling.h) J is that of the rotor, load, brake and a share of B act on the load, the rest on the rotor.
+ * that is not stiff (coupling.h) J is that of the rotor, load, brake and a share of B act on the load, the remainder on the rotor.
  * Integration: fixed-step RK4 in the rotor frame; the phase voltage is constant over a step and turned by the small
  * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
- * speed passes zero ends there, and the shaft stays when the rest of the torque is below the friction.
+ * speed passes zero ends there, and the shaft stays when the remaining torque is below the friction.
  *
  * plant.c starts it, inverter.c makes a period of steps, step.c one step of runge_kutta over the rates of machine;
  * encoder.c follows the angle as it goes, sensors.c reads at the start of a period.
@@ -60,7 +60,7 @@ typedef struct {
     double              p[SIM_EFFECT_PARAMS];
 } sim_acting_t;
 
-/** How much the step has to look at. */
+/** Which features the step has to handle. */
 typedef enum {
     SIM_PLAIN,      /**< No effect acts on torque, friction or flux. */
     SIM_WITH_HOOKS, /**< Some do. */
@@ -77,7 +77,7 @@ typedef struct {
     double              period_s;
     int                 substeps;
     double              sine_e, cosine_e;            /**< Of the electrical angle now, turned along from step to step... */
-    int                 turns_left;                  /**< ...and computed anew after so many. */
+    int                 turns_left;                  /**< Turns until it is computed again. */
     double              inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
     double              torque_per_amp;              /**< 1.5 p. */
     sim_machine_kind_t  kind;

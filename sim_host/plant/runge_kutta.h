@@ -46,7 +46,7 @@ static SIM_WITHIN sim_state_t sim_four_stages(const sim_plant_t *s, const sim_st
     return sim_ahead(x, &mean, h);
 }
 
-/* The usual machine gets code without hooks: half the time of the general one. */
+/* The nominal machine gets code without hooks: half the time of the general one. */
 static SIM_WITHIN sim_state_t sim_runge_kutta(const sim_plant_t *s, const sim_step_t *step, double h)
 {
     return (s->kind == SIM_PLAIN) ? sim_four_stages(s, step, h, SIM_PLAIN) : sim_four_stages(s, step, h, SIM_WITH_HOOKS);

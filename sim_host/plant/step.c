@@ -9,7 +9,7 @@
 /* A flank is met this part of a step late rather than early, so that the next step begins in the new state. */
 #define FLANK_LATE 1e-4
 
-/** Which way does friction act, and does it hold? */
+/** Direction of the friction, and whether it holds the shaft. */
 static SIM_WITHIN void judge_friction(const sim_plant_t *s, sim_step_t *step, double coupling_nm, sim_machine_kind_t kind)
 {
     if (s->x.speed_rad_s != 0.0) {
@@ -57,7 +57,7 @@ static double flank_time(const sim_plant_t *s, const sim_step_t *step, const sim
     const double                rate = s->x.speed_rad_s - s->load.speed_rad_s;
     const double                rate_y = y->x.speed_rad_s - y->load.speed_rad_s;
     double                      first = h;
-    for (int side = -1; c->has_play && (side <= 1); side += 2) {
+    for (int side = -1; c->has_backlash && (side <= 1); side += 2) {
         const double before = sim_coupling_depth(c, side, s->load.twist_rad, rate);
         const double after = sim_coupling_depth(c, side, y->load.twist_rad, rate_y);
         const bool   changes = (step->side == 0) ? (after > 0.0) : ((step->side == side) && (after <= 0.0));
@@ -137,7 +137,7 @@ sim_still_t sim_stator_view(const sim_plant_t *s, const sim_step_t *step)
     return v;
 }
 
-SIM_APART static void filter_currents(sim_plant_t *s, const sim_still_t *before, const sim_still_t *after, double h)
+SIM_NOINLINE static void filter_currents(sim_plant_t *s, const sim_still_t *before, const sim_still_t *after, double h)
 {
     sim_lag_t lag;
     sim_lag_prepare(&lag, s->parts.current_lag_s, h);
@@ -147,7 +147,7 @@ SIM_APART static void filter_currents(sim_plant_t *s, const sim_still_t *before,
     }
 }
 
-SIM_APART static double move_with_parts(sim_plant_t *s, const double v_ab[2], double h, bool last)
+SIM_NOINLINE static double move_with_parts(sim_plant_t *s, const double v_ab[2], double h, bool last)
 {
     const bool  filters = s->parts.current_lag_s > 0.0;
     sim_step_t  step = sim_step_begin(s, v_ab);

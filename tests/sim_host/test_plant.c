@@ -362,7 +362,7 @@ void test_plant_angle_of_the_frame_does_not_drift_over_many_turns(void)
 {
     model.inertia_kgm2 = 1e3; /* the short circuit slows it by a millionth */
     model.initial_speed_rad_s = 500.0;
-    model.substeps = 1.0; /* the frame turns by 0.2 rad a step, and is computed anew after 256 */
+    model.substeps = 1.0; /* the frame turns by 0.2 rad a step, and is computed again after 256 */
     machine_start();
     machine_voltage(0.0, 0.0, 20000); /* 1000 rad */
 

@@ -144,7 +144,7 @@ def test_the_summary_tells_how_far_learning_has_come(evenspin, drive, tmp_path):
         assert evenspin("run", drive(duration, 'aro_write = "hat"'), "--out", out).status == 0
         summary = json.loads((out / "summary.json").read_text())
         assert summary["memory"]["cells"] == 200
-        news[duration] = summary["observer_news"]
+        news[duration] = summary["observer_innovation"]
 
     assert 0.4 < news[0.4] <= 1.0
     assert 0.005 < news[8.0] < 0.3
@@ -159,7 +159,7 @@ def test_only_the_angle_observer_has_a_table(evenspin, drive, tmp_path, method):
 
     assert said.status == 0
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert (summary["method"], summary["observer_news"], summary["memory"]) == (method, None, None)
+    assert (summary["method"], summary["observer_innovation"], summary["memory"]) == (method, None, None)
     assert saved.status == 2
     assert saved.err.count("\n") == 1 and "--method aro" in saved.err
 

@@ -175,7 +175,7 @@ static double learn_open_loop(double speed_rad_s, double turns, double from, dou
     for (int k = 0; k < samples; k++) {
         const double theta = from + (way * k);
         const double out = step(theta, speed_rad_s, shape(theta - (way * age)));
-        ctl_observer_look(&observer);
+        ctl_observer_update_quality(&observer);
         if (k >= (samples - last_turn)) {
             worst = fmax(worst, fabs(out - shape(theta + (way * ahead))));
         }
@@ -1046,39 +1046,39 @@ void test_ctl_observer_at_a_synchronous_speed_uses_its_memory_and_does_not_write
 
 /* ---- quality ----------------------------------------------------------------------------------------------------------- */
 
-void test_ctl_observer_news_falls_from_1_to_nearly_0(void)
+void test_ctl_observer_innovation_ratio_falls_from_1_to_nearly_0(void)
 {
     ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
     p.memory.gain = num_of(0.25);
     start(&p);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer)); /* nothing was seen */
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer)); /* nothing was seen */
 
     (void)learn_open_loop(RUN_RAD_S, 1.5, 0.0, NULL);
-    const double early = value_of(ctl_observer_news(&observer));
+    const double early = value_of(ctl_observer_innovation_ratio(&observer));
     (void)learn_open_loop(RUN_RAD_S, 20.0, 0.0, NULL);
-    const double late = value_of(ctl_observer_news(&observer));
+    const double late = value_of(ctl_observer_innovation_ratio(&observer));
 
     TEST_ASSERT_TRUE_MESSAGE((early > 0.5) && (early <= 1.0), at("%g", early));
     TEST_ASSERT_TRUE_MESSAGE((late > 0.0) && (late < 0.02), at("%g", late));
 }
 
-void test_ctl_observer_news_is_new_over_seen_and_at_most_1(void)
+void test_ctl_observer_innovation_ratio_is_new_over_seen_and_at_most_1(void)
 {
     observer.state.seen = num_of(0.5);
     observer.state.memory.state.change = num_of(0.125);
-    ASSERT_NUM_WITHIN(FIXED_STEP, 0.25, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(FIXED_STEP, 0.25, ctl_observer_innovation_ratio(&observer));
     observer.state.memory.state.change = num_of(3.0);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer));
 }
 
-void test_ctl_observer_news_of_dob_and_ro_is_1(void)
+void test_ctl_observer_innovation_ratio_of_dob_and_ro_is_1(void)
 {
     start_kind(CTL_OBSERVER_DOB);
     (void)learn_open_loop(RUN_RAD_S, 2.0, 0.0, NULL);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer));
     start_kind(CTL_OBSERVER_RO);
     (void)learn_open_loop(RUN_RAD_S, 2.0, 0.0, NULL);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer));
 }
 
 /* ---- what is not a number ---------------------------------------------------------------------------------------------- */
@@ -1225,7 +1225,7 @@ void test_ctl_observer_output_stays_within_the_limit_whatever_comes(void)
 
                 ASSERT_BOUNDED_AT(0.75, ctl_observer_step(&observer, angle, noise_nasty(&noise), noise_nasty(&noise)),
                                   at("kind %d, sample %d", kind, k));
-                ASSERT_BOUNDED_AT(1.0, ctl_observer_news(&observer), at("kind %d, sample %d", kind, k));
+                ASSERT_BOUNDED_AT(1.0, ctl_observer_innovation_ratio(&observer), at("kind %d, sample %d", kind, k));
             }
             TEST_ASSERT_TRUE(observer.state.rejected > 1000U);
         }
@@ -1267,7 +1267,7 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         (void)is_synchronous(2000.0);
         ctl_observer_hold(&observer, true);
         observer.state.rejected = 7U;
-        observer.state.rest_way = num_of(3.0);
+        observer.state.rest_travel = num_of(3.0);
         observer.state.rest_left = 77U;
         observer.state.step_slow = num_of(1.0);
 
@@ -1281,7 +1281,7 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, observer.state.turn_samples);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.seen));
         TEST_ASSERT_EQUAL_UINT32(0U, observer.state.rest_left);
-        TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.rest_way));
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.rest_travel));
         TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.step_slow));
         ctl_observer_target(&observer, num_of(speed_of(1000) / SPEED_UNIT));
         for (int k = 0; k < 1000; k++) {

@@ -392,7 +392,7 @@ void test_ctl_rc_clear_in_order_0_looks_at_whole_samples_only(void)
     TEST_ASSERT_EQUAL_INT(0, impulse_survives(40.9, 41.1));
 }
 
-void test_ctl_rc_clear_learns_anew_after_a_change(void)
+void test_ctl_rc_clear_learns_again_after_a_change(void)
 {
     ctl_rc_params_t p = valid_params();
     double          answer = 0.0;

@@ -23,6 +23,17 @@ WIDE = 150  # columns when nobody can tell: tables must not be cut
 JSON_WITH_FILE = {"reproduce", "design", "memory", "identify", "benchmark", "bench", "cycles", "doctor"}
 
 
+ALL_IDENTIFICATIONS = "all"
+
+
+def name_the_identification(words: Sequence[str]) -> list[str]:
+    """`evenspin identify --run sim` without the name of one means all of them."""
+    words = list(words)
+    if words[:1] == ["identify"] and words[1:2] and words[1].startswith("-") and words[1] not in ("--help", "-h"):
+        words.insert(1, ALL_IDENTIFICATIONS)
+    return words
+
+
 def split_json_option(words: Sequence[str]) -> list[str]:
     """`--json` without a file means stdout: give it the file name `-`."""
     words = list(words)

@@ -71,7 +71,7 @@ def run(
             simulation = prepare(setup, run_signals(), numeric.value, known)
             record = complete(simulation, setup, run_signals(), bar.update)
     except NativeError as error:
-        raise loaded.blame(error) from None
+        raise loaded.locate(error) from None
     learned = learned_table(setup, simulation)
     summary = summary_of(setup, record, numeric.value, learned)
     with output as folder:
@@ -89,8 +89,8 @@ def run(
             screen.print(line, soft_wrap=True)
     if summary["base"]:
         screen.print(f"Motor: what [plant] does not state is that of {summary['base']}")
-    if summary["observer_news"] is not None:
-        screen.print(f"Still new to the observer: {100.0 * summary['observer_news']:.1f} % of what it sees")
+    if summary["observer_innovation"] is not None:
+        screen.print(f"Still new to the observer: {100.0 * summary['observer_innovation']:.1f} % of what it sees")
     if save_memory is not None:
         screen.print(str(save_memory), style="bold")
     screen.print(f"{out}/report.html", style="bold")

@@ -69,7 +69,7 @@ def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable |
         "base": setup.base,
         "motor_data": motor_data(setup),
         "rejected_count": int(record["rejected_count"][-1]),
-        "observer_news": _news(setup, record, learned),
+        "observer_innovation": _innovation(setup, record, learned),
         "position_control": _controls_position(setup),
         "memory": learned.summary() if learned is not None else None,
         "segments": [{key: _finite(value) for key, value in piece.items()} for piece in pieces if piece],
@@ -92,7 +92,7 @@ def write_run(
     write_case(folder, meta_of(setup, name, [name]), {name: record.pick(LOG_COLUMNS)})
     truth = ("t_s", *truth_signals())
     write_csv(folder / "truth.csv", truth, record.pick(truth).values)
-    if record["isr_max_cycles"][-1] > 0.0:  # the board was told how long its interrupts take
+    if record["isr_max_cycles"][-1] > 0.0:  # the board was given the duration of its interrupts
         timing = ("t_s", *timing_columns(record.names))
         write_csv(folder / TIMING_FILE, timing, record.pick(timing).values)
     write_json(folder / "summary.json", summary)
@@ -175,11 +175,11 @@ def _notice(setup: Setup) -> str:
     )
 
 
-def _news(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:
+def _innovation(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:
     """How far learning has come, 1 nothing, near 0 all; None where nothing is being learned."""
     if learned is None or learned.empty or setup.drive["observer_hold"]:
         return None
-    return float(record["observer_news"][-1])
+    return float(record["observer_innovation"][-1])
 
 
 def _controls_position(setup: Setup) -> bool:
