@@ -260,7 +260,8 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
         const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
         ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
     }
-    const num_t y = num_clamp(read_period(self, (uint16_t)(s->period.whole - 2U - self->ahead)), num_neg(limit), limit); /* k - Ni + 1 */
+    const num_t y =
+        num_clamp(read_period(self, (uint16_t)(s->period.whole - 2U - self->ahead)), num_neg(limit), limit); /* k - Ni + 1 */
     ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
     return y;
 }

@@ -84,7 +84,7 @@ typedef struct {
 
 typedef struct {
     ctl_rc_params_t params;
-    uint16_t        ahead;             /**< Samples that the interpolation reads beside its place: 1 for order 3 over time, else 0. */
+    uint16_t        ahead; /**< Samples that the interpolation reads beside its place: 1 for order 3 over time, else 0. */
     uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
 #ifndef EVENSPIN_FIXED
     float too_long; /**< longest + 1. */

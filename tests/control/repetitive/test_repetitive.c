@@ -259,7 +259,8 @@ void test_ctl_rc_order_3_amplifies_no_frequency(void)
             first += ((k >= 24) && (k < 72)) ? u * u : 0.0;
             last += (k >= 24 * 198) ? u * u : 0.0;
         }
-        TEST_ASSERT_TRUE_MESSAGE((first > 0.1) && (last < 1.001 * first), at("fraction %d of 8: %.4g after %.4g", part, last, first));
+        TEST_ASSERT_TRUE_MESSAGE((first > 0.1) && (last < 1.001 * first),
+                                 at("fraction %d of 8: %.4g after %.4g", part, last, first));
     }
 }
 

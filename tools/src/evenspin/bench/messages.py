@@ -252,8 +252,8 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
         name = SETPOINT_FIELDS[at] if request == Ask.SETPOINT and at < len(SETPOINT_FIELDS) else f"field {at}"
         if name == "mode" and high < MODE_POSITION:
             return RefusedError(
-                "mode = position does not go with the drive's method: repetitive control (crc, forc, fal-forc) corrects the "
-                "speed loop; stop and set method = pi, or position_method = src",
+                "mode = position does not go with the drive's method: repetitive control (crc, forc, fal-forc) "
+                "corrects the speed loop; stop and set method = pi, or position_method = src",
                 what,
             )
         return RefusedError(f"{name}: must be within {low:g} .. {high:g}, the limits in force", what)

@@ -28,8 +28,8 @@ ACCEPTANCE = (
     *((method, 150.0, key, 0.005, 0.07) for method in ("crc", "forc", "fal-forc") for key in ("n1_pct", "n2_pct")),
 )
 
-# What goes beyond the paper, worst of the four speeds of the first set after the load step: at most an independent simulation's best
-# without sensor correction (n1, n2), and targets of ours for the rest. (key, low, high)
+# What goes beyond the paper, at the four speeds of the first set after the load step: n1 and n2 at most the best of an
+# independent simulation without sensor correction, and targets of ours for the rest. (key, low, high)
 BEYOND = "fal-forc-beyond"
 BEYOND_BANDS = (
     ("n1_after_load_pct", 0.0005, 0.011),

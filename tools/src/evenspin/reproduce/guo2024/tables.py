@@ -25,7 +25,21 @@ QUANTITIES = {
     "q1_after_load_pct": "q current, 1st order, after the load step [%]",
     "q2_after_load_pct": "q current, 2nd order, after the load step [%]",
 }
-SHORT = ("n1 %", "n2 %", "q1 %", "q2 %", "D %", "start rpm", "load rpm", "step rpm", "dip rpm", "n1 load", "n2 load", "q1 load", "q2 load")
+SHORT = (
+    "n1 %",
+    "n2 %",
+    "q1 %",
+    "q2 %",
+    "D %",
+    "start rpm",
+    "load rpm",
+    "step rpm",
+    "dip rpm",
+    "n1 load",
+    "n2 load",
+    "q1 load",
+    "q2 load",
+)
 
 
 def tables_of(result: Result) -> list[TableView]:
