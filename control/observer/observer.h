@@ -162,7 +162,7 @@ num_t ctl_observer_innovation_ratio(const ctl_observer_t *self);
  * @return estimate of the disturbance torque when an output of now acts.
  */
 num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
-/** The same for finite numbers. */
+/** ctl_observer_step without checks, for finite numbers. */
 num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
 /** The angle goes into the ring. @return the one to which T_d belongs: that of a sample, or between two. */
 static inline angle_t ctl_observer_note_angle(ctl_observer_t *self, angle_t theta)

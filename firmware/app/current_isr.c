@@ -27,7 +27,7 @@ void drive_command_nothing(drive_t *d)
     d->speed.error = (num_t)0;
     d->observer.estimate = (num_t)0;
     d->position.setpoint.speed = (num_t)0;
-    d->position.rdc.state.robust = (num_t)0;
+    d->position.rdc.robust = (num_t)0;
 }
 
 static inline angle_t encoder_angle(const drive_t *d)
@@ -121,7 +121,8 @@ static inline void control_currents(drive_t *d, const drive_setup_t *setup, angl
     const num_t            limit = num_min(setup->current.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
     if (setup->current.deadbeat_used) {
-        const ctl_dq_t wanted = ctl_deadbeat_step_unchecked(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
+        const ctl_dq_t wanted = ctl_deadbeat_step_unchecked(&setup->current.deadbeat, &c->deadbeat, c->meas, c->ref,
+                                                            d->tracking.pll.state.w, c->volt);
         (void)ctl_vector_limit_unchecked(wanted, limit, &c->volt);
     } else {
         control_by_pi(c, limit);

@@ -63,8 +63,8 @@ typedef struct {
     drive_mode_t mode;
     float        speed_ref_rad_s;    /**< Mechanical. */
     float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode only. */
-    int32_t      target_turns;       /**< Target of position mode: whole turns... */
-    float        target_rad;         /**< ...and an angle within +-2 pi. */
+    int32_t      target_turns;       /**< Target of position mode: whole turns. */
+    float        target_rad;         /**< Target of position mode: added to the whole turns, within +-2 pi. */
 } drive_command_t;
 
 /** What the current interrupt makes of it: within the limits, in the numeric of the build. The d axis comes first, and what
@@ -120,8 +120,8 @@ typedef struct {
     uint16_t             between;     /**< Current periods between two speed samples: one less than their distance. */
     bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
     num_t                error_scale; /**< Speed error to loop error. */
-    num_t                weight;      /**< Share of the reference that acts at once... */
-    num_t                follow;      /**< ...and gain per sample with which the rest follows. */
+    num_t                weight;      /**< Share of the reference that acts at once. */
+    num_t                follow;      /**< Gain per sample with which the remaining share follows. */
     bool                 weighted;    /**< weight < 1. */
     ctl_rc_params_t      rc;
     uint16_t             rc_capacity;
@@ -172,9 +172,9 @@ typedef struct {
 } drive_zero_t;
 
 typedef struct {
-    ctl_pi_t       d, q;
-    ctl_deadbeat_t deadbeat;
-    ctl_dq_t       ref, meas, volt;
+    ctl_pi_t             d, q;
+    ctl_deadbeat_state_t deadbeat;
+    ctl_dq_t             ref, meas, volt;
 } drive_current_t;
 
 /** The observer of the disturbance torque, counted in q current; current interrupt. */
@@ -194,8 +194,8 @@ typedef struct {
     angle_t            theta_e;
     num_t              meas, error, correction;
     num_t              followed; /**< Low-passed reference, for a set-point weight below 1. */
-    num_t              iq_ref;   /**< Read by the current interrupt... */
-    num_t              fed;      /**< ...with the part of it that compensates what the disturbance observer would see. */
+    num_t              iq_ref;   /**< q current reference; read by the current interrupt. */
+    num_t              fed;      /**< Part of iq_ref that compensates what the disturbance observer would see; read with it. */
     float              ref_rad_s;
 } drive_speed_t;
 
@@ -207,23 +207,23 @@ typedef struct {
 
 /** The position loop; written by the speed interrupt. */
 typedef struct {
-    ctl_position_t raw;    /**< The encoder over its turns. */
-    ctl_position_t zero;   /**< raw at position 0. */
-    ctl_position_t now;    /**< Position. */
-    ctl_position_t before; /**< Of the last sample. */
-    bool           primed, active, homed;
-    bool           homing;
-    ctl_position_t home_limit;
-    ctl_profile_t  profile;
-    ctl_setpoint_t setpoint;
-    ctl_pi_t       pi;
-    ctl_ilc_t      ilc, learn;
-    ctl_src_t      src;
-    ctl_rdc_t      rdc;
-    num_t          error, speed;
-    num_t          delayed[8], fed_delayed[8];
-    uint16_t       delay_head, error_count;
-    drive_shown_t  now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
+    ctl_position_t      raw;    /**< The encoder over its turns. */
+    ctl_position_t      zero;   /**< raw at position 0. */
+    ctl_position_t      now;    /**< Position. */
+    ctl_position_t      before; /**< Of the last sample. */
+    bool                primed, active, homed;
+    bool                homing;
+    ctl_position_t      home_limit;
+    ctl_profile_state_t profile;
+    ctl_setpoint_t      setpoint;
+    ctl_pi_t            pi;
+    ctl_ilc_t           ilc, learn;
+    ctl_src_t           src;
+    ctl_rdc_state_t     rdc;
+    num_t               error, speed;
+    num_t               delayed[8], fed_delayed[8];
+    uint16_t            delay_head, error_count;
+    drive_shown_t       now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
 
 /** A parameter set, and what follows from it. */
@@ -233,13 +233,13 @@ typedef struct {
 } drive_set_t;
 
 typedef struct {
-    const drive_params_t *params; /**< The set in force: one of the two below. Changed by the current interrupt... */
+    const drive_params_t *params; /**< The set in force: one of the two in `set`. Changed by the current interrupt. */
     const drive_setup_t  *setup;
     drive_scale_t         scale;
 
-    drive_set_t        set[2];     /**< ...that the main loop writes while they are not in force. */
-    const drive_set_t *next;       /**< Prepared by drive_tune, */
-    volatile uint16_t  next_ready; /**< and offered to the current interrupt. */
+    drive_set_t        set[2];     /**< Written by the main loop while not in force. */
+    const drive_set_t *next;       /**< The set that drive_tune has prepared. */
+    volatile uint16_t  next_ready; /**< `next` is offered to the current interrupt. */
     volatile uint16_t  speed_busy; /**< The speed interrupt was requested and has not ended: its blocks may not change. */
     drive_command_t    command[2];
     drive_order_t      order[2];   /**< Of each. */
@@ -256,8 +256,8 @@ typedef struct {
     hal_sample_t      sample;
     float             ia_a, ib_a, ic_a; /**< After offset correction. */
     float             offset_a_a, offset_b_a, offset_c_a;
-    float             sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
-    volatile uint16_t sum_count;                 /**< ...and of how many samples. */
+    float             sum_a_a, sum_b_a, sum_c_a; /**< Sums of the currents during calibration. */
+    volatile uint16_t sum_count;                 /**< Samples in these sums. */
     drive_tracking_t  tracking;
     drive_zero_t      zero;
     drive_align_t     align;
@@ -270,8 +270,8 @@ typedef struct {
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
-    uint16_t          low_bus_samples;           /**< In a row with a dc-link voltage below its limit... */
-    uint32_t          low_bus_seq;               /**< ...and the newest of them. */
+    uint16_t          low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
+    uint32_t          low_bus_seq;               /**< Number of the newest of these samples. */
     bool              seen_sample;
     uint32_t          rejected;
     timing_t          timing;

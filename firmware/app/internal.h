@@ -58,13 +58,13 @@ void     drive_build_position_memory(drive_position_t *position, const drive_set
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_position_t *position);
 
-/** handover.c: which blocks a change needs to build again, as bits... */
+/** handover.c: bits of the blocks that a change needs to build again. */
 #define DRIVE_SHAPE_REPETITIVE 1U
 #define DRIVE_SHAPE_METER 2U
 #define DRIVE_SHAPE_OBSERVER 4U
 #define DRIVE_SHAPE_POSITION 8U
 uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *setup);
-/** ...and the interrupts keep away from these until they have taken the change over. Main loop, bridge off. */
+/** handover.c: keep the interrupts away from these blocks until they have taken the change over. Main loop, bridge off. */
 void drive_withdraw(drive_t *d, uint16_t what);
 
 /** start_check.c: q current that the motor's own voltage drives between the release of the gates and the first voltage of the
@@ -141,7 +141,7 @@ static inline int64_t drive_turns_q32(float turns)
     const float   cut = (turns < 2.0e6f) ? ((turns > -2.0e6f) ? turns : -2.0e6f) : 2.0e6f;
     const float   scaled = cut * 1024.0f;
     const int32_t high = (int32_t)scaled;
-    return ((int64_t)high * INT64_C(0x400000)) + (int64_t)((scaled - (float)high) * 4194304.0f);
+    return ((int64_t)high * INT64_C(0x400000)) + (int32_t)((scaled - (float)high) * 4194304.0f);
 }
 
 /** A finite number in SI units over its base; the bases of the float build are 1. */

@@ -4,7 +4,6 @@
 static void begin(drive_t *d)
 {
     drive_position_t *const o = &d->position;
-    ctl_profile_tune_unchecked(&o->profile, o->homing ? &d->setup->position.homing : &d->setup->position.profile);
     ctl_profile_reset(&o->profile, o->now);
     ctl_pi_reset(&o->pi, (num_t)0);
     ctl_rdc_reset(&o->rdc);
@@ -52,7 +51,6 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
         o->homing = true;
         o->homed = false;
         o->home_limit = o->now + (forward ? (CTL_ONE_TURN + (CTL_ONE_TURN / 4)) : -(CTL_ONE_TURN + (CTL_ONE_TURN / 4)));
-        ctl_profile_tune_unchecked(&o->profile, &d->setup->position.homing);
     }
     if (!o->homing) {
         return target;
@@ -68,7 +66,6 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
         o->homed = true;
         o->homing = false;
         ctl_profile_shift(&o->profile, shift); /* go on from here, without a step in the command */
-        ctl_profile_tune_unchecked(&o->profile, &d->setup->position.profile);
         return target;
     }
     if (forward ? (o->now >= o->home_limit) : (o->now <= o->home_limit)) {
@@ -125,7 +122,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     const ctl_position_t target = target_of(command);
     ctl_position_t       to = (target > q->max) ? q->max : ((target < q->min) ? q->min : target);
     to = search(d, to);
-    o->setpoint = ctl_profile_step(&o->profile, to);
+    o->setpoint = ctl_profile_step_unchecked(o->homing ? &q->homing : &q->profile, &o->profile, to);
     show(&o->ref_shown, o->setpoint.position);
     o->error = ctl_position_difference(o->setpoint.position, o->now);
     guard(d);
@@ -147,10 +144,10 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     num_t       torque = feedback;
     num_t       fed = (num_t)0;
     if (q->method == DRIVE_POSITION_RDC) {
-        torque = num_add(torque, ctl_rdc_step_unchecked(&o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
-        fed = o->rdc.state.fed;
+        torque = num_add(torque, ctl_rdc_step_unchecked(&q->rdc, &o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
+        fed = o->rdc.fed;
         if (q->learns) {
-            torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.state.robust)));
+            torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.robust)));
         }
     }
     const num_t room = drive_active_order(d)->iq_max;

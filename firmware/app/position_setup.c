@@ -157,9 +157,10 @@ void drive_build_position_memory(drive_position_t *o, const drive_setup_t *s, nu
 
 void drive_build_position(drive_position_t *o, const drive_position_setup_t *q)
 {
-    (void)ctl_profile_init(&o->profile, &q->profile);
+    ctl_profile_reset(&o->profile, 0);
     (void)ctl_pi_init(&o->pi, &q->velocity_pi);
-    (void)ctl_rdc_init(&o->rdc, &q->rdc);
+    o->rdc.rejected = 0U;
+    ctl_rdc_reset(&o->rdc);
 }
 
 bool drive_position_differs(const drive_setup_t *before, const drive_setup_t *s)

@@ -31,8 +31,8 @@ typedef struct {
 typedef struct {
     double pwm_hz, dc_link_v;
     double from_s, length_s; /**< The step, from the start of its PWM period. */
-    double begin_a[3];       /**< Phase currents at its start... */
-    double end_a[3];         /**< ...and at its end, were there no effect on the voltage. */
+    double begin_a[3];       /**< Phase currents at the start of the step. */
+    double end_a[3];         /**< Phase currents at its end, if no effect acted on the voltage. */
     double inverse_h;        /**< Inverse inductance, mean of the axes. */
 } sim_bridge_t;
 
@@ -95,6 +95,8 @@ typedef struct {
     /** Flux linkage of an axis of nominal inductance @p l_h from its own current and that of the other axis, and the
      *  inductance against which the own one changes. One effect at most. */
     double (*linkage_wb)(const double *p, double l_h, double i_a, double other_a, double *slope_h);
+    /** This slope_h alone, where that is cheaper; NULL: linkage_wb is asked. */
+    double (*slope_h)(const double *p, double l_h, double i_a, double other_a);
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft); /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s); /**< Size of a torque that opposes any motion, >= 0. */
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);

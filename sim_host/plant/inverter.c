@@ -148,10 +148,11 @@ SIM_NOINLINE static int steps_in(const sim_plant_t *s, double length_s)
     const double part = length_s / s->period_s;
     double       need = s->substeps * part;
     if ((s->saturation != NULL) && (s->model.substeps == 0.0)) {
-        const double        volt_s = s->outside.dc_link_v / SIM_SQRT3 * length_s;
-        const sim_state_t   then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
-        const sim_linkage_t f = sim_linkage(s, &then);
-        const double        decay = s->model.resistance_ohm * ((f.inv_d > f.inv_q) ? f.inv_d : f.inv_q) * length_s / 0.4;
+        const double      volt_s = s->outside.dc_link_v / SIM_SQRT3 * length_s;
+        const sim_state_t then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
+        const double      inv_d = 1.0 / sim_slope(s, s->model.ld_h, then.id_a, then.iq_a);
+        const double      inv_q = 1.0 / sim_slope(s, s->model.lq_h, then.iq_a, then.id_a);
+        const double      decay = s->model.resistance_ohm * ((inv_d > inv_q) ? inv_d : inv_q) * length_s / 0.4;
         need = (decay > need) ? decay : need;
     }
     need = ceil(need);

@@ -5,6 +5,7 @@
 
 #include "sim_host/plant/encoder.h"
 #include "sim_host/plant/frame.h"
+#include "sim_host/plant/machine.h"
 
 #define BRIDGE_STEPS 2 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 
@@ -124,7 +125,13 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->inv_inertia = s->coupling.on ? s->coupling.inv_rotor : 1.0 / s->model.inertia_kgm2;
     s->torque_per_amp = 1.5 * s->model.pole_pairs;
     const bool hooks = (s->flux_count > 0) || (s->torque_count > 0) || (s->friction_count > 0);
-    s->kind = ((s->saturation != NULL) || s->coupling.on) ? SIM_WITH_PARTS : (hooks ? SIM_WITH_HOOKS : SIM_PLAIN);
+    if (s->coupling.on) {
+        s->kind = SIM_COUPLED;
+    } else if (s->saturation != NULL) {
+        s->kind = SIM_SATURATING;
+    } else {
+        s->kind = hooks ? SIM_WITH_HOOKS : SIM_PLAIN;
+    }
     s->x.theta_m_rad = s->model.initial_angle_rad;
     sim_frame_turn(s);
     s->x.speed_rad_s = (s->model.rotor_locked != 0.0) ? 0.0 : s->model.initial_speed_rad_s;
@@ -143,5 +150,7 @@ void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
     const double n = s->sine_e;
     sim_to_phases(s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c, i_abc);
 }
+
+double sim_plant_torque(const sim_plant_t *s) { return sim_motor_torque(s, &s->at_read); }
 
 double sim_plant_load_speed(const sim_plant_t *s) { return s->coupling.on ? s->load.speed_rad_s : s->x.speed_rad_s; }

@@ -322,7 +322,7 @@ static drive_params_t forc(void)
 static void assert_forc_learns(double reference)
 {
     const double e = GAIN * reference;
-    const double lesson = 0.6 * e;
+    const double learned = 0.6 * e;
     bench_start();
     run_inline(forc());
     bench_command(DRIVE_MODE_SPEED, reference, 0.0, 0.0);
@@ -333,12 +333,12 @@ static void assert_forc_learns(double reference)
     }
     /* floats of 38 units; 650 units times some steps of 6e-8; N is within 1e-4 of 100, which moves nothing here */
     const double tolerance = per_numeric(2e-4, 5e-3);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.45 * lesson, correction(), "sample 94");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.45 * learned, correction(), "sample 94");
     speed_period();
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.55 * lesson, correction(), "sample 95");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.55 * learned, correction(), "sample 95");
     speed_period();
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, lesson, correction(), "sample 96");
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0 * AMP_TOLERANCE, KP * (e + lesson), iq_ref(), "error and correction through the PI");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, learned, correction(), "sample 96");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0 * AMP_TOLERANCE, KP * (e + learned), iq_ref(), "error and correction through the PI");
 }
 
 void test_speed_isr_repetitive_correction_is_that_of_a_hand_calculation(void) { assert_forc_learns(15.707963); }
@@ -369,7 +369,7 @@ void test_speed_isr_lambda_at_the_output_multiplies_the_correction(void)
     TEST_ASSERT_DOUBLE_WITHIN(per_numeric(2e-4, 2e-2), 0.6 * e * pow(e, -0.4), correction());
 }
 
-/* fal(e) = e^0.6 teaches instead of e */
+/* fal(e) = e^0.6 is learned instead of e */
 void test_speed_isr_fal_at_the_input_teaches_the_bent_error(void)
 {
     const double   reference = 15.707963;

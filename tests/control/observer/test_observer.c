@@ -983,7 +983,7 @@ void test_ctl_observer_target_tells_the_rounding_of_two_encoders_from_torque_ove
 {
     static const uint32_t ENCODERS[] = {ENCODER, 10000U};
     for (size_t e = 0; e < COUNT_OF(ENCODERS); e++) {
-        int told = 0;
+        int compared = 0;
         int found = 0;
         start_with_encoder(ENCODERS[e], 0.1);
         for (int i = 100; i <= 5000; i++) {
@@ -992,11 +992,11 @@ void test_ctl_observer_target_tells_the_rounding_of_two_encoders_from_torque_ove
             if (want >= 0) {
                 const bool got = is_synchronous(((i % 2) == 0) ? rpm : -rpm);
                 TEST_ASSERT_EQUAL_INT_MESSAGE(want, got, at("%g rpm, %u counts", rpm, (unsigned)ENCODERS[e]));
-                told++;
+                compared++;
                 found += got ? 1 : 0;
             }
         }
-        TEST_ASSERT_TRUE(told > 2000);
+        TEST_ASSERT_TRUE(compared > 2000);
         TEST_ASSERT_TRUE(found > 30);
     }
 }
