@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -62,6 +62,9 @@ STABILITY_SEED  ?= 1
 
 stability: setup ## random drives: does the simulated firmware do what `design rc` says? (200 cases: 5 min)
 	@$(PYTHON) tools/tests/stability_campaign.py $(STABILITY_CASES) $(STABILITY_SEED)
+
+combinations: setup ## every pair of methods in the simulator: works, or is refused; writes docs/combinations.md (1 min)
+	@.venv/bin/evenspin combinations --page docs/combinations.md
 
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py

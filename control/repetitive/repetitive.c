@@ -86,7 +86,8 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
         if (params->memory != CTL_RC_ANGLE) {
             ctl_ring_fill_zero(&self->state.time);
         }
-        self->shortest = (uint16_t)(params->lead + 2U);
+        self->ahead = ((params->order > 2U) && (params->memory != CTL_RC_ANGLE)) ? 1U : 0U;
+        self->shortest = (uint16_t)(params->lead + 2U + self->ahead);
         self->longest = (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U);
 #ifndef EVENSPIN_FIXED
         self->too_long = (float)self->longest + 1.0f;
@@ -194,7 +195,7 @@ static inline void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
     if ((self->params.memory == CTL_RC_CLEAR) && (num_abs(period_step(s->period, before)) > CLEAR_STEP)) {
         ctl_ring_clear(&s->time);
     }
-    ctl_lagrange(self->params.order, s->period.fraction, s->a);
+    ctl_lagrange(self->params.order, num_add(s->period.fraction, num_from_int((int16_t)self->ahead)), s->a);
 }
 
 /* Whether learning pauses in this sample. */
@@ -259,7 +260,8 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
         const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
         ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
     }
-    const num_t y = num_clamp(read_period(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
+    const num_t y =
+        num_clamp(read_period(self, (uint16_t)(s->period.whole - 2U - self->ahead)), num_neg(limit), limit); /* k - Ni + 1 */
     ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
     return y;
 }

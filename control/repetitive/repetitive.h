@@ -7,12 +7,15 @@
  *
  *                order          fal                       D(z)
  *     CRC        0              none                      z^-Ni, N cut or rounded to whole samples
- *     FORC       1, 2, 3        none                      z^-Ni sum A_k(F) z^-k,  N = Ni + F
+ *     FORC       1, 2, 3        none                      z^-Ni sum A_k(F) z^-k,  N = Ni + F;
+ *                                                         order 3: z^-(Ni - 1) sum A_k(1 + F) z^-k
  *     fal-FORC   1, 2, 3        input (A): f = fal in (1)
  *                               output (B): f(e) = e, lambda in (2)
  *
  * z^m advances by writing m samples back: sample k completes the memory of sample k - m. The newest sample that
- * (1) reads is k - Ni + 1, hence Ni >= m + 2; shorter periods are computed with Ni = m + 2.
+ * (1) reads is k - Ni + 1, hence Ni >= m + 2; shorter periods are computed with Ni = m + 2. Order 3 reads a sample more ahead, Ni >= m + 3:
+ * its four points lie two and two around the place between them, so that no frequency is amplified, and Q = 1 can be stable; with
+ * all but one on the same side the gain is up to 1.05.
  *
  * When the period changes the memory is kept as it is (CTL_RC_KEEP), cleared (CTL_RC_CLEAR, when it changes by more
  * than 1/16 sample), or it is indexed by the electrical angle (CTL_RC_ANGLE), so that what was learned at one speed
@@ -81,6 +84,7 @@ typedef struct {
 
 typedef struct {
     ctl_rc_params_t params;
+    uint16_t        ahead; /**< Samples that the interpolation reads beside its place: 1 for order 3 over time, else 0. */
     uint16_t        shortest, longest; /**< Periods that the memory can hold, samples. */
 #ifndef EVENSPIN_FIXED
     float too_long; /**< longest + 1. */

@@ -571,11 +571,11 @@ void test_position_gain_changed_while_running_acts(void)
 
 /* ---- methods ----------------------------------------------------------------------------------------------------------------------------- */
 
-/* Expected by hand: ro has the whole memory, two learners of the torque are one too many; repetitive control is for speed mode. */
+/* Expected by hand: ro has the whole memory, silc goes with no observer, two learners of the torque are one too many. */
 static uint16_t refused_beside(uint16_t observer, uint16_t position_method)
 {
-    if ((observer == DRIVE_OBSERVER_RO) &&
-        ((position_method == DRIVE_POSITION_SILC) || (position_method == DRIVE_POSITION_SRC))) {
+    if ((position_method == DRIVE_POSITION_SILC) ? (observer != DRIVE_OBSERVER_NONE)
+                                                 : ((observer == DRIVE_OBSERVER_RO) && (position_method == DRIVE_POSITION_SRC))) {
         return PARAM_position_method;
     }
     return ((observer >= DRIVE_OBSERVER_RO) && (position_method == DRIVE_POSITION_RDC)) ? PARAM_rdc_learn_gain : PARAM_COUNT;
@@ -637,6 +637,21 @@ void test_position_mode_beside_repetitive_control_is_refused_and_so_is_the_other
         TEST_ASSERT_FALSE(drive_tune(&drive, &p, &culprit));
         TEST_ASSERT_EQUAL_STRING("method", params_info(culprit)->name);
     }
+}
+
+/* 20 rad/s at 10 kHz: 3142 samples a turn. In speed mode it is the reference that counts. */
+void test_position_repetitive_observer_has_its_period_from_the_motion(void)
+{
+    drive_params_t p = params();
+    p.disturbance_observer = DRIVE_OBSERVER_RO;
+    p.profile_speed_rad_s = 20.0f;
+    shaft.ideal = true;
+    run_with(&p, 1000.0);
+    samples(20);
+    TEST_ASSERT_UINT_WITHIN(1U, 3142U, drive.observer.observer.state.turn_samples);
+    bench_command(DRIVE_MODE_SPEED, 10.0, 0.0, 0.0);
+    bench_live(20U);
+    TEST_ASSERT_UINT_WITHIN(1U, 6283U, drive.observer.observer.state.turn_samples);
 }
 
 /* Without torque delay and with three samples of it: the part that an observer is not to see comes with the torque it is part of. */

@@ -64,7 +64,7 @@ def test_lagrange_of_a_whole_delay_takes_one_sample():
 def recursion(errors, period, gain, lead, q, order, fal=None, fal_at="input"):
     """y(k) = Q z^-N [y(k) + k_rc z^m f(e(k))], literally, in double precision. Before the first sample all is zero."""
     side, centre = q
-    whole = math.floor(period)
+    whole = math.floor(period) - (1 if order == 3 else 0)  # order 3: two points on either side
     nodes = np.arange(order + 1.0)
     taps = np.linalg.solve(np.vander(nodes, increasing=True).T, (period - whole) ** nodes) if order else [1.0]
 

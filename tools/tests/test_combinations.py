@@ -1,12 +1,15 @@
-"""What goes together in one drive: words for combined methods, and refusals that name both parameters."""
+"""What goes together in one drive: words for combined methods, refusals that name both parameters, measured pairs."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import pytest
 from evenspin.errors import EvenspinError, InputError
 from evenspin.model import builtin_scenario
 from evenspin.model.methods import drive_of_word, method_word, method_words
 from evenspin.native import tables
+from evenspin.reproduce.combinations import Answer, Pair, pairs, run, verdicts
 from evenspin.sim import prepare
 
 
@@ -33,7 +36,8 @@ def refusal(scenario: str, **drive: str | float) -> str:
             "rc_memory = keep",
         ),
         ("yeh2024/rpm20", {"method": "forc"}, "method = forc", "control_mode = position"),
-        ("yeh2024/rpm20", {"method": "ro", "position_method": "silc"}, "position_method = silc", "method = ro"),
+        ("yeh2024/rpm20", {"method": "ro", "position_method": "src"}, "position_method = src", "method = ro"),
+        ("yeh2024/rpm20", {"method": "dob", "position_method": "silc"}, "position_method = silc", "method = dob"),
         (
             "yeh2024/rpm20",
             {"disturbance_observer": "aro", "rdc_learn_gain": 0.3},
@@ -69,3 +73,40 @@ def test_repetitive_control_and_an_observer_both_act() -> None:
     simulation = prepare(setup, ("rc_out_unit", "compensation_a"))
     rows = simulation.run(5000, 10)
     assert abs(rows).max(axis=0).min() > 0.1
+
+
+# ---- what goes with what: `make combinations` runs all pairs, this a few; both against the same rule
+
+SAMPLE = [
+    Pair("speed", loop, observer, "pi") for loop in ("pi", "fal-forc, angle") for observer in ("none", "dob", "aro")
+] + [Pair("position", loop, observer, "pi") for loop in ("ppi", "rdc") for observer in ("none", "dob", "aro", "ro")]
+
+
+def test_accepted_pairs_act_and_leave_less_than_the_worse_of_the_two_and_refused_ones_are_named() -> None:
+    refused = [Pair("position", "silc", "dob", "pi"), Pair("position", "crc", "none", "pi")]
+    judged = list(verdicts(run([*SAMPLE, *refused])))
+
+    assert [text for _, text, good in judged if not good] == []
+    assert [answer.refused for answer, _, _ in judged] == [False] * len(SAMPLE) + [True] * len(refused)
+
+
+def test_the_page_has_a_row_for_every_pair() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "combinations.md").read_text(encoding="utf-8")
+
+    for pair in pairs():
+        assert f"| {pair.loop} | {pair.observer} | {pair.current} |" in page
+
+
+def test_a_pair_that_does_nothing_or_harm_or_is_refused_without_a_name_fails() -> None:
+    alone, with_dob = Pair("speed", "crc", "none", "pi"), Pair("speed", "crc", "dob", "pi")
+    dob = Pair("speed", "pi", "dob", "pi")
+
+    def good(answer: Answer) -> bool:
+        return list(verdicts([Answer(alone, 3.0), Answer(dob, 4.0), answer]))[-1][2]
+
+    assert good(Answer(with_dob, 2.0))
+    assert good(Answer(with_dob, 3.9))
+    assert not good(Answer(with_dob, 3.0))  # as without
+    assert not good(Answer(with_dob, 4.5))
+    assert not good(Answer(with_dob, float("nan"), "the numbers do not fit"))
+    assert len(set(pairs())) == len(pairs()) > 90

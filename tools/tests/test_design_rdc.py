@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from evenspin.design.rdc import RdcLoop, design
+from evenspin.design.rdc_command import prepare
 from evenspin.model import builtin_scenario
 from evenspin.sim import simulate
 
@@ -84,3 +85,11 @@ def test_the_command_prints_lines_for_the_drive(evenspin):
     assert content["stable"]
     assert content["drive"]["rdc_p32"] == pytest.approx(2.03552e-2, rel=1e-5)
     assert "rdc_p33 = 0.00303823" in said.err
+
+
+def test_error_bound_of_theorem_1_is_that_of_the_paper():
+    """sqrt(rho sigma / (2 lambda_min(Q))), equation 40; Q = q I."""
+    found = prepare("yeh2024", {"rho_nm": 0.15, "sigma": 0.02, "q": 1.0})
+
+    assert found.error_bound == pytest.approx(0.0387, rel=1e-3)
+    assert prepare("yeh2024", {"rho_nm": 0.15, "sigma": 0.08, "q": 4.0}).error_bound == pytest.approx(0.0387, rel=1e-3)

@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from evenspin.reproduce.guo2024 import METHODS
 from evenspin.reproduce.guo2024.checks import Check, check_rows
 from evenspin.reproduce.guo2024.tables import tables_of
 
@@ -21,7 +22,7 @@ def rows(float_result):
 
 
 def test_there_is_a_row_for_every_method_and_speed(rows):
-    assert set(rows) == {(method, speed) for method in ("pi", "crc", "forc", "fal-forc") for speed in SPEEDS}
+    assert set(rows) == {(method, speed) for method in METHODS for speed in SPEEDS}
     for (_, speed), row in rows.items():
         assert set(KEYS) <= set(row)
         assert (row["overshoot_step_rpm"] is None) == (speed in (150, 300, 900))
@@ -29,7 +30,7 @@ def test_there_is_a_row_for_every_method_and_speed(rows):
 
 
 def test_the_start_of_a_set_is_in_each_of_its_rows(rows):
-    for method in ("pi", "crc", "forc", "fal-forc"):
+    for method in METHODS:
         assert len({rows[method, speed]["overshoot_start_rpm"] for speed in (150, 203, 255, 295)}) == 1
 
 
@@ -105,6 +106,10 @@ def test_the_result_is_json_that_anybody_reads(float_result):
     ("fal-forc", 150.0, "overshoot_start_rpm", 30.0),
     ("fal-forc", 150.0, "load_dip_rpm", 90.0),
     ("crc", 150.0, "n2_pct", math.nan),
+    ("fal-forc-beyond", 255.0, "n2_after_load_pct", 0.12),
+    ("fal-forc-beyond", 295.0, "overshoot_step_rpm", 2.1),
+    ("fal-forc-beyond", 150.0, "load_dip_rpm", 31.0),
+    ("fal-forc-beyond", 900.0, "q2_after_load_pct", 3.0),
 ])  # fmt: skip
 def test_a_missed_band_fails_the_result(float_result, method, speed, key, value):
     wanted = (method, speed)

@@ -498,6 +498,8 @@ def run(case: Case) -> list[float]:
             n = Fraction(math.floor(n) if case.truncate else round(n))
         whole = math.floor(n)
         h: dict[int, float] = {}
+        if case.order == 3:
+            whole -= 1  # two points on either side of the place
         for tap, a in enumerate(lagrange(case.order, n - whole)):
             for shift, q in ((-1, case.side), (0, case.centre), (1, case.side)):
                 h[whole + tap + shift] = h.get(whole + tap + shift, 0.0) + float(a) * q

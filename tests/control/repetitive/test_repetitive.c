@@ -231,15 +231,37 @@ static double error_left_in_theory(uint16_t order, double gain, double whole, do
     const double w = TWO_PI / (whole + fraction);
     double       re = 0.0;
     double       im = 0.0;
+    const double from = (order == 3U) ? -1.0 : 0.0; /* four points: two on either side */
     for (int k = 0; k <= (int)order; k++) {
         double tap = 1.0;
         for (int i = 0; i <= (int)order; i++) {
-            tap *= (i != k) ? ((fraction - i) / (k - i)) : 1.0;
+            tap *= (i != k) ? ((fraction - from - i) / (k - i)) : 1.0;
         }
-        re += tap * cos(w * (whole + k));
-        im -= tap * sin(w * (whole + k));
+        re += tap * cos(w * (whole + from + k));
+        im -= tap * sin(w * (whole + from + k));
     }
     return hypot(1.0 - re, im) / hypot(1.0 - ((1.0 - gain) * re), (1.0 - gain) * im);
+}
+
+/* Q = 1 and no error to learn from: what is in the memory may only fade, whatever its frequency. With three of four points behind the
+ * place, noise grew by 1.05 per turn at a third of the sampling rate. */
+void test_ctl_rc_order_3_amplifies_no_frequency(void)
+{
+    for (int part = 0; part < 8; part++) {
+        ctl_rc_params_t p = valid_params();
+        p.order = 3U;
+        start(&p);
+        noise_t noise = {61U};
+        double  first = 0.0;
+        double  last = 0.0;
+        for (int k = 0; k < 24 * 200; k++) {
+            const double u = step((k < 20) ? noise_next(&noise) : 0.0, 24.0 + part / 8.0);
+            first += ((k >= 24) && (k < 72)) ? u * u : 0.0;
+            last += (k >= 24 * 198) ? u * u : 0.0;
+        }
+        TEST_ASSERT_TRUE_MESSAGE((first > 0.1) && (last < 1.001 * first),
+                                 at("fraction %d of 8: %.4g after %.4g", part, last, first));
+    }
 }
 
 void test_ctl_rc_leaves_of_a_fractional_period_what_the_order_of_interpolation_leaves(void)

@@ -25,6 +25,10 @@ COMMANDS = {
         "reproduce",
         "Run the scenarios of a paper and compare: ours, its simulation, its experiment, the target band.",
     ),
+    "combinations": Entry(
+        "combinations",
+        "What goes with what: run every pair of methods in the simulator, or show why it is refused.",
+    ),
     "design": Entry("design", "Design of controllers: margins and bounds before anything turns."),
     "identify": Entry("identify", "Identify a machine from logs, or from experiments on the simulated drive."),
     "compare": Entry(

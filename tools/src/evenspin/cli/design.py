@@ -1,4 +1,4 @@
-"""`evenspin design rc|aro`."""
+"""`evenspin design rc|aro|ripple|rdc`."""
 
 from __future__ import annotations
 
@@ -104,6 +104,36 @@ def design_rc(
         write_json(work.as_json(), json_file)
     if not work.stable:
         raise typer.Exit(1)
+
+
+@app.command("ripple")
+def design_ripple(
+    model: Annotated[str, typer.Option(help="A model file .toml, or a built-in model.")] = "guo2024",
+    offset_a: Annotated[Number, _option("Offset of the sensor of phase a, A.")] = None,
+    offset_b: Annotated[Number, _option("Offset of the sensor of phase b, A.")] = None,
+    gain_a: Annotated[Number, _option("Gain of the sensor of phase a.")] = None,
+    gain_b: Annotated[Number, _option("Gain of the sensor of phase b.")] = None,
+    iq_a: Annotated[float, typer.Option("--iq-a", help="Mean q current, A.")] = 1.0,
+    speed_rpm: Annotated[
+        list[float] | None,
+        typer.Option(help="Speed, rpm; may be repeated.", show_default="150, 203, 255, 295"),
+    ] = None,
+    json_file: JsonFile = None,
+) -> None:
+    """What errors of the current sensors do to the speed under PI control, and the speed at which it is worst.
+
+    Example: `evenspin design ripple --offset-a 0.1 --gain-b 0.97 --iq-a 3.5`
+    """
+    from evenspin.design.ripple import SPEEDS_RPM, prepare, tables_of
+    from evenspin.tableview import print_table
+
+    check_json_file(json_file)
+    given = {"offset_a_a": offset_a, "offset_b_a": offset_b, "gain_a": gain_a, "gain_b": gain_b}
+    found = prepare(model, iq_a, tuple(speed_rpm or SPEEDS_RPM), given)
+    for view in tables_of(found):
+        print_table(view, console(json_file))
+    if json_file is not None:
+        write_json(found.as_json(), json_file)
 
 
 @app.command("rdc")

@@ -134,6 +134,8 @@ def variant_of(drive: Mapping[str, Any], position: bool) -> str:
     name = str(drive["method"])
     if name == "fal-forc" and drive["rc_memory"] == "angle":
         name += " angle"
+    if drive.get("disturbance_observer", "none") != "none":
+        name += f" {drive['disturbance_observer']}"
     if name == "aro" and drive["aro_read"] == "cubic":
         name += " extended"
     controller = str(drive["current_controller"])

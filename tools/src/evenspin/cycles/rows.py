@@ -28,6 +28,7 @@ BESIDE_SPEED = ("port_speed_begin", "port_speed_end")
 PUBLISHED_US = {
     "extra fal-forc": 11.68,  # Guo et al. 2024
     "extra fal-forc angle": 11.68,
+    "extra fal-forc angle dob": 11.68,  # with a disturbance observer besides, which is not in the published figure
     "extra aro": 10.0,  # Tang et al. 2020: below
     "isr current_isr aro deadbeat": 18.2,  # Tang et al. 2020: everything
 }

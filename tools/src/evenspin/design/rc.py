@@ -59,6 +59,11 @@ class Repetitive:
         """Largest gain of fal, from the block itself; 1 without fal."""
         return lambda_(0.0, *self.fal) if self.fal is not None else 1.0
 
+    @property
+    def ahead(self) -> int:
+        """Samples that the interpolation reads beside its place (repetitive.h)."""
+        return 1 if self.order > 2 else 0
+
     def q(self, f_hz: Array, ts_s: float) -> Array:
         return self.q_centre + 2.0 * self.q_side * np.cos(2.0 * np.pi * f_hz * ts_s)
 
@@ -157,15 +162,17 @@ def gain_bound(ahead: Complex, q: Array) -> Array:
 
 def gain_db(rc: Repetitive, period_samples: float, f_hz: Array, ts_s: float, *, whole: bool = False) -> Array:
     """|1 + G_RC| in dB at these frequencies; `whole`: the period is cut to samples (CRC)."""
-    if not period_samples >= rc.lead + 2:
-        limit = f"at least lead + 2 = {rc.lead + 2} samples"
+    ahead = 0 if whole else rc.ahead
+    least = rc.lead + 2 + ahead
+    if not period_samples >= least:
+        limit = f"at least lead + {2 + ahead} = {least} samples"
         raise InputError("design rc", "period", period_samples, limit, "lower the speed or the lead")
     z = np.exp(2j * np.pi * np.asarray(f_hz, dtype=float) * ts_s)
     whole_part = np.floor(period_samples + 1e-9)
     delay = z**-whole_part
     if not whole:
-        taps = lagrange(rc.order, float(max(period_samples - whole_part, 0.0)))
-        delay = delay * sum(a * z**-k for k, a in enumerate(taps))
+        taps = lagrange(rc.order, float(max(period_samples - whole_part, 0.0)) + ahead)
+        delay = delay * sum(a * z ** (ahead - k) for k, a in enumerate(taps))
     q_delay = rc.q(np.asarray(f_hz, dtype=float), ts_s) * delay
     response = 1.0 + rc.gain * z**rc.lead * q_delay / (1.0 - q_delay)
     return 20.0 * np.log10(np.abs(response))

@@ -84,6 +84,12 @@ class RdcDesign:
         return self.rho_nm / self.sigma
 
     @property
+    def error_bound(self) -> float:
+        """Theorem 1: the size of [integral of the angle error, angle error, speed error] at which it settles, while
+        what the model gets wrong is smaller than rho: sqrt(rho sigma / (2 lambda_min(Q)))."""
+        return float(np.sqrt(self.rho_nm * self.sigma / (2.0 * self.q)))
+
+    @property
     def warning(self) -> str:
         if self.ratio > self.limit:
             return f"rho / sigma = {self.ratio:.3g} chatters: above {self.limit:.3g} with this delay"
@@ -101,6 +107,7 @@ class RdcDesign:
             "q": self.q,
             "rho_nm": self.rho_nm,
             "sigma": self.sigma,
+            "error_bound": self.error_bound,
             "rho_over_sigma": self.ratio,
             "rho_over_sigma_limit": self.limit,
             "rho_over_sigma_limit_undelayed": self.limit_undelayed,

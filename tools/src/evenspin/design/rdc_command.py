@@ -51,9 +51,14 @@ def tables_of(found: RdcDesign) -> list[TableView]:
         ("rho / sigma", f"{found.ratio:.4g}", f"{found.rho_nm:g} N m / {found.sigma:g}"),
         ("chatters above", f"{found.limit:.3g}", f"with a delay of {loop.delay_samples} samples"),
         ("", f"{found.limit_undelayed:.3g}", "without"),
+        (
+            "error settles below",
+            f"{found.error_bound:.3g}",
+            f"rad s, rad and rad/s together (theorem 1), while the model errs by less than {found.rho_nm:g} N m",
+        ),
     ]
     text = found.warning or "The limit is where a root of the sampled loop leaves the unit circle."
-    marks = ["", "", "bad" if found.warning else "good", "", ""]
+    marks = ["", "", "bad" if found.warning else "good", "", "", ""]
     return [TableView("Robust driving control", text, ("", "", ""), rows, marks, left=1)]
 
 

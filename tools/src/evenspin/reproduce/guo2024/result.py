@@ -18,7 +18,8 @@ from evenspin.sim import Record, simulate
 from evenspin.sim.many import Progress, plain, run_all
 
 SETS = ("first", "second", "third")
-METHODS = ("pi", "crc", "forc", "fal-forc")
+METHODS = ("pi", "crc", "forc", "fal-forc", "fal-forc-beyond")
+BEYOND = "fal-forc-beyond"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +99,17 @@ def reproduce(
     return Result(numeric, runs, float_rows, gains, {**limits, "stability": stability}, checks)
 
 
+def drive_of(method: str, set_name: str) -> Mapping[str, float]:
+    """Drive parameters of a method, on top of the scenario's."""
+    if method != BEYOND:
+        return {"method": tables().params["method"].to_number(method)}
+    printed = builtin_scenario("guo2024/first").setup.drive
+    beyond = builtin_scenario(f"guo2024/beyond{'_fast' if set_name == 'third' else ''}").setup.drive
+    return {name: value for name, value in beyond.items() if value != printed[name]}
+
+
 def _run_later(set_name: str, method: str, numeric: str) -> Callable[[], Run]:
-    setup = builtin_scenario(f"guo2024/{set_name}").with_changes(
-        {"method": tables().params["method"].to_number(method)}
-    )
+    setup = builtin_scenario(f"guo2024/{set_name}").with_changes(drive_of(method, set_name))
 
     def run() -> Run:
         record = simulate(setup, (*SIGNALS, "fault"), numeric)

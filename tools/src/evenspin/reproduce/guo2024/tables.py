@@ -20,8 +20,26 @@ QUANTITIES = {
     "overshoot_load_rpm": "overshoot at the load step [rpm]",
     "overshoot_step_rpm": "overshoot at the speed step [rpm]",
     "load_dip_rpm": "dip at the load step [rpm]",
+    "n1_after_load_pct": "speed, 1st order, after the load step [%]",
+    "n2_after_load_pct": "speed, 2nd order, after the load step [%]",
+    "q1_after_load_pct": "q current, 1st order, after the load step [%]",
+    "q2_after_load_pct": "q current, 2nd order, after the load step [%]",
 }
-SHORT = ("n1 %", "n2 %", "q1 %", "q2 %", "D %", "start rpm", "load rpm", "step rpm", "dip rpm")
+SHORT = (
+    "n1 %",
+    "n2 %",
+    "q1 %",
+    "q2 %",
+    "D %",
+    "start rpm",
+    "load rpm",
+    "step rpm",
+    "dip rpm",
+    "n1 load",
+    "n2 load",
+    "q1 load",
+    "q2 load",
+)
 
 
 def tables_of(result: Result) -> list[TableView]:
