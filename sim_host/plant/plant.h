@@ -83,8 +83,8 @@ typedef struct {
     sim_load_t          load;
     sim_outside_t       outside;
     sim_random_t        noise;
-    double              noise_pair[SIM_NOISE_PAIRS][2]; /**< Normal numbers drawn ahead... */
-    int                 noise_left;                     /**< ...of which the last so many wait. */
+    double              noise_pair[SIM_NOISE_PAIRS][2]; /**< Normal numbers drawn ahead. */
+    int                 noise_left;                     /**< Numbers of noise_pair that are not used yet: the last ones. */
     double              time_s;
     double              period_s;
     int                 substeps;
