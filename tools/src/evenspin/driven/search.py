@@ -14,8 +14,8 @@ from evenspin.driven.terms import Kind, Term
 
 Array = NDArray[np.float64]
 
-PRICE = 16.0  # of a named term: as much cost as four standard deviations of one that is held
-PRICE_FOREIGN = 25.0
+PRICE = 22.0  # of a named term: as much cost as 4.7 standard deviations of one that is held
+PRICE_FOREIGN = 28.0
 PER_COORDINATE = 3.0
 MOST_NAMED = 4
 BEAM = 12
