@@ -134,6 +134,7 @@ static double robust_driving_with_observer(double lines, double phase_rad)
     rig_param("aro_cells", 720.0);
     rig_param("aro_write", 2.0);
     rig_param("aro_read", 1.0);
+    rig_param("over_speed_rad_s", 320.0); /* fixed point cannot hold the observer's speed per rad and sample below 313 */
     rig_param("rdc_line1_nm", lines * 0.140);
     rig_param("rdc_line2_nm", lines * 0.022);
     rig_param("rdc_line1_rad", 1.275 + phase_rad);
