@@ -5,7 +5,7 @@
  *     T = B v + [ T_c + (T_s - T_c) exp( -(|v| / v_s)^delta ) ] sgn(v)                                   (1)
  *
  * sgn(0) = 0: at standstill it gives nothing. T_s is the whole static friction, not the part above Coulomb's.
- * Source   Yeh and Liu 2025, equations 1 and 2.
+ * Source   Yeh and Liu 2024, equations 1 and 2.
  * Total    a non-finite speed gives 0; |T| <= T_s + B |v|.
  * Cost     num_pow and num_exp2: about 45 operations, no libm. Float: 1e-5 of T_s.
  */

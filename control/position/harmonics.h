@@ -3,7 +3,7 @@
  * @brief A torque tied to the angle as a sum of sines: T = sum_i L_i sin(w_i theta + phi_i).
  *
  * w_i in cycles per turn, whole or not; over many turns the phase is exact to 2^-20 cycle per turn.
- * Source   Yeh and Liu 2025, equation 7. Cost: a sine and two products per line.
+ * Source   Yeh and Liu 2024, equation 7. Cost: a sine and two products per line.
  */
 #ifndef CONTROL_POSITION_HARMONICS_H
 #define CONTROL_POSITION_HARMONICS_H

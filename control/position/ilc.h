@@ -10,7 +10,7 @@
  *   SILC: e is the speed error, c the speed compensation. Slow learning of a residual torque: e is the feedback torque,
  *   c the torque compensation.
  *
- * Source   Yeh and Liu 2025, equation 4.
+ * Source   Yeh and Liu 2024, equation 4.
  * Total    a non-finite error is not learned and is counted; |c| <= limit.
  * Cost     a grid walk and a linear read.
  */

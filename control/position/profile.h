@@ -7,7 +7,7 @@
  * the acceleration becomes a trapezoid, too, and the jerk is acceleration / (smooth T_s). All in whole numbers of
  * 2^-32 turns: the motion ends exactly on the target.
  *
- * acceleration = 0: unlimited, the speed jumps (the ramp of Yeh and Liu 2025, equation 41), and the acceleration handed out
+ * acceleration = 0: unlimited, the speed jumps (the ramp of Yeh and Liu 2024, equation 41), and the acceleration handed out
  * is 0: nobody can feed an impulse forward.
  *
  * Total    any target; speed and acceleration never exceed their limits. Cost: 2 64-bit products, 2 divisions.

@@ -10,7 +10,7 @@
  * P solves A^T P + P A = -q I for the error equation (`evenspin design rdc`). Too large a rho / sigma chatters: that
  * command computes the limit, which falls with the delay of the torque.
  *
- * Source   Yeh and Liu 2025, equations 7, 26 to 32. The torque unit is the caller's (ampere in the drive: divided by K_i).
+ * Source   Yeh and Liu 2024, equations 7, 26 to 32. The torque unit is the caller's (ampere in the drive: divided by K_i).
  * Total    non-finite input counts as 0 and is counted; |delta| <= rho.
  * Cost     friction, a sine per line, 10 products. The command's speed 0 gives no friction but keeps the lines.
  */

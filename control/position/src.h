@@ -13,7 +13,7 @@
  * by the trapezoidal rule, d(Omega angle) = W T_s: at constant speed the bilinear transform of (2) without prewarping.
  * Its delay is sqrt(2) / Omega rad; the lambda to set is the period of the disturbance less that.
  *
- * Source   Yeh and Liu 2025, equation 5 and figure 3.
+ * Source   Yeh and Liu 2024, equation 5 and figure 3.
  * Total    a non-finite error counts as 0 and is counted; |y| <= limit. At standstill Q stands still.
  * Cost     a grid walk, a linear read, 1 division and 9 products.
  */

@@ -38,7 +38,7 @@ static const set_t SETS[] = {
     {DRIVE_METHOD_RO, 0U, DRIVE_POSITION_SILC, 0.0f, 0.0f, CTL_RC_KEEP, PARAM_position_method, PARAM_method},
     {DRIVE_METHOD_PI, 2U, DRIVE_POSITION_SRC, 0.0f, 0.0f, CTL_RC_KEEP, PARAM_position_method, PARAM_disturbance_observer},
     {DRIVE_METHOD_ARO, 0U, DRIVE_POSITION_SRC, 0.0f, 0.0f, CTL_RC_KEEP, FINE},
-    /* two observers that learn the same torque */
+    /* two that learn against each other */
     {DRIVE_METHOD_DOB, 0U, DRIVE_POSITION_SILC, 0.0f, 0.0f, CTL_RC_KEEP, PARAM_position_method, PARAM_method},
     {DRIVE_METHOD_PI, 3U, DRIVE_POSITION_SILC, 0.0f, 0.0f, CTL_RC_KEEP, PARAM_position_method, PARAM_disturbance_observer},
     {DRIVE_METHOD_PI, 0U, DRIVE_POSITION_SILC, 0.0f, 0.0f, CTL_RC_KEEP, FINE},

@@ -1,4 +1,4 @@
-/* The position drive on the machine of Yeh and Liu 2025, in the loop: lag, learning, robust driving, homing. */
+/* The position drive on the machine of Yeh and Liu 2024, in the loop: lag, learning, robust driving, homing. */
 #include "tests/scenario/support/rig.h"
 
 #define SPEED 2.0943951023931953 /* 20 r/min: a turn in 3 s */

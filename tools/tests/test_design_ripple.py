@@ -8,7 +8,7 @@ from evenspin.design.source import loop_of
 from evenspin.errors import InputError
 from evenspin.model import builtin_scenario
 
-# An independent calculation for the drive of Guo et al. 2024, % of the mean speed; it is known to three digits only.
+# An independent calculation for the drive of Guo et al. 2024, % of the mean speed; three digits were given.
 INDEPENDENT_FIRST_PCT = (10.64, 6.69, 4.52, 3.47)
 
 

@@ -4,10 +4,13 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from evenspin.reproduce.guo2024 import METHODS
 from evenspin.reproduce.guo2024.checks import Check, check_rows
+from evenspin.reproduce.guo2024.figures import FIGURES, find, settled_s, settling_setup
 from evenspin.reproduce.guo2024.tables import tables_of
+from evenspin.sim import simulate
 
 KEYS = (
     "method speed_rpm n1_pct n2_pct q1_pct q2_pct distortion_pct overshoot_start_rpm overshoot_load_rpm "
@@ -134,3 +137,42 @@ def test_the_tables_name_every_number_of_the_paper(float_result):
     assert cells["255", "pi", "speed, 1st order [%]"][1:] == ("4.89", "4.34")
     assert cells["255", "fal-forc", "speed, 2nd order [%]"][1:] == ("0.0900", "0.310")
     assert cells["300", "fal-forc", "overshoot at the start [rpm]"][2] == "65.0"
+
+
+def test_every_figure_that_shows_data_has_its_number_and_diagrams_have_none():
+    diagrams = {1, 2, 5, 6, 9, 11, 15, 20}
+    assert {number for number in range(1, 32) if find(number) is not None} == set(range(1, 32)) - diagrams
+    for figure in FIGURES:
+        assert (figure.draw is None) == bool(figure.set_name and figure.picture)
+
+
+def test_the_gain_of_figure_4_goes_through_the_printed_points():
+    data = find(4).draw().data
+    for f_hz, printed_db in ((20.83, 36.7), (20.47, 12.5)):
+        near = np.interp(f_hz, data["f_hz"], data["crc_48.86_db"])
+        assert near == pytest.approx(printed_db, abs=0.8)  # a peak between points 0.05 Hz apart
+
+
+@pytest.mark.parametrize(
+    ("drive", "seconds"),
+    [
+        # an independent script on the same firmware: the band of 3 rpm peak to peak, in steps of 0.05 s
+        ({"rc_lead": 2.0}, 1.65),
+        ({"rc_lead": 5.0}, 0.70),
+        ({"rc_lead": 6.0}, 0.65),
+        ({"rc_lead": 8.0}, 0.90),
+        ({"rc_gain": 0.2}, 1.60),
+        ({"rc_gain": 1.0}, 0.55),
+    ],
+)
+def test_settling_of_figures_21_and_22(drive, seconds):
+    record = simulate(settling_setup(**drive), ("t_s", "true_speed_rad_s"))
+    found = settled_s(record["t_s"], record["true_speed_rad_s"] * 30.0 / math.pi)
+
+    assert found == pytest.approx(seconds, abs=0.15)
+
+
+def test_without_a_lead_figure_21_does_not_settle():
+    record = simulate(settling_setup(rc_lead=0.0), ("t_s", "true_speed_rad_s"))
+
+    assert settled_s(record["t_s"], record["true_speed_rad_s"] * 30.0 / math.pi) == math.inf

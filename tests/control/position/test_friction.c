@@ -4,7 +4,7 @@
 #include "control/position/friction.h"
 #include "tests/control/golden/friction.h"
 
-/* Yeh and Liu 2025, table of the identified parameters. */
+/* Yeh and Liu 2024, table of the identified parameters. */
 static ctl_friction_t valid(void)
 {
     const ctl_friction_t p = {num_of(0.0339), num_of(0.387), num_of(0.457), num_of(0.551), num_of(1.957)};

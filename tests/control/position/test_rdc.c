@@ -9,7 +9,7 @@
 
 static ctl_rdc_t rdc;
 
-/* the machine of Yeh and Liu 2025, torque in N m */
+/* the machine of Yeh and Liu 2024, torque in N m */
 static ctl_rdc_params_t valid_params(void)
 {
     const ctl_rdc_params_t p = {

@@ -62,7 +62,11 @@ def reproduce(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder for report.html, pictures and their numbers (not guo2024)."),
+        typer.Option("--out", metavar="DIR", help="Folder for report.html, pictures and their numbers."),
+    ] = None,
+    figure: Annotated[
+        list[int] | None,
+        typer.Option(metavar="N", help="guo2024: only this figure of the paper, into --out; may be repeated."),
     ] = None,
     force: Force = False,
     json_file: JsonFile = None,
@@ -76,27 +80,74 @@ def reproduce(
     check_json_file(json_file)
     builds = ("float", "fixed") if numeric is Numerics.BOTH else (numeric.value,)
     if paper is Paper.TANG2020:
-        _refuse(paper, {"--set": ", ".join(set_ or ())})
+        _refuse(paper, {"--set": ", ".join(set_ or ()), "--figure": figure})
         _tang2020(method, builds, sweep, out, force, json_file)
     elif paper is Paper.YEH2024:
-        _refuse(paper, {"--set": ", ".join(set_ or ()), "--sweep": sweep})
+        _refuse(paper, {"--set": ", ".join(set_ or ()), "--sweep": sweep, "--figure": figure})
         _yeh2024(method, builds, out, force, json_file)
     else:
-        _refuse(paper, {"--sweep": sweep, "--out": out, "--force": force})
-        _guo2024(method, set_, builds, json_file)
+        _refuse(paper, {"--sweep": sweep})
+        if figure:
+            _guo2024_figures(figure, method, builds[0], out, force)
+        else:
+            _guo2024(method, set_, builds, out, force, json_file)
+
+
+def _guo2024_figures(
+    numbers: Sequence[int], method: Sequence[str] | None, build: str, out: Path | None, force: bool
+) -> None:
+    from evenspin.errors import InputError
+    from evenspin.output import OutputFolder
+    from evenspin.report.page import write_page
+    from evenspin.reproduce.guo2024 import METHODS
+    from evenspin.reproduce.guo2024.figures import FIGURES, find
+    from evenspin.reproduce.guo2024.page import figure_page
+    from evenspin.reproduce.guo2024.result import runs_of
+    from evenspin.sim.progress import progress_bar
+
+    known = sorted(number for figure in FIGURES for number in figure.numbers)
+    chosen = []
+    for number in numbers:
+        found = find(number)
+        if found is None:
+            allowed = ", ".join(map(str, known))
+            raise InputError("reproduce", "--figure", number, f"one of {allowed}", "the others are diagrams")
+        if found not in chosen:
+            chosen.append(found)
+    if out is None:
+        raise InputError("reproduce", "--out", "", "a folder for the figures", "add --out DIR")
+    made = origin()
+    output = OutputFolder(out, made, force=force)
+    sets = list(dict.fromkeys(figure.set_name for figure in chosen if figure.set_name))
+    with progress_bar("guo2024", 1.0) as bar:
+        runs = runs_of(sets, _chosen(method, METHODS), build, bar.update) if sets else []
+    with output as folder:
+        write_page(folder, figure_page(chosen, runs, made.command))
+    console().print(f"{out}/report.html", style="bold")
 
 
 def _guo2024(
-    method: Sequence[str] | None, set_: Sequence[Set] | None, builds: Sequence[str], json_file: str | None
+    method: Sequence[str] | None,
+    set_: Sequence[Set] | None,
+    builds: Sequence[str],
+    out: Path | None,
+    force: bool,
+    json_file: str | None,
 ) -> None:
+    from evenspin.log.case import write_json as write_file
+    from evenspin.output import OutputFolder
+    from evenspin.report.page import write_page
     from evenspin.reproduce.guo2024 import METHODS, SETS
     from evenspin.reproduce.guo2024 import reproduce as run_all
+    from evenspin.reproduce.guo2024.page import whole_page
     from evenspin.reproduce.guo2024.tables import tables_of
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
     methods = _chosen(method, METHODS)
     sets = [each for each in SETS if not set_ or each in set_]
+    made = origin()
+    output = OutputFolder(out, made, force=force) if out is not None else None
     results = []
     for build in builds:
         with progress_bar(f"guo2024, {build}", 1.0) as bar:
@@ -105,6 +156,11 @@ def _guo2024(
     for result in results:
         for view in tables_of(result):
             print_table(view, screen)
+    if output is not None:
+        with output as folder:
+            write_file(folder / "results.json", results[0].as_json())
+            write_page(folder, whole_page(results[0], made.command))
+        screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         content = results[0].as_json()
         if len(results) > 1:

@@ -99,6 +99,12 @@ def reproduce(
     return Result(numeric, runs, float_rows, gains, {**limits, "stability": stability}, checks)
 
 
+def runs_of(sets: Sequence[str], methods: Sequence[str], numeric: str, progress: Progress | None = None) -> list[Run]:
+    """Only the runs."""
+    load(numeric)
+    return run_all([_run_later(set_name, method, numeric) for set_name in sets for method in methods], progress)
+
+
 def drive_of(method: str, set_name: str) -> Mapping[str, float]:
     """Drive parameters of a method, on top of the scenario's."""
     if method != BEYOND:
