@@ -19,8 +19,8 @@
 
 typedef struct {
     num_t   *cell;       /**< `cells` values, owned by the caller. */
-    uint16_t cells;      /**< Cells per turn, [4, 4096]... */
-    float    cells_real; /**< ...and the same for quotients. */
+    uint16_t cells;      /**< Cells per turn, [4, 4096]. */
+    float    cells_real; /**< Cells per turn as a number, for quotients. */
 } ctl_grid_t;
 
 /** The points between two samples, in the order in which they were passed. */

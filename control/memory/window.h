@@ -60,7 +60,7 @@ static inline const num_t *ctl_window_push(ctl_window_t *self, num_t x)
 
 typedef struct {
     num_t    x[CTL_LONG_WINDOW_MARGIN + (2U * CTL_LONG_WINDOW_SIZE)];
-    uint16_t head; /**< As above. */
+    uint16_t head; /**< Cell of the newest sample, [0, CTL_LONG_WINDOW_SIZE - 1]. */
 } ctl_long_window_t;
 
 static inline void ctl_long_window_fill(ctl_long_window_t *self, num_t x)

@@ -55,7 +55,8 @@ enum { CTL_DEADBEAT_R = 1, CTL_DEADBEAT_LD, CTL_DEADBEAT_LQ, CTL_DEADBEAT_PSI, C
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_deadbeat_init(ctl_deadbeat_t *self, const ctl_deadbeat_params_t *params);
-void       ctl_deadbeat_reset(ctl_deadbeat_t *self);
+/** Start from rest; the count stays. */
+void ctl_deadbeat_reset(ctl_deadbeat_state_t *state);
 /**
  * One sample.
  * @param meas   currents now.
@@ -74,11 +75,10 @@ static inline ctl_dq_t ctl_deadbeat_drop(const ctl_deadbeat_params_t *p, num_t i
     return v;
 }
 
-static inline ctl_dq_t ctl_deadbeat_step_unchecked(ctl_deadbeat_t *self, ctl_dq_t i, ctl_dq_t ref, num_t w, ctl_dq_t v)
+/** ctl_deadbeat_step for finite numbers, and parameters that ctl_deadbeat_init would accept; they may be other ones in each sample. */
+static inline ctl_dq_t ctl_deadbeat_step_unchecked(const ctl_deadbeat_params_t *p, ctl_deadbeat_state_t *s, ctl_dq_t i,
+                                                   ctl_dq_t ref, num_t w, ctl_dq_t v)
 {
-    const ctl_deadbeat_params_t *const p = &self->params;
-    ctl_deadbeat_state_t *const        s = &self->state;
-
     if (s->primed) { /* (4) */
         s->c.d = num_clamp(num_mac(s->c.d, p->correction, num_sub(i.d, s->predicted.d)), num_neg(p->c_max), p->c_max);
         s->c.q = num_clamp(num_mac(s->c.q, p->correction, num_sub(i.q, s->predicted.q)), num_neg(p->c_max), p->c_max);

@@ -53,7 +53,7 @@ static inline void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params)
     self->params = *params;
     self->bound = num_max(num_abs(params->out_min), num_abs(params->out_max));
 }
-/** The same when only the gains differ. */
+/** ctl_pi_tune when only the gains differ. */
 static inline void ctl_pi_tune_gains(ctl_pi_t *self, const ctl_pi_params_t *params)
 {
     self->params.kp = params->kp;

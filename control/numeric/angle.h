@@ -19,7 +19,7 @@ typedef uint32_t angle_t;
 /** From radians, |rad| <= ANGLE_RAD_MAX; anything else (NaN included) gives 0. Step 1.5e-9 rad, float adds 2^-23 |rad|. */
 angle_t angle_from_rad(num_t rad);
 
-/** The same for |rad| <= ANGLE_RAD_MAX, and nothing else. */
+/** angle_from_rad without checks, for |rad| <= ANGLE_RAD_MAX. */
 static inline angle_t angle_from_rad_unchecked(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
@@ -43,7 +43,7 @@ static inline angle_t angle_step_from_rad_unchecked(num_t rad)
 #endif
 }
 
-/** The same; NaN gives 0. */
+/** angle_step_from_rad_unchecked, but NaN gives 0. */
 static inline angle_t angle_step_from_rad(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
@@ -105,7 +105,7 @@ static inline uint32_t angle_size(angle_t difference)
  */
 void angle_sincos_portable(angle_t angle, num_t *sine, num_t *cosine);
 
-/** The same; with a TMU two of its instructions, absolute error below 3e-7: a float has 24 bits of the angle. */
+/** Sine and cosine at once; with a TMU two of its instructions, absolute error below 3e-7: a float has 24 bits of the angle. */
 static inline void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
 {
 #ifdef CTL_HAS_TMU

@@ -102,7 +102,7 @@ static inline num_t num_from_float(float x)
 {
     return (x <= NUM_MAX) ? ((x >= -NUM_MAX) ? x : -NUM_MAX) : ((x > NUM_MAX) ? NUM_MAX : 0.0f);
 }
-/** The same for an x that is known to be finite. */
+/** num_from_float of an x that is known to be finite. */
 static inline num_t num_from_finite(float x) { return x; }
 static inline float num_to_float(num_t x) { return x; }
 static inline num_t num_from_int(int16_t n) { return (num_t)n; }

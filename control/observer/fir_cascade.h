@@ -25,11 +25,11 @@ typedef struct {
     ctl_long_window_t past;
 } ctl_fir_cascade_t;
 
-/** (1), of parameters that ctl_fir_init would accept, without a break in the samples. */
+/** Convolve both filters, (1) of this header, of parameters that ctl_fir_init would accept, without a break in the samples. */
 void ctl_fir_cascade_tune(ctl_fir_cascade_t *self, const ctl_fir_params_t *first, const ctl_fir_params_t *second, num_t gain);
 /** All samples so far were @p x, a finite number. */
 static inline void ctl_fir_cascade_reset(ctl_fir_cascade_t *self, num_t x) { ctl_long_window_fill(&self->past, x); }
-/** (1). */
+/** Advance one sample: (1) of this header. */
 num_t ctl_fir_cascade_step_unchecked(ctl_fir_cascade_t *self, num_t x);
 
 /** The first ten products of (1), all of them up to order CTL_FIR_CASCADE_SHORT. Inline for the meter, and written out: a call and a

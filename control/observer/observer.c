@@ -86,7 +86,7 @@ void ctl_observer_prepare(ctl_observer_t *self, const ctl_observer_params_t *par
     ctl_observer_derived_t *const made = &self->prepared;
     made->watches = params->remove_mean || (params->rest_torque > (num_t)0) || (params->rest_step > (num_t)0);
     made->plain = (params->kind == CTL_OBSERVER_ARO) && (params->memory.write == CTL_WRITE_ONE) &&
-                  (params->memory.read == CTL_READ_LINEAR) && !made->watches;
+                  (params->memory.read == CTL_READ_LINEAR) && !made->watches && !params->feeds;
     made->ahead_per_speed = num_mul(params->rad_per_speed, params->ahead);
     made->age = (uint16_t)(params->age_half >> 1);
     made->half = ((params->age_half & 1U) != 0U) ? UINT32_MAX : 0U;
@@ -269,13 +269,14 @@ static num_t read_time(const ctl_observer_t *self)
     return num_mac(newer, part, num_sub(ctl_ring_get(&s->time, (uint16_t)(at + 1U)), newer));
 }
 
-static void learn_time(ctl_observer_t *self, num_t torque, num_t gain)
+/* What is not learned stays as it was a turn ago. */
+static void learn_time(ctl_observer_t *self, num_t torque, num_t gain, bool learn)
 {
     const ctl_angle_memory_params_t *const m = &self->params.memory;
     ctl_observer_state_t *const            s = &self->state;
     /* one turn before the entry that is pushed now */
     const num_t old = (s->turn_samples <= s->time.capacity) ? ctl_ring_get(&s->time, (uint16_t)(s->turn_samples - 1U)) : (num_t)0;
-    const num_t x = num_mac(num_mul(m->forgetting, old), gain, num_sub(torque, old));
+    const num_t x = learn ? num_mac(num_mul(m->forgetting, old), gain, num_sub(torque, old)) : old;
     ctl_ring_push(&s->time, num_clamp(x, num_neg(m->limit), m->limit));
 }
 
@@ -311,7 +312,7 @@ num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t w, 
         }
         out = ctl_angle_memory_read(&s->memory, ctl_observer_ahead(self, theta, w));
     } else if (p->kind == CTL_OBSERVER_RO) {
-        learn_time(self, learned, learn ? gain : (num_t)0);
+        learn_time(self, learned, gain, learn);
         out = read_time(self);
     } else {
         if (learn) {

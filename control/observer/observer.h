@@ -48,6 +48,7 @@ typedef struct {
     num_t                     fast_gain;     /**< Gain of the first `fast_samples`, (0, 1]. */
     uint32_t                  fast_samples;
     bool                      remove_mean;
+    bool                      feeds;       /**< Something may be fed forward against the disturbance: disturbance.h. */
     num_t                     rest_torque; /**< 0: never. */
     num_t                     rest_turns;  /**< [0, 100]. */
     num_t                     rest_step;   /**< Change of speed per sample, low-passed, that stops learning; 0: never. */
@@ -161,7 +162,7 @@ num_t ctl_observer_innovation_ratio(const ctl_observer_t *self);
  * @return estimate of the disturbance torque when an output of now acts.
  */
 num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
-/** The same for finite numbers. */
+/** ctl_observer_step without checks, for finite numbers. */
 num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
 /** The angle goes into the ring. @return the one to which T_d belongs: that of a sample, or between two. */
 static inline angle_t ctl_observer_note_angle(ctl_observer_t *self, angle_t theta)

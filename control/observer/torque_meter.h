@@ -50,8 +50,8 @@ typedef struct {
 
 /** What follows from the parameters: for how long a reference is held back, and whether the fast path can be taken. */
 typedef struct {
-    num_t    part;     /**< Of a sample, [0, 1), that is left beside... */
-    uint16_t whole;    /**< ...whole samples. */
+    num_t    part;     /**< Fraction of the delay, samples, [0, 1). */
+    uint16_t whole;    /**< Whole samples of the delay. */
     bool     is_short; /**< FIR1 and FIR2 have an order up to CTL_FIR_CASCADE_SHORT, steps are below a quarter turn. */
 } ctl_meter_held_t;
 

@@ -64,13 +64,13 @@ typedef struct {
 
 typedef struct {
     ctl_ring_t   time;                          /**< y + k_rc z^m f(e) over time. */
-    ctl_grid_t   turn;                          /**< The same over the electrical angle. */
-    num_t        y_past[CTL_RC_LEAD_MAX + 1U];  /**< Angle: outputs that still lack their error, newest first... */
-    angle_t      at_past[CTL_RC_LEAD_MAX + 1U]; /**< ...and their angles, as a ring with head `past`. */
+    ctl_grid_t   turn;                          /**< y + k_rc z^m f(e) over the electrical angle. */
+    num_t        y_past[CTL_RC_LEAD_MAX + 1U];  /**< Angle: outputs that still lack their error, newest first. */
+    angle_t      at_past[CTL_RC_LEAD_MAX + 1U]; /**< Angles of y_past, a ring with head `past`. */
     uint16_t     past;
-    uint16_t     known;                /**< Valid entries of these two. */
-    angle_t      written_at;           /**< Angle: where the last write ended... */
-    num_t        written;              /**< ...and with which value. */
+    uint16_t     known;                /**< Valid entries of y_past and at_past. */
+    angle_t      written_at;           /**< Angle: where the last write ended. */
+    num_t        written;              /**< Value of the last write. */
     bool         writing;              /**< A last write exists. */
     ctl_period_t period;               /**< The one in use. */
     num_t        a[CTL_LAGRANGE_TAPS]; /**< Coefficients for its fraction. */
@@ -81,15 +81,15 @@ typedef struct {
 
 typedef struct {
     ctl_rc_params_t params;
-    uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
+    uint16_t        shortest, longest; /**< Periods that the memory can hold, samples. */
 #ifndef EVENSPIN_FIXED
     float too_long; /**< longest + 1. */
 #endif
-    bool             whole_only; /**< ...and whether they have no fraction. */
+    bool             whole_only; /**< Periods have no fraction. */
     bool             fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
-    const ctl_fal_t *fal;        /**< The table in use, */
-    ctl_fal_t        table[2];   /**< one of these; the other is for ctl_rc_prepare. */
-    bool             prepared;   /**< It is ready to be used. */
+    const ctl_fal_t *fal;        /**< The table in use, one of `table`. */
+    ctl_fal_t        table[2];   /**< The one in use, and one for ctl_rc_prepare. */
+    bool             prepared;   /**< The table that is not in use is ready. */
     ctl_rc_state_t   state;
 } ctl_rc_t;
 
@@ -154,7 +154,7 @@ static inline void ctl_period_split(num_t numerator, num_t denominator, uint16_t
 #endif
 }
 
-/** The same as one. */
+/** ctl_period_split with the parts as one value. */
 static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
 {
     ctl_period_t n;
@@ -162,7 +162,8 @@ static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
     return n;
 }
 
-/** The same for numerator > 0. @return false when the memory is too short for it, or denominator is 0: then it is no period. */
+/** ctl_period_split for numerator > 0. @return false when the memory is too short for it, or denominator is 0: then it is no
+ *  period. */
 static inline bool ctl_rc_period_unchecked(const ctl_rc_t *self, num_t numerator, num_t denominator, uint16_t *whole,
                                            num_t *fraction)
 {

@@ -13,8 +13,8 @@
 #define WINDOW_PERIODS 1000U         /* of the wait: 0.1 s */
 #define REST_TURN_E 0.0056f          /* 2 degrees electrical */
 #define SETTLED 4U                   /* times that, for a rotor on its vector */
-#define SHIFT_MAX 7U                 /* low-pass of 12.8 ms: damps rotors that swing at 20 to 100 rad/s... */
-#define SHIFT_MIN 2U                 /* ...and 0.4 ms, up to 1000 rad/s */
+#define SHIFT_MAX 7U                 /* low-pass of 12.8 ms: damps rotors that swing at 20 to 100 rad/s */
+#define SHIFT_MIN 2U                 /* low-pass of 0.4 ms: up to 1000 rad/s */
 #define LEAD_MAX INT32_C(0x2AAAAAAA) /* 60 degrees */
 #define LOAD_MAX 0.0139f             /* 5 degrees electrical */
 

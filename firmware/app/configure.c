@@ -39,6 +39,7 @@ static uint16_t refused(const drive_params_t *p)
     uint16_t bad = params_check(p);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_board_refuses(p);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_relation_refuses(p);
+    bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_combination_refuses(p);
     return (bad != (uint16_t)PARAM_COUNT) ? bad : drive_judge_alignment(p);
 }
 

@@ -83,7 +83,8 @@ hal_status_t drive_memory_restore(drive_t *d)
         return HAL_BUSY;
     }
     ctl_grid_t *const  grid = &d->observer.observer.state.memory.state.grid;
-    loading_t          loading = {d, &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U], 0U}; /* a table has at most 2048 cells */
+    loading_t          loading = {d, &d->observer_memory[DRIVE_OBSERVER_CAPACITY - cells],
+                                  0U}; /* a third of it at most, as the position loop */
     const hal_status_t s = store_load(&d->storage, STORE_TABLE, 0U, (uint16_t)(2U * cells), take_cell, &loading);
     for (uint16_t i = 0U; (i < cells) && (s == HAL_OK); i++) {
         grid->cell[i] = loading.staged[i];

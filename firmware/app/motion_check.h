@@ -54,8 +54,8 @@ typedef enum {
 typedef struct {
     angle_t  jump;           /**< Largest change of the step of the angle. */
     num_t    margin;         /**< Speed that counts as a change. */
-    num_t    band;           /**< Currents that count as the same... */
-    num_t    band_per_volt;  /**< ...and per volt of the dc link, where iq_limit_a is more than it brings into the motor. */
+    num_t    band;           /**< Largest difference of currents that count as equal. */
+    num_t    band_per_volt;  /**< `band` per volt of the dc link, where iq_limit_a is more than the link brings into the motor. */
     angle_t  travel;         /**< Of a stretch of which the speed is known. */
     uint16_t samples;        /**< At the limit, against the torque; 0: never judged. */
     bool     zero;           /**< Judge the electrical zero. */
@@ -67,24 +67,24 @@ typedef struct {
 } drive_motion_setup_t;
 
 typedef struct {
-    num_t    first, slowest; /**< Speed along the torque in a stretch at the limit... */
-    bool     forwards;       /**< ...and the torque asked for... */
-    angle_t  from;           /**< ...from here on... */
-    uint16_t samples;        /**< ...for so many samples. */
-    bool     held;           /**< There is an operating point to compare with: */
+    num_t    first, slowest; /**< Speed along the torque in a stretch at the limit. */
+    bool     forwards;       /**< Direction of the torque command in that stretch. */
+    angle_t  from;           /**< Encoder at the beginning of that stretch. */
+    uint16_t samples;        /**< Length of that stretch. */
+    bool     held;           /**< There is an operating point to compare with: current, speed, volt_q. */
     ctl_dq_t current;
     num_t    speed, volt_q;
     uint16_t against;       /**< Comparisons in a row with the wrong sign. */
-    num_t    nearest;       /**< Largest speed along the torque at the limit... */
-    uint16_t since;         /**< ...so many samples ago; */
-    num_t    due;           /**< the least that is expected by now... */
-    uint16_t pushing;       /**< ...after so many samples at the limit... */
-    angle_t  pushed_from;   /**< ...that began here... */
-    bool     travelled;     /**< ...and have turned the shaft so far that its speed is known. */
+    num_t    nearest;       /**< Largest speed along the torque at the limit. */
+    uint16_t since;         /**< Samples since `nearest` was reached. */
+    num_t    due;           /**< Least speed that is expected by now. */
+    uint16_t pushing;       /**< Samples at the limit so far. */
+    angle_t  pushed_from;   /**< Encoder when these samples began. */
+    bool     travelled;     /**< The shaft has turned so far since that its speed is known. */
     num_t    asked;         /**< Speed that the speed or position loop wants. */
-    angle_t  stall_from;    /**< Where the encoder stood when it seemed to stand still... */
-    uint16_t stall_samples; /**< ...for how many samples it has... */
-    num_t    stall_travel;  /**< ...and the sum of the speeds asked for in them. */
+    angle_t  stall_from;    /**< Encoder when the shaft seemed to stop. */
+    uint16_t stall_samples; /**< Samples at the limit since then. */
+    num_t    stall_travel;  /**< Sum of the speed commands in these samples. */
 } drive_motion_t;
 
 #endif

@@ -159,7 +159,10 @@ static void wait_for_start(drive_t *d)
 static void attend_observer(drive_t *d)
 {
     if (d->setup->observer.used) {
-        ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
+        const drive_command_t *const c = drive_active_command(d);
+        ctl_observer_target(&d->observer.observer, (c->mode == DRIVE_MODE_POSITION)
+                                                       ? d->position.setpoint.speed
+                                                       : drive_per_base(c->speed_ref_rad_s, d->scale.inv_speed));
         ctl_observer_update_quality(&d->observer.observer);
     }
 }

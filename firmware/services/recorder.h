@@ -53,8 +53,8 @@ typedef struct {
     uint16_t          wait;   /**< Periods until the next row. */
     uint16_t          left;   /**< Rows to come after the trigger. */
     uint16_t          before; /**< Rows from before the trigger; fewer than pre when it came early. */
-    float             last;   /**< Trigger signal of the period before... */
-    bool              primed; /**< ...if there was one. */
+    float             last;   /**< Trigger signal of the period before. */
+    bool              primed; /**< `last` is valid. */
     bool              faulty; /**< Fault in the period before. */
     uint32_t          first, trigger_counter;
 } recorder_t;
@@ -64,7 +64,7 @@ void recorder_init(recorder_t *r, float *memory, uint16_t values);
 void recorder_start(recorder_t *r, const recorder_config_t *config);
 void recorder_stop(recorder_t *r);
 void recorder_trigger(recorder_t *r);
-/** As configured, once more. Nothing when never configured. */
+/** Start again with the last configuration; does nothing when there is none. */
 void recorder_restart(recorder_t *r);
 /** Current interrupt, every period. */
 void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter);

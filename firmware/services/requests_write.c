@@ -289,6 +289,9 @@ link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_
     float          limit = TWO_PI;
     const uint16_t field =
         inside(c.target_rad, limit) ? drive_command_refuses(s->setup.drive, &c, &limit) : (uint16_t)DRIVE_COMMAND_ANGLE;
+    if (field == (uint16_t)DRIVE_COMMAND_MODE) {
+        return services_refuse(s, LINK_NO_range, 0U, 0.0f, limit);
+    }
     if (field != (uint16_t)DRIVE_COMMAND_FINE) {
         return services_refuse(s, LINK_NO_range, field, -limit, limit);
     }

@@ -32,8 +32,8 @@ typedef struct {
     drive_t              *drive;
     const drive_params_t *defaults;                         /**< Of this board; must stay. */
     const char           *board;                            /**< Its name. */
-    float                *capture, *black_box;              /**< Memory of the recorders... */
-    uint16_t              capture_values, black_box_values; /**< ...and how many values each holds. */
+    float                *capture, *black_box;              /**< Memory of the recorders. */
+    uint16_t              capture_values, black_box_values; /**< Values that each memory holds. */
     hal_reset_t           reset;                            /**< Why the board has started. */
 } services_setup_t;
 

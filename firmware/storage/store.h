@@ -49,8 +49,8 @@ typedef struct {
     uint16_t     failures; /**< Saves that failed since power-up. */
     uint32_t     erases;   /**< Of the page that was erased most. */
     store_set_t  set;      /**< The one that is being saved, or was last. */
-    store_set_t  source;   /**< Where the other part comes from... */
-    store_part_t part;     /**< ...than this one, which comes from... */
+    store_set_t  source;   /**< Set from which the other part is copied. */
+    store_part_t part;     /**< Part that is saved from `give` and `from`. */
     store_give_t give;
     const void  *from;
     uint32_t     crc[STORE_PARTS], wanted, read_back[STORE_PARTS];

@@ -130,8 +130,8 @@
 #define BOARD_PIN_QEP_B 21U
 #define BOARD_PIN_QEP_I 99U
 #define BOARD_ENCODER_COUNTS UINT32_C(4000)     /* 1000 lines, every edge */
-#define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts... */
-#define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] ...and what is left of it, 2^-16 */
+#define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts, whole part */
+#define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] fraction of 2^32 / counts, 2^-16 */
 #define BOARD_QEP_FILTER_SYSCLK 20U /* 6 equal samples 100 ns apart: edges closer than 0.6 us are noise; 390 r/s at 4000 counts */
 /* Phase errors: one may be a glitch, and at most one count is off then, which encoder_jump_rad judges. Several within this time
  * mean that the angle cannot be trusted. */

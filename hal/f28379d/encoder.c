@@ -14,8 +14,8 @@
 port_encoder_t            port_encoder;
 static int32_t            unwrapped;
 static hal_encoder_edge_t edge;
-static uint32_t           errors_since_cyc; /* the first of the last few phase errors... */
-static uint16_t           errors;           /* ...and how many */
+static uint32_t           errors_since_cyc; /* time of the first of the last few phase errors */
+static uint16_t           errors;           /* number of these phase errors */
 volatile uint32_t         port_encoder_errors;
 
 void port_encoder_init(void)

@@ -8,8 +8,8 @@
 
 static volatile uint32_t periods; /* PWM periods that were sampled or lost */
 static volatile bool     fresh;
-static bool              begun;       /* there has been an interrupt... */
-static uint32_t          due_cyc;     /* ...which was due at this time, or the earliest that is known of it */
+static bool              begun;       /* there has been an interrupt */
+static uint32_t          due_cyc;     /* time at which it was due, or the earliest that is known of it */
 static float             zero_sum_a;  /* mean of ia + ib + ic as read, bridge off: the sum of the three zero errors */
 static volatile float    sum_error_a; /* bridge on: mean of |ia + ib + ic| beyond that */
 volatile uint32_t        port_sampling_lost;

@@ -55,8 +55,8 @@ typedef struct {
     hal_inverter_fault_t latched_fault; /**< What the hardware remembers of it. */
     bool                 armed;         /**< Gates follow the duties in the next period. */
     bool                 gates_on;      /**< They do in this one. */
-    double               duty[3];       /**< Of this period... */
-    double               duty_next[3];  /**< ...and of the next. */
+    double               duty[3];       /**< Duties of this period. */
+    double               duty_next[3];  /**< Duties of the next period. */
     bool                 speed_requested;
     uint32_t             stuck_theta;
     hal_encoder_edge_t   stuck_edge;

@@ -38,6 +38,7 @@ typedef enum {
     ES_TIMES,         /* of an input: no points, or times that are not finite or do not rise */
     ES_BOARD,         /* the board allows at most max */
     ES_OTHERS,        /* the other parameters leave min .. max */
+    ES_COMBINATION,   /* does not go with `other`, whose value is `min`; `rule`: why, and what to do */
     ES_NO_FIT,        /* does not fit the other parameters */
     ES_RUNNING,       /* cannot change while the drive runs */
     ES_STARTED,       /* only before the start */
@@ -94,6 +95,11 @@ typedef struct {
     const char *check; /* first thing to check */
 } es_fault_t;
 
+/** Drive parameters that do not go together: when, and why, is a sentence. */
+typedef struct {
+    const char *name, *param, *other, *why;
+} es_combination_t;
+
 int         es_param_count(void); /* drive parameters (firmware/app/parameters.def) */
 bool        es_param_info(int index, es_field_t *out);
 int         es_signal_count(void); /* everything es_sim_record knows: telemetry of the drive, then the truth of the plant */
@@ -109,6 +115,8 @@ bool        es_effect_param_role(int effect, int param, es_role_t *out);
 const char *es_effect_neighbour(int effect, int index); /* a similar effect; NULL: no more */
 /* an experiment of the log format in which the effect shows, and the condition ("": any); false: no more */
 bool     es_effect_shown_by(int effect, int index, const char **experiment, const char **condition);
+int      es_combination_count(void);
+bool     es_combination_info(int index, es_combination_t *out);
 int      es_fault_count(void);
 bool     es_fault_info(int index, es_fault_t *out);
 int      es_command_count(void);                      /* commands of the bench link (firmware/link/protocol.def) */

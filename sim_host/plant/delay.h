@@ -10,8 +10,8 @@
 typedef struct {
     double past[SIM_DELAY_PERIODS + 2][3];
     int    newest;
-    int    whole; /**< Periods... */
-    double part;  /**< ...and the part of one, [0, 1). */
+    int    whole; /**< Whole periods of the delay. */
+    double part;  /**< Fraction of a period beyond those, [0, 1). */
 } sim_delay_t;
 
 void sim_delay_start(sim_delay_t *d, double periods);

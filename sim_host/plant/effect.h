@@ -31,8 +31,8 @@ typedef struct {
 typedef struct {
     double pwm_hz, dc_link_v;
     double from_s, length_s; /**< The step, from the start of its PWM period. */
-    double begin_a[3];       /**< Phase currents at its start... */
-    double end_a[3];         /**< ...and at its end, were there no effect on the voltage. */
+    double begin_a[3];       /**< Phase currents at the start of the step. */
+    double end_a[3];         /**< Phase currents at its end, if no effect acted on the voltage. */
     double inverse_h;        /**< Inverse inductance, mean of the axes. */
 } sim_bridge_t;
 

@@ -30,7 +30,7 @@ typedef struct {
     double friction_sign; /**< +1, -1, 0: no friction. */
     double drag_nm;       /**< Load and, where it does not depend on speed, friction with its sign. */
     bool   stuck;         /**< The shaft stands: the rotor, where a coupling is on. */
-    double brake_sign;    /**< The same for the brake of a load behind a coupling. */
+    double brake_sign;    /**< +1, -1, 0: direction of the brake of a load behind a coupling. */
     bool   load_stuck;
     int    side; /**< Flank of the coupling in contact, 0: none. */
 } sim_step_t;
@@ -150,7 +150,7 @@ static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *s
     return r;
 }
 
-/** The same in the course of a step: the frame has moved along with the rotor. */
+/** Rates in the course of a step: the frame has moved along with the rotor. */
 static SIM_WITHIN sim_rate_t sim_later_rates(const sim_plant_t *s, const sim_step_t *step, const sim_state_t *x,
                                              double coupling_nm, sim_machine_kind_t kind)
 {

@@ -88,8 +88,8 @@ typedef struct {
     double              time_s;
     double              period_s;
     int                 substeps;
-    double              sine_e, cosine_e;            /**< Of the electrical angle now, turned along from step to step... */
-    int                 turns_left;                  /**< Turns until it is computed again. */
+    double              sine_e, cosine_e;            /**< Sine and cosine of the electrical angle, rotated from step to step. */
+    int                 turns_left;                  /**< Rotations left until they are computed again. */
     double              inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
     double              torque_per_amp;              /**< 1.5 p. */
     sim_machine_kind_t  kind;
@@ -119,8 +119,8 @@ typedef struct {
     double          origin_rad;                  /**< Angle that the encoder reads as 0: 0 for an absolute one. */
     int64_t         index_turn;                  /**< floor(measured angle / turn). */
     double          turn_low_rad, turn_high_rad; /**< Within these the measured angle is in this turn for sure. */
-    bool            index_seen;                  /**< The index pulse has been passed... */
-    double          index_rad;                   /**< ...and what the encoder read then, [0, 2 pi). */
+    bool            index_seen;                  /**< The index pulse has been passed. */
+    double          index_rad;                   /**< Encoder reading at the index pulse, [0, 2 pi). */
 } sim_plant_t;
 
 /**

@@ -31,7 +31,7 @@ static SIM_WITHIN void judge_rigid(const sim_plant_t *s, sim_step_t *step, sim_m
     step->drag_nm = s->outside.load_torque_nm + step->friction_sign * s->outside.load_brake_nm;
 }
 
-/** The same behind a coupling: friction on the rotor, the brake on the load. */
+/** judge_rigid with a coupling: friction on the rotor, the brake on the load. */
 static void judge_coupled(const sim_plant_t *s, sim_step_t *step)
 {
     const double brake_nm = s->outside.load_brake_nm;
@@ -100,7 +100,7 @@ static double coupled_step(sim_plant_t *s, sim_step_t *step, double h, bool last
     return done;
 }
 
-/** The same where all that turns is one piece. @return its end. */
+/** One step where rotor and load are one piece. @return the state at its end. */
 static SIM_WITHIN sim_state_t rigid_step(const sim_plant_t *s, sim_step_t *step, double h, double *time_done,
                                          sim_machine_kind_t kind)
 {

@@ -30,10 +30,11 @@ ORDER = (
     ("sim",),
     ("log", "analysis", "doctor", "importer"),
     ("report", "cycles", "drive"),
-    ("compare", "memory", "design"),
+    ("compare", "memory", "design", "motor"),
     ("identify",),
     ("bench", "reproduce", "run", "gap", "balance"),
-    ("scope", "blind"),
+    ("tune", "driven"),
+    ("commission", "scope", "blind"),
     ("cli",),
 )
 

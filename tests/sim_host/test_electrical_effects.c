@@ -108,7 +108,7 @@ void test_current_filter_turns_and_shortens_a_rotating_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.5 * creal(seen) + 0.5 * SQRT3 * cimag(seen), r.ib_a);
 }
 
-/* One step per period is what the usual machine gets: 0.18 of a time constant, cubic error (0.18)^4 / 384. */
+/* One step per period is what the nominal machine gets: 0.18 of a time constant, cubic error (0.18)^4 / 384. */
 void test_current_filter_needs_no_finer_steps_than_the_machine(void)
 {
     model.substeps = 0.0;

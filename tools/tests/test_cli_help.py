@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,6 +31,14 @@ def test_a_command_answers_to_both_words_for_help(evenspin, words: tuple[str, ..
     assert (short.status, short.err) == (0, "")
     assert short.out == long.out
     assert " ".join(("evenspin", *words)) in " ".join(short.out.split())
+
+
+def test_the_table_of_questions_in_the_readme_has_every_command() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    table = readme.split("| question | command |", 1)[1].split("\n\n", 1)[0]
+    first = {words[0] for words in ALL if words}
+    missing = [name for name in sorted(first) if not re.search(rf"`(evenspin )?{name}[ `]", table)]
+    assert missing == []
 
 
 def test_version_says_version_and_commit(evenspin) -> None:

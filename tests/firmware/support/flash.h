@@ -37,6 +37,9 @@ typedef struct {
     uint16_t      odd_page, odd_word; /* a cell of which... */
     uint16_t      stuck;              /* ...these bits read 0 whatever was written... */
     uint16_t      unsteady;           /* ...and these read one way or the other */
+    uint32_t      reads;              /* calls so far */
+    int32_t       bad_read;           /* the call that fails, with any words; negative: none */
+    int32_t       dead_block;         /* block of the whole storage that cannot be read any more; negative: none */
     uint32_t      chance;
 } flash_t;
 

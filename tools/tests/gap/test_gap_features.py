@@ -1,4 +1,4 @@
-"""What a record is boiled down to, and the algebra that weighs it."""
+"""What a record is reduced to, and the algebra that weighs it."""
 
 from __future__ import annotations
 
@@ -172,20 +172,20 @@ def test_a_column_is_found_with_its_amount_and_a_fair_interval():
         y = 0.8 * column[:, 0] + random.normal(0.0, 0.5 * math.sqrt(1.5), 400)  # two probes behind a model add a half
         fit = judge().fit(y, np.zeros((400, len(SIGMA))), column)
         amounts.append((fit.amount[0], math.sqrt(fit.covariance[0, 0])))
-    got, told = np.array(amounts).T
+    got, reported = np.array(amounts).T
 
     assert np.mean(got) == pytest.approx(0.8, abs=4.0 * np.std(got) / math.sqrt(200))
-    assert np.mean(told) == pytest.approx(np.std(got), rel=0.25)  # 200 draws: 5 %; the soft loss: some per cent
+    assert np.mean(reported) == pytest.approx(np.std(got), rel=0.25)  # 200 draws: 5 %; the soft loss: some per cent
 
 
 def test_a_few_wild_residuals_do_not_move_the_amount():
     random = np.random.default_rng(3)
     column = random.normal(size=(400, 1))
     y = 0.8 * column[:, 0] + random.normal(0.0, 0.5, 400)
-    wild = y.copy()
-    wild[:10] += 500.0
+    outliers = y.copy()
+    outliers[:10] += 500.0
 
-    fit = judge().fit(wild, np.zeros((400, len(SIGMA))), column)
+    fit = judge().fit(outliers, np.zeros((400, len(SIGMA))), column)
 
     assert fit.amount[0] == pytest.approx(judge().fit(y, np.zeros((400, len(SIGMA))), column).amount[0], abs=0.06)
 

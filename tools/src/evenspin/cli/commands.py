@@ -36,11 +36,17 @@ COMMANDS = {
         "Find what is missing in a model: evenspin gap CASE_DIR --out DIR, or evenspin gap LOG.csv --out DIR.",
     ),
     "log": Entry("log", "Read a recording of any drive: which column is what, in which unit."),
-    "memory": Entry("memory", "The learned memory of the angle observer (ARO), as a file: look at it, empty it."),
+    "memory": Entry("memory", "The learned memory of the angle observer (ARO), as a file: show it, clear it."),
+    "motor": Entry("motor", "A motor of your own: from a name plate to a model and a drive."),
+    "tune": Entry(
+        "tune",
+        "Parameters of current, speed and position loop, observers and ripple suppression, from the numbers of a "
+        "machine.",
+    ),
     "drive": Entry(
         "drive", "Run the firmware on the simulated machine behind the link that a board has. Ends with Ctrl-C."
     ),
-    "bench": Entry("bench", "Look at a drive, tune it, record it: a board, or a virtual drive."),
+    "bench": Entry("bench", "Watch a drive, tune it, record it: a board, or a virtual drive."),
     "scope": Entry(
         "scope", "Live plots, full-rate captures, spectrum and tuning of a drive, on a page in the browser."
     ),

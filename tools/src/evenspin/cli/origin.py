@@ -35,10 +35,10 @@ def origin(*read: str | Path | None) -> Origin:
 
 def _without_places(words: Sequence[str], json_has_file: bool) -> list[str]:
     places = PLACES | ({JSON} if json_has_file else set()) | ({TRUTH} if list(words[:3]) == BLIND_MAKE else set())
-    kept, rest = [], iter(words)
-    for word in rest:
+    kept, remaining = [], iter(words)
+    for word in remaining:
         if word in places:
-            next(rest, None)
+            next(remaining, None)
         elif word not in FLAGS and word != JSON and word.partition("=")[0] not in places:
             kept.append(word)
     return kept

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from evenspin.output import OutputFile
 
 STDOUT = "-"
-WIDE = 150  # columns when nobody can tell: tables must not be cut
+WIDE = 150  # columns when the width is not known: tables must not be cut
 
 # Commands whose --json may be followed by a file.
 JSON_WITH_FILE = {"reproduce", "design", "memory", "identify", "benchmark", "bench", "cycles", "doctor"}

@@ -47,6 +47,7 @@ def run(
     """
     from evenspin.errors import NativeError
     from evenspin.memory import write_table
+    from evenspin.model.methods import drive_of_word
     from evenspin.output import OutputFile, OutputFolder
     from evenspin.run import assumed, run_signals, segment_table, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
@@ -55,7 +56,7 @@ def run(
     from evenspin.tableview import print_table
 
     loaded = _load(scenario)
-    drive = {} if method is None else {"method": _method(method)}
+    drive = {} if method is None else drive_of_word(method)
     drive |= {"observer_hold": 1.0} if freeze_learning else {}
     setup = loaded.with_changes(drive, seed)
     known = table_for(setup, memory) if memory is not None else None
@@ -97,16 +98,6 @@ def run(
         write_json(summary, STDOUT)
     if outcome["result"] != "ran":
         raise typer.Exit(1)
-
-
-def _method(word: str) -> float:
-    from evenspin.errors import InputError, did_you_mean
-    from evenspin.native import tables
-
-    field = tables().params["method"]
-    if word not in field.choices:
-        raise InputError("run", "--method", word, field.allowed(), did_you_mean(word, field.choices))
-    return field.to_number(word)
 
 
 def _load(name: str) -> Scenario:

@@ -62,7 +62,7 @@ class VirtualDrive:
         self._power_on()
 
     @property
-    def told(self) -> Mapping[str, float]:
+    def model_parameters(self) -> Mapping[str, float]:
         """Drive parameters that the model states or that follow from its [plant]."""
         return {name: value for name, value in self.machine.drive.items() if name not in BENCH_DRIVE}
 
@@ -110,7 +110,7 @@ class VirtualDrive:
         return bool(self._from_drive)
 
     def forget_octets(self) -> None:
-        """The cable is out: what was on its way is lost."""
+        """The cable is out: what was in transit is lost."""
         self._to_drive.clear()
         self._from_drive.clear()
 
@@ -150,7 +150,7 @@ class VirtualDrive:
         self.octets_out += len(octets)
         self._from_drive += octets
 
-    # ---- the hand at the bench
+    # ---- the operator of the bench
 
     def set_load_torque(self, torque_nm: float) -> None:
         """Torque of the load machine, positive brakes positive rotation; acts from the next period."""
@@ -166,7 +166,7 @@ class VirtualDrive:
         """Any other input of the simulation: supply, disturbances of the electronics."""
         self._sim.set_input(name, (0.0,), (value,))
 
-    # ---- what only a simulator can tell
+    # ---- what only a simulator knows
 
     def record(self, signals: Sequence[str]) -> None:
         """From now on keep every period of these signals."""

@@ -67,7 +67,7 @@ class Forward:
         return np.concatenate(parts)
 
     def many(self, units: Sequence[Unit], done: Callable[[], None] | None = None) -> list[NDArray[np.float64]]:
-        """The same for several, in parallel; the library runs without holding Python back."""
+        """Simulate several machines in parallel; the library runs without holding Python back."""
         out = []
         for result in self._pool.map(self.features, units):
             out.append(result)

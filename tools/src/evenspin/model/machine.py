@@ -13,8 +13,10 @@ gain_a = 1.1
 
 The numbers of MOTOR must be there, those of SIMULATED for a simulation. `base = "guo2024"` at the top takes what
 [plant] does not state from the [plant] of a built-in model, and nothing else. What is left has a neutral value: no
-noise, no load, slots and ratings not known. The drive is told the motor data of [plant] (DRIVE_FROM_PLANT) unless
-[drive] states them.
+noise, no load, slots and ratings not known. The drive gets the motor data of [plant] (DRIVE_FROM_PLANT) unless
+[drive] states them. `drive_file = "drive.toml"` at the top (relative to the model) takes a table [drive] from another
+file, such as `evenspin tune` writes; [drive] of the model comes on top of it. [range] says between which limits a
+number of [plant] is known, as in `inertia_kgm2 = [4e-5, 6e-5]`.
 """
 
 from __future__ import annotations
@@ -23,18 +25,18 @@ import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pydantic
 
 from evenspin.errors import InputError, did_you_mean
 from evenspin.model.document import Document, read_document
-from evenspin.model.schema import Strict, check, given_numbers, group_schema, table_schema
+from evenspin.model.schema import Real, Strict, check, given_numbers, group_schema, table_schema
 from evenspin.native import tables
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 
-# The drive knows its motor unless the file says otherwise.
+# The drive knows its motor unless the file sets other values.
 DRIVE_FROM_PLANT = {
     "pole_pairs": "pole_pairs",
     "encoder_counts": "counts_per_rev",
@@ -48,12 +50,13 @@ DRIVE_FROM_PLANT = {
     "rdc_viscous_nms": "viscous_nms",
 }
 # Numbers that have no neutral value: another machine's would be silently wrong.
-TORQUE_ALONE = ("pole_pairs", "psi_wb", "viscous_nms")  # where a log tells the inertia itself
+TORQUE_ALONE = ("pole_pairs", "psi_wb", "viscous_nms")  # where a log gives the inertia itself
 MOTOR = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 SIMULATED = (*MOTOR, "dc_link_v", "counts_per_rev")
 RATINGS = ("rated_current_a", "rated_torque_nm")
 UNKNOWN = (*RATINGS, "slots")  # 0: not known
 DRIVE_TABLE = "[drive] of the model"
+DRIVE_FILE = "[drive] of its drive_file"
 DEFAULT_ORIGIN = "default, of another motor"
 
 Numbers = Mapping[str, float]
@@ -74,6 +77,7 @@ class Machine:
     base: str = ""
     plant_from: Mapping[str, str] = field(default_factory=dict)
     drive_from: Mapping[str, str] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of [plant]: between what it is known
 
     @property
     def torque_per_a_nm(self) -> float:
@@ -85,14 +89,14 @@ class Machine:
         parts = []
         for name in names:
             of_plant = name in self.plant
-            fields, told = (tables().model, self.plant_from) if of_plant else (tables().params, self.drive_from)
+            fields, known = (tables().model, self.plant_from) if of_plant else (tables().params, self.drive_from)
             value = self.plant[name] if of_plant else self.drive.get(name, fields[name].default)
             unit = f" {fields[name].unit}" if fields[name].unit else ""
             number = f"{name} = {value:.6g}{unit}"
             if given and name in given:
                 parts.append(f"{name}: {given[name]}")
-            elif name in told:
-                parts.append(f"{number} ({told[name]})")
+            elif name in known:
+                parts.append(f"{number} ({known[name]})")
             else:
                 parts.append(f"{number} ({'0, not given' if of_plant else DEFAULT_ORIGIN})")
         return f"Calculated with {'; '.join(parts)}."
@@ -102,7 +106,7 @@ class Machine:
         missing = [name for name in names if name not in self.plant_from]
         given = f"{len(names) - len(missing)} of {len(names)} numbers"
         if missing:
-            hint = 'give them in [plant], or base = "guo2024" at the top to take the rest from that one'
+            hint = 'give them in [plant], or base = "guo2024" at the top to take the others from that one'
             must = f"complete: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
             line = self.document.line_of(["plant"])
             raise InputError(self.document.path, "plant", given, must, hint, line)
@@ -125,11 +129,32 @@ def effects_schema() -> type[Strict]:
 
 
 @functools.cache
+def range_schema() -> type[Strict]:
+    pair = Annotated[list[Real], pydantic.Field(min_length=2, max_length=2)]
+    members: dict[str, Any] = {
+        name: (pair | None, pydantic.Field(None, description="two numbers, as in [4e-5, 6e-5]"))
+        for name in tables().model
+    }
+    return pydantic.create_model("Range", __base__=Strict, **members)
+
+
+@functools.cache
+def drive_file_schema() -> type[Strict]:
+    """A file with parameters of a drive: what `bench config pull`, `tune` and `commission` write."""
+    fields: dict[str, Any] = {"drive": (drive_schema(), pydantic.Field(description="a table [drive]"))}
+    return pydantic.create_model(
+        "DriveFile", __config__=pydantic.ConfigDict(extra="ignore", strict=True, frozen=True), **fields
+    )
+
+
+@functools.cache
 def machine_schema() -> type[Strict]:
     fields: dict[str, Any] = {
         "name": (str, pydantic.Field(description="the name of the model, in quotes")),
         "description": (str, pydantic.Field("", description="text in quotes")),
         "base": (str, pydantic.Field("", description="the name of a built-in model, in quotes")),
+        "drive_file": (str, pydantic.Field("", description="the name of a file with a table [drive], in quotes")),
+        "range": (range_schema() | None, pydantic.Field(None, description="a table [range]")),
         "plant": (plant_schema() | None, pydantic.Field(None, description="a table [plant]")),
         "drive": (drive_schema() | None, pydantic.Field(None, description="a table [drive]")),
         "effects": (effects_schema() | None, pydantic.Field(None, description="tables [effects.NAME]")),
@@ -152,13 +177,37 @@ def load_machine(path: Path, needs: Sequence[str] = MOTOR) -> Machine:
         if source in plant_from and plant[source] > 0 and limits.minimum <= plant[source] <= limits.maximum:
             drive[name], drive_from[name] = plant[source], plant_from[source]
     stated = given_numbers(file.drive, tables().params)
-    drive |= stated
-    drive_from |= dict.fromkeys(stated, DRIVE_TABLE)
-    machine = Machine(
-        document, file.name, plant, drive, effect_numbers(file.effects), file.base, plant_from, drive_from
-    )
+    for numbers, origin in ((_drive_file(document, file.drive_file), DRIVE_FILE), (stated, DRIVE_TABLE)):
+        drive |= numbers
+        drive_from |= dict.fromkeys(numbers, origin)
+    ranges = _ranges(document, file.range, plant)
+    effects = effect_numbers(file.effects)
+    machine = Machine(document, file.name, plant, drive, effects, file.base, plant_from, drive_from, ranges)
     machine.need(needs)
     return machine
+
+
+def _drive_file(document: Document, name: str) -> dict[str, float]:
+    """[drive] of the file that a model names."""
+    if not name:
+        return {}
+    path = document.path.parent / name
+    if not path.is_file():
+        raise document.error(["drive_file"], "an existing file", "`evenspin tune MODEL --out FILE` writes one")
+    file: Any = check(drive_file_schema(), read_document(path))
+    return given_numbers(file.drive, tables().params)
+
+
+def _ranges(document: Document, table: Any, plant: Numbers) -> dict[str, tuple[float, float]]:
+    """Each range holds the number that it belongs to."""
+    found = {}
+    for name, pair in ({} if table is None else table.model_dump(exclude_none=True)).items():
+        low, high = pair
+        if not low <= plant[name] <= high:
+            must = f"two numbers with [plant] {name} = {plant[name]:g} between them"
+            raise document.error(["range", name], must, "correct one of the two")
+        found[name] = (low, high)
+    return found
 
 
 def _base_plant(document: Document, base: str) -> dict[str, float]:
@@ -178,9 +227,9 @@ def check_supply(machine: Machine, drive: Numbers) -> None:
         value = float(drive.get(limit, tables().params[limit].default))
         supply = float(machine.plant["dc_link_v"])
         if beyond(supply, value):
-            way = "at least" if limit == "over_voltage_v" else "at most"
+            bound = "at least" if limit == "over_voltage_v" else "at most"
             of = "the default" if limit not in drive else "given"
-            must = f"{way} dc_link_v ({supply:g} V), or the drive trips at once"
+            must = f"{bound} dc_link_v ({supply:g} V), or the drive trips at once"
             hint = f"give {limit} in [drive]"
             line = machine.document.line_of(["drive", limit])
             raise InputError(machine.document.path, f"drive.{limit}", f"{value:g} V ({of})", must, hint, line)

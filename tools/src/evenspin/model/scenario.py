@@ -126,7 +126,7 @@ class Scenario:
     setup: Setup
 
     def with_changes(self, drive: Mapping[str, float | str] | None = None, seed: int | None = None) -> Setup:
-        """The same run with other drive parameters, words or numbers, or another seed."""
+        """This run with other drive parameters, words or numbers, or another seed."""
         given = {name: _number_of(name, value) for name, value in (drive or {}).items()}
         given_here = dict.fromkeys(given, "given for this run")
         setup = self.setup
