@@ -70,20 +70,21 @@ def _draw(seed: int, rng: np.random.Generator) -> RandomMachine:
     plant = {
         "pole_pairs": pole_pairs, "resistance_ohm": resistance, "ld_h": ld, "lq_h": lq, "psi_wb": psi,
         "inertia_kgm2": inertia, "viscous_nms": rng.uniform(0.005, 0.03) * torque / base, "dc_link_v": supply,
-        "counts_per_rev": counts, "current_noise_a": 0.0008 * clip, "current_lsb_a": clip / 2048.0, "current_range_a": clip,
+        "counts_per_rev": counts, "current_noise_a": 0.0008 * clip, "current_lsb_a": clip / 2048.0,
+        "current_range_a": clip,
         "board_current_a": 1.5 * peak_a, "board_dc_link_v": 1.4 * supply, "board_speed_rad_s": 1.6 * base,
         "initial_angle_rad": rng.uniform(-3.0, 3.0),
     }  # fmt: skip
 
     def offset() -> float:
-        return rng.uniform(-0.004, 0.004) * clip
+        return rng.uniform(-1.0, 1.0) * min(0.004 * clip, 0.3)
 
     effects = {
         "coulomb_friction": {"torque_nm": rng.uniform(0.003, 0.03) * torque},
         "encoder_offset": {"angle_el_rad": rng.uniform(-3.1, 3.1)},
         "current_offset": {
-            "offset_a_a": rng.uniform(-0.004, 0.004) * clip,
-            "offset_b_a": rng.uniform(-0.004, 0.004) * clip,
+            "offset_a_a": offset(),
+            "offset_b_a": offset(),
         },
     }
     plant = {key: float(f"{value:.6g}") if isinstance(value, float) else value for key, value in plant.items()}

@@ -13,6 +13,7 @@ from evenspin.cli import (
     bench,
     benchmark,
     clean,
+    commission,
     compare,
     cycles,
     demo,
@@ -56,8 +57,8 @@ app = typer.Typer(
 )
 
 for module in (
-    run, reproduce, design, identify, compare, gap, log, memory, motor, tune, drive, bench, scope, lists, demo,
-    benchmark, cycles, doctor, clean, pages,
+    run, reproduce, design, identify, compare, gap, log, memory, motor, tune, commission, drive, bench, scope,
+    lists, demo, benchmark, cycles, doctor, clean, pages,
 ):  # fmt: skip
     module.register(app)
 
