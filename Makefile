@@ -1,6 +1,6 @@
-# Short names for the usual work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
+# Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability scope-fps lint format target-report blind faults motion fuzz-logs balance clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -71,7 +71,7 @@ stability: setup ## random drives: does the simulated firmware do what `design r
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py
 
-lint: setup ## format and lint of C and Python, types of Python, layers of both; the step of the same name in `make test`
+lint: setup ## format and lint of C and Python, types of Python, layers of both, words; the step of the same name in `make test`
 	@$(CHECK) lint
 
 format: setup ## bring C and Python into the format that `make lint` checks
@@ -94,6 +94,16 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
 	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md --force
 
+COUNT ?= 60
+SEEDS ?= 1
+LOGS  := out/blind-logs
+
+blind-logs: setup ## logs of other drives from the same referee: make, run, score, write docs/blind-logs.md (60 logs: 15 min)
+	@rm -rf $(LOGS)
+	@.venv/bin/evenspin gap blind make-logs --count $(COUNT) --seeds $(SEEDS) --out $(LOGS)/logs --truth $(LOGS)/truth.json
+	@.venv/bin/evenspin gap blind run-logs $(LOGS)/logs --truth $(LOGS)/truth.json --out $(LOGS)/verdicts
+	@.venv/bin/evenspin gap blind score-logs --truth $(LOGS)/truth.json --results $(LOGS)/verdicts --markdown docs/blind-logs.md --force
+
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py
 
@@ -113,6 +123,11 @@ BALANCE_COUNT ?= 40
 
 balance: setup ## torque balance of logs drawn at random: wrong names, intervals that hold the truth (40 logs: 3 min)
 	@$(PYTHON) tools/tests/balance/numpy_campaign.py $(BALANCE_FIRST) $(BALANCE_COUNT)
+
+WRONG_MAP_DRIVES ?= 8
+
+wrong-maps: setup ## signs, frames and units of logs made wrong one at a time: how many are seen (8 drives: 5 min; some are in `make test`)
+	@$(PYTHON) tools/tests/importer/wrong_maps.py $(WRONG_MAP_DRIVES)
 
 clean: ## remove build/ and out/; .venv stays
 	@rm -rf build out

@@ -101,7 +101,7 @@ int main(void)
     if (status == PORT_NO_CLOCK) { /* no link at this speed, and the gates were never connected */
         port_stop_with_code(status);
     }
-    for (;;) { /* without a working trip as well: the bridge stays off for good, and the link says why */
+    for (;;) { /* without a working trip as well: the bridge stays off for good, and the link reports why */
         main_pass();
     }
 }

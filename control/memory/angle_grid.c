@@ -35,11 +35,11 @@ static inline void begin_walk(const ctl_grid_t *self, angle_t from, num_t v_from
     const uint64_t start = (uint64_t)from * self->cells;
     const uint32_t inside = (uint32_t)start; /* part of a cell above the point below */
     const int32_t  turn = (int32_t)(to - from);
-    const uint32_t way = angle_size(to - from);
-    const uint64_t travel = (uint64_t)way * self->cells;
+    const uint32_t travel = angle_size(to - from);
+    const uint64_t travel_cells = (uint64_t)travel * self->cells;
     const uint16_t below = (uint16_t)(start >> 32);
 
-    uint32_t before; /* the way to the first point less 2^-32 cells: it lies within [1, 2^32] */
+    uint32_t before; /* the travel to the first point less 2^-32 cells: it lies within [1, 2^32] */
     w->index = below;
     w->left = 0U;
     w->cells = self->cells;
@@ -55,14 +55,14 @@ static inline void begin_walk(const ctl_grid_t *self, angle_t from, num_t v_from
             w->index = (uint16_t)((below > 0U) ? (below - 1U) : (self->cells - 1U));
         }
     }
-    if (travel > before) {
+    if (travel_cells > before) {
         const num_t rise = num_sub(v_to, v_from);
-        w->left = (uint16_t)(((travel - before - 1U) >> 32) + 1U);
+        w->left = (uint16_t)(((travel_cells - before - 1U) >> 32) + 1U);
 #ifdef EVENSPIN_FIXED
-        w->value = num_mac(v_from, rise, (num_t)(((int64_t)before + 1) * INT64_C(0x1000000) / (int64_t)travel));
-        w->slope = (w->left > 1U) ? num_mul(rise, (num_t)((ONE_CELL * INT64_C(0x1000000)) / (int64_t)travel)) : (num_t)0;
+        w->value = num_mac(v_from, rise, (num_t)(((int64_t)before + 1) * INT64_C(0x1000000) / (int64_t)travel_cells));
+        w->slope = (w->left > 1U) ? num_mul(rise, (num_t)((ONE_CELL * INT64_C(0x1000000)) / (int64_t)travel_cells)) : (num_t)0;
 #else
-        const float per_part = 1.0f / ((float)way * self->cells_real); /* parts of 2^-32 cells; way > 0 here */
+        const float per_part = 1.0f / ((float)travel * self->cells_real); /* parts of 2^-32 cells; travel > 0 here */
         w->value = num_mac(v_from, rise, ((float)before + 1.0f) * per_part);
         w->slope = rise * (4294967296.0f * per_part); /* not used where it is steep: then one point is all */
 #endif
@@ -162,12 +162,12 @@ bool ctl_grid_walk_next(ctl_grid_walk_t *walk, uint16_t *index, num_t *value)
 #ifdef EVENSPIN_FIXED
 num_t ctl_grid_read_cubic(const ctl_grid_t *self, angle_t angle)
 {
-    const ctl_grid_spot_t spot = ctl_grid_spot(self, angle);
-    uint16_t              i = (uint16_t)((spot.below > 0U) ? (spot.below - 1U) : (self->cells - 1U));
-    num_t                 a[CTL_LAGRANGE_TAPS];
-    num_t                 sum = (num_t)0;
+    const ctl_grid_position_t position = ctl_grid_position(self, angle);
+    uint16_t                  i = (uint16_t)((position.below > 0U) ? (position.below - 1U) : (self->cells - 1U));
+    num_t                     a[CTL_LAGRANGE_TAPS];
+    num_t                     sum = (num_t)0;
 
-    ctl_lagrange(3U, num_add(NUM_C(1.0f), angle_to_turns(spot.inside)), a);
+    ctl_lagrange(3U, num_add(NUM_C(1.0f), angle_to_turns(position.inside)), a);
     for (uint16_t k = 0U; k < CTL_LAGRANGE_TAPS; k++) {
         sum = num_mac(sum, a[k], self->cell[i]);
         i = ctl_grid_next(self, i);

@@ -24,7 +24,7 @@ enum { CTL_RING_MEMORY = 1, CTL_RING_CAPACITY };
 ctl_diag_t ctl_ring_init(ctl_ring_t *self, num_t *memory, uint16_t capacity);
 /** Forget everything. */
 void ctl_ring_clear(ctl_ring_t *self);
-/** The same, and write the zeros: from here on every delay below the capacity is valid. Costs O(capacity). */
+/** Fill with zeros, which count as samples: from here on every delay below the capacity is valid. Costs O(capacity). */
 void ctl_ring_fill_zero(ctl_ring_t *self);
 /** A place that may lie up to one capacity before the first. Without a branch: the capacity is read in any case. */
 static inline uint16_t ctl_ring_wrap(const ctl_ring_t *self, int32_t place)
@@ -54,7 +54,7 @@ static inline num_t ctl_ring_get(const ctl_ring_t *self, uint16_t delay)
 {
     return (delay < self->filled) ? self->sample[ctl_ring_place(self, delay)] : (num_t)0;
 }
-/** Change a sample that is in the ring already; one that was cleared counts as zero and becomes valid, as all younger ones. */
+/** Change a sample that is in the ring already; one that was cleared counts as zero and becomes valid, as all newer ones. */
 void ctl_ring_set(ctl_ring_t *self, uint16_t delay, num_t x);
 
 #endif

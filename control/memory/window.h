@@ -2,7 +2,7 @@
  * @file  control/memory/window.h
  * @brief The newest 16 samples, lying one after the other: no index wraps while they are read.
  *
- * Every sample is kept twice, 16 places apart, so that 16 places from the newest one on are always the newest 16 samples.
+ * Every sample is kept twice, 16 cells apart, so that 16 cells from the newest one on are always the newest 16 samples.
  * Before the newest lie CTL_WINDOW_MARGIN places that may be read, too, and mean nothing but are finite: so a sum of fixed
  * length can run over its end with coefficients of zero.
  * ctl_long_window_t is the same for 32 samples.
@@ -60,7 +60,7 @@ static inline const num_t *ctl_window_push(ctl_window_t *self, num_t x)
 
 typedef struct {
     num_t    x[CTL_LONG_WINDOW_MARGIN + (2U * CTL_LONG_WINDOW_SIZE)];
-    uint16_t head; /**< As above. */
+    uint16_t head; /**< Cell of the newest sample, [0, CTL_LONG_WINDOW_SIZE - 1]. */
 } ctl_long_window_t;
 
 static inline void ctl_long_window_fill(ctl_long_window_t *self, num_t x)

@@ -29,17 +29,17 @@ ctl_diag_t ctl_deadbeat_init(ctl_deadbeat_t *self, const ctl_deadbeat_params_t *
     }
     self->params = *params;
     self->state.rejected = 0U;
-    ctl_deadbeat_reset(self);
+    ctl_deadbeat_reset(&self->state);
     return ctl_diag_ok();
 }
 
-void ctl_deadbeat_reset(ctl_deadbeat_t *self)
+void ctl_deadbeat_reset(ctl_deadbeat_state_t *state)
 {
     const ctl_dq_t zero = {(num_t)0, (num_t)0};
-    self->state.predicted = zero;
-    self->state.c = zero;
-    self->state.ref = zero;
-    self->state.primed = false;
+    state->predicted = zero;
+    state->c = zero;
+    state->ref = zero;
+    state->primed = false;
 }
 
 ctl_dq_t ctl_deadbeat_step(ctl_deadbeat_t *self, const ctl_dq_t *meas, const ctl_dq_t *ref, num_t speed, const ctl_dq_t *v_last)
@@ -50,7 +50,7 @@ ctl_dq_t ctl_deadbeat_step(ctl_deadbeat_t *self, const ctl_dq_t *meas, const ctl
     const num_t                 w = num_guard(speed, (num_t)0, rejected);
     const ctl_dq_t              v = {num_guard(v_last->d, (num_t)0, rejected), num_guard(v_last->q, (num_t)0, rejected)};
     const ctl_dq_t              r = {num_guard(ref->d, s->ref.d, rejected), num_guard(ref->q, s->ref.q, rejected)};
-    const ctl_dq_t              out = ctl_deadbeat_step_unchecked(self, i, r, w, v);
+    const ctl_dq_t              out = ctl_deadbeat_step_unchecked(&self->params, s, i, r, w, v);
     /* inputs at the end of their range, multiplied four times, leave it: then there is no prediction */
     s->predicted.d = num_is_finite(s->predicted.d) ? s->predicted.d : i.d;
     s->predicted.q = num_is_finite(s->predicted.q) ? s->predicted.q : i.q;

@@ -10,7 +10,7 @@
  * The voltage computed at k acts from k+1 to k+2 (v_last is the one acting now), and the current is at its reference
  * at k+2. R i and e are taken at the middle of the period, first order: at k+2 it is off by less than 0.1 % of the step
  * while w T_s < 0.06, by 0.3 % at 0.16. With g = 0 this is the textbook controller, whose errors of R, psi and, when
- * turning, L leave a steady error; (4) removes it: g is a pole at 1 - g.
+ * turning, L leave a steady-state error; (4) removes it: g is a pole at 1 - g.
  *
  * Robust   stable for L of the model over the true one between 0.2 and 1.8 with g = 0.1; 0.2 and 1.88 with 0.05; 0.31 and
  *          1.65 with 0.2; 0.58 and 1.4 with 0.5. The first answer to a step is that ratio times the step: 30 % too large
@@ -55,7 +55,8 @@ enum { CTL_DEADBEAT_R = 1, CTL_DEADBEAT_LD, CTL_DEADBEAT_LQ, CTL_DEADBEAT_PSI, C
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_deadbeat_init(ctl_deadbeat_t *self, const ctl_deadbeat_params_t *params);
-void       ctl_deadbeat_reset(ctl_deadbeat_t *self);
+/** Start from rest; the count stays. */
+void ctl_deadbeat_reset(ctl_deadbeat_state_t *state);
 /**
  * One sample.
  * @param meas   currents now.
@@ -74,18 +75,17 @@ static inline ctl_dq_t ctl_deadbeat_drop(const ctl_deadbeat_params_t *p, num_t i
     return v;
 }
 
-static inline ctl_dq_t ctl_deadbeat_step_unchecked(ctl_deadbeat_t *self, ctl_dq_t i, ctl_dq_t ref, num_t w, ctl_dq_t v)
+/** ctl_deadbeat_step for finite numbers, and parameters that ctl_deadbeat_init would accept; they may be other ones in each sample. */
+static inline ctl_dq_t ctl_deadbeat_step_unchecked(const ctl_deadbeat_params_t *p, ctl_deadbeat_state_t *s, ctl_dq_t i,
+                                                   ctl_dq_t ref, num_t w, ctl_dq_t v)
 {
-    const ctl_deadbeat_params_t *const p = &self->params;
-    ctl_deadbeat_state_t *const        s = &self->state;
-
     if (s->primed) { /* (4) */
         s->c.d = num_clamp(num_mac(s->c.d, p->correction, num_sub(i.d, s->predicted.d)), num_neg(p->c_max), p->c_max);
         s->c.q = num_clamp(num_mac(s->c.q, p->correction, num_sub(i.q, s->predicted.q)), num_neg(p->c_max), p->c_max);
     }
     s->primed = true;
 
-    /* (1): a first guess with the drop of now, then with the drop in the middle of the way */
+    /* (1): a first guess with the drop of now, then with the drop in the middle of the travel */
     const ctl_dq_t now = ctl_deadbeat_drop(p, i.d, i.q, w);
     const num_t    rise_d = num_mac(s->c.d, p->ts_ld, num_sub(v.d, now.d));
     const num_t    rise_q = num_mac(s->c.q, p->ts_lq, num_sub(v.q, now.q));

@@ -27,13 +27,13 @@ typedef struct {
     num_t sine, cosine;
 } ctl_rotor_t;
 
-/** (1). A common part of a, b, c has no effect. */
+/** Clarke transform, (1) of this header. A common part of a, b, c has no effect. */
 bool ctl_clarke(const ctl_abc_t *in, ctl_ab_t *out);
-/** Inverse of (1) with a + b + c = 0. */
+/** Inverse Clarke transform, with a + b + c = 0. */
 bool ctl_inverse_clarke(const ctl_ab_t *in, ctl_abc_t *out);
-/** (2). @param rotor sine and cosine of the electrical angle, each within +-1. */
+/** Park transform, (2) of this header. @param rotor sine and cosine of the electrical angle, each within +-1. */
 bool ctl_park(const ctl_ab_t *in, const ctl_rotor_t *rotor, ctl_dq_t *out);
-/** Inverse of (2). */
+/** Inverse Park transform. */
 bool ctl_inverse_park(const ctl_dq_t *in, const ctl_rotor_t *rotor, ctl_ab_t *out);
 
 static inline ctl_ab_t ctl_clarke_unchecked(ctl_abc_t x)

@@ -52,7 +52,7 @@ num_t ctl_mt_step(ctl_mt_t *self, int32_t edge_count, uint32_t edge_cyc, uint32_
     if (!s->primed || new_edge) {
         /* After a standstill the clock may have wrapped since the last edge: the new one only starts the next interval. */
         if (s->primed && (s->idle_samples < p->stop_samples)) {
-            /* after a reversal the same edge is passed again: no way in between, mean speed 0 */
+            /* after a reversal the same edge is passed again: no travel in between, mean speed 0 */
             s->speed = speed_of(p, (int32_t)((uint32_t)edge_count - (uint32_t)s->edge_count), edge_cyc - s->edge_cyc);
         }
         s->primed = true;

@@ -5,13 +5,13 @@
  *     u[k] = clamp( k_p e[k] + x[k] )                                                                    (1)
  *     x[k+1] = x[k] + k_i T_s e[k], unless the output was limited                                        (2)
  *
- * ctl_pi_output proposes u; the caller applies what the actuator allows and tells ctl_pi_commit what really happened.
+ * ctl_pi_output proposes u; the caller applies what the actuator allows and passes to ctl_pi_commit what it really did.
  * "Limited" means: the value committed is not the one computed before the clamp.
  *
  *   CTL_PI_HOLD          x holds whenever the output was limited
  *   CTL_PI_HOLD_OUTWARD  x holds only when the error pushes further into the limit
  *
- * Total    a non-finite error teaches nothing, is counted, and the output is that of a zero error; x stays within
+ * Total    a non-finite error is not integrated, is counted, and the output is that of a zero error; x stays within
  *          the output limits' larger magnitude, so it is bounded whatever is committed.
  * Cost     output 1 product, commit 1 product. Float and fixed agree within 1e-6 of full scale per step.
  */
@@ -53,7 +53,7 @@ static inline void ctl_pi_tune(ctl_pi_t *self, const ctl_pi_params_t *params)
     self->params = *params;
     self->bound = num_max(num_abs(params->out_min), num_abs(params->out_max));
 }
-/** The same when only the gains differ. */
+/** ctl_pi_tune when only the gains differ. */
 static inline void ctl_pi_tune_gains(ctl_pi_t *self, const ctl_pi_params_t *params)
 {
     self->params.kp = params->kp;

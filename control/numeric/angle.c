@@ -29,11 +29,11 @@ static num_t cosine_reduced(num_t t)
 void angle_sincos_portable(angle_t angle, num_t *sine, num_t *cosine)
 {
     const uint16_t quadrant = (uint16_t)((angle + (ANGLE_QUARTER / 2U)) >> 30);
-    const int32_t  rest = (int32_t)(angle - ((angle_t)quadrant << 30));
+    const int32_t  remainder = (int32_t)(angle - ((angle_t)quadrant << 30));
 #ifdef EVENSPIN_FIXED
-    const num_t t = rest >> 6;
+    const num_t t = remainder >> 6;
 #else
-    const num_t t = (num_t)rest * 9.31322574615478515625e-10f; /* 2^-30 */
+    const num_t t = (num_t)remainder * 9.31322574615478515625e-10f; /* 2^-30 */
 #endif
     const num_t s = sine_reduced(t);
     const num_t c = cosine_reduced(t);

@@ -3,7 +3,7 @@
  * @brief Angles as fractions of a turn: 2^32 steps, wrap-around for free, exact in both numerics.
  *
  * Sums, differences and multiples (pole pairs!) of an angle_t wrap by themselves; a difference read as int32_t is the
- * shortest way. Conversions to radians cost one product.
+ * shortest arc. Conversions to radians cost one product.
  */
 #ifndef CONTROL_NUMERIC_ANGLE_H
 #define CONTROL_NUMERIC_ANGLE_H
@@ -19,7 +19,7 @@ typedef uint32_t angle_t;
 /** From radians, |rad| <= ANGLE_RAD_MAX; anything else (NaN included) gives 0. Step 1.5e-9 rad, float adds 2^-23 |rad|. */
 angle_t angle_from_rad(num_t rad);
 
-/** The same for |rad| <= ANGLE_RAD_MAX, and nothing else. */
+/** angle_from_rad without checks, for |rad| <= ANGLE_RAD_MAX. */
 static inline angle_t angle_from_rad_unchecked(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
@@ -43,7 +43,7 @@ static inline angle_t angle_step_from_rad_unchecked(num_t rad)
 #endif
 }
 
-/** The same; NaN gives 0. */
+/** angle_step_from_rad_unchecked, but NaN gives 0. */
 static inline angle_t angle_step_from_rad(num_t rad)
 {
 #ifdef EVENSPIN_FIXED
@@ -93,7 +93,7 @@ static inline num_t angle_to_turns(angle_t angle)
 #endif
 }
 
-/** Size of a difference of two angles, the shortest way: at most half a turn. */
+/** Size of a difference of two angles, the shortest arc: at most half a turn. */
 static inline uint32_t angle_size(angle_t difference)
 {
     return (difference < (2U * ANGLE_QUARTER)) ? difference : (0U - difference);
@@ -105,7 +105,7 @@ static inline uint32_t angle_size(angle_t difference)
  */
 void angle_sincos_portable(angle_t angle, num_t *sine, num_t *cosine);
 
-/** The same; with a TMU two of its instructions, absolute error below 3e-7: a float has 24 bits of the angle. */
+/** Sine and cosine at once; with a TMU two of its instructions, absolute error below 3e-7: a float has 24 bits of the angle. */
 static inline void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
 {
 #ifdef CTL_HAS_TMU
@@ -118,7 +118,7 @@ static inline void angle_sincos(angle_t angle, num_t *sine, num_t *cosine)
 }
 
 /** Sine and cosine of @p angle and @p lead_turns more, |lead_turns| below 1/2. With a TMU, which takes the fraction of a turn, the
- *  lead costs a sum; the bound is that of angle_sincos. NaN on the way gives sine and cosine of some angle. */
+ *  lead costs a sum; the bound is that of angle_sincos. NaN gives sine and cosine of some angle. */
 static inline void angle_sincos_lead(angle_t angle, num_t lead_turns, num_t *sine, num_t *cosine)
 {
 #ifdef CTL_HAS_TMU

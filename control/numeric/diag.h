@@ -34,7 +34,7 @@ static inline ctl_diag_t ctl_diag(ctl_status_t status, uint16_t field, num_t giv
     const ctl_diag_t d = {status, field, given};
     return d;
 }
-/** The same for a whole number; the fixed build shows at most 127. */
+/** ctl_diag of a whole number; the fixed build shows at most 127. */
 static inline ctl_diag_t ctl_diag_count(ctl_status_t status, uint16_t field, uint16_t given)
 {
     return ctl_diag(status, field, num_from_int((int16_t)((given < 32767U) ? given : 32767U)));

@@ -16,10 +16,11 @@
 
 #define CTL_LAGRANGE_TAPS 4U
 
-/** (1) for order n in [0, 3]; coefficients above the order are zero. @param f fraction F in samples, [0, n]. */
+/** Lagrange coefficients, (1) of this header, for order n in [0, 3]; those above the order are zero.
+ *  @param f fraction F in samples, [0, n]. */
 void ctl_lagrange(uint16_t order, num_t f, num_t a[CTL_LAGRANGE_TAPS]);
 
-/** The same for order 2 and f within [0, 2]; a[3] is not written. */
+/** Lagrange coefficients of order 2, without checks, for f within [0, 2]; a[3] is not written. */
 static inline void ctl_lagrange_2_unchecked(num_t f, num_t a[CTL_LAGRANGE_TAPS])
 {
     const num_t f1 = num_sub(f, NUM_C(1.0f));

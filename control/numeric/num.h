@@ -94,7 +94,7 @@ static inline num_t num_div(num_t a, num_t b)
     const num_t q = (b != 0.0f) ? (a / b) : limit;
     return (q > NUM_MAX) ? NUM_MAX : ((q < -NUM_MAX) ? -NUM_MAX : q);
 }
-/** a / b for b other than 0 and a quotient within +-NUM_MAX: nothing is looked at. */
+/** a / b for b other than 0 and a quotient within +-NUM_MAX: no input is checked. */
 static inline num_t num_quotient(num_t a, num_t b) { return a / b; }
 /** True inside +-NUM_MAX; false for NaN, infinity and what would become infinite in a product. */
 static inline bool  num_is_finite(num_t x) { return (x <= NUM_MAX) && (x >= -NUM_MAX); }
@@ -102,7 +102,7 @@ static inline num_t num_from_float(float x)
 {
     return (x <= NUM_MAX) ? ((x >= -NUM_MAX) ? x : -NUM_MAX) : ((x > NUM_MAX) ? NUM_MAX : 0.0f);
 }
-/** The same for an x that is known to be finite. */
+/** num_from_float of an x that is known to be finite. */
 static inline num_t num_from_finite(float x) { return x; }
 static inline float num_to_float(num_t x) { return x; }
 static inline num_t num_from_int(int16_t n) { return (num_t)n; }

@@ -38,17 +38,17 @@ num_t num_sqrt_portable(num_t x)
     if (x <= 0) {
         return 0;
     }
-    uint64_t rest = (uint64_t)x << 24;
+    uint64_t remainder = (uint64_t)x << 24;
     uint64_t root = 0U;
     for (uint64_t bit = UINT64_C(1) << 54; bit > 0U; bit >>= 2) {
-        if (rest >= (root + bit)) {
-            rest -= root + bit;
+        if (remainder >= (root + bit)) {
+            remainder -= root + bit;
             root = (root >> 1) + bit;
         } else {
             root >>= 1;
         }
     }
-    return (num_t)((rest > root) ? (root + 1U) : root);
+    return (num_t)((remainder > root) ? (root + 1U) : root);
 }
 
 #else /* float */

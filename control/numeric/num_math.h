@@ -44,7 +44,8 @@ num_t num_sqrt_portable(num_t x);
 num_t num_sqrt_newton(num_t x);
 #endif
 
-/** The same for x from the smallest normal number to NUM_MAX squared; one instruction of the TMU where there is one. */
+/** Square root without checks, for x from the smallest normal number to NUM_MAX squared; one instruction of the TMU where there
+ *  is one. */
 static inline num_t num_sqrt_unchecked(num_t x)
 {
 #ifdef CTL_HAS_TMU
@@ -56,7 +57,7 @@ static inline num_t num_sqrt_unchecked(num_t x)
 #endif
 }
 
-/** The same; one instruction of the TMU where there is one. */
+/** Square root of any x, as num_sqrt_portable; one instruction of the TMU where there is one. */
 static inline num_t num_sqrt(num_t x)
 {
 #ifdef CTL_HAS_TMU

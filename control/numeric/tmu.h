@@ -12,7 +12,7 @@
  * The fixed-point build does not use the unit.
  *
  * EVENSPIN_TMU_MARKED   the unit as functions that somebody else provides: `evenspin cycles` counts their calls as these
- *                       instructions, and a test holds both ways against each other.
+ *                       instructions, and a test holds both forms against each other.
  */
 #ifndef CONTROL_NUMERIC_TMU_H
 #define CONTROL_NUMERIC_TMU_H

@@ -50,7 +50,7 @@ void ctl_angle_memory_clear(ctl_angle_memory_t *self)
     ctl_grid_clear(&self->state.grid);
     ctl_angle_memory_pause(self);
     self->state.written = 0U;
-    self->state.news = (num_t)0;
+    self->state.innovation = (num_t)0;
     self->state.change = (num_t)0;
 }
 
@@ -61,15 +61,15 @@ void ctl_angle_memory_skip(ctl_angle_memory_t *self, angle_t angle, num_t v)
     if (self->params.write == CTL_WRITE_ONE) {
         s->primed = true;
         s->at = angle;
-        s->spot = ctl_grid_spot(&s->grid, angle);
+        s->position = ctl_grid_position(&s->grid, angle);
         s->value = v;
     }
 }
 
-void ctl_angle_memory_look(ctl_angle_memory_t *self)
+void ctl_angle_memory_update_quality(ctl_angle_memory_t *self)
 {
     ctl_angle_memory_state_t *const s = &self->state;
-    s->change = num_mac(s->change, NUM_C(0.01f), num_sub(num_abs(s->news), s->change));
+    s->change = num_mac(s->change, NUM_C(0.01f), num_sub(num_abs(s->innovation), s->change));
 }
 
 void ctl_angle_memory_pause(ctl_angle_memory_t *self)
@@ -107,8 +107,8 @@ static inline void pass(ctl_hat_t *hat, num_t line)
     hat->passed = true;
 }
 
-/* From cell `before` to cell `now`: what is left behind is complete, what was passed on the way, too, but for the last
- * point. A point beside the way that was not passed (a reversal, a start) is forgotten. */
+/* From cell `before` to cell `now`: what is left behind is complete, what was passed in between, too, but for the last
+ * point. A point beside the travel that was not passed (a reversal, a start) is forgotten. */
 static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now, ctl_grid_walk_t walk, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
@@ -140,11 +140,11 @@ static void change_cell(ctl_angle_memory_t *self, uint16_t before, uint16_t now,
     s->above = up ? NO_HAT : hat;
 }
 
-static inline void write_hat(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+static inline void write_hat(ctl_angle_memory_t *self, angle_t angle, ctl_grid_position_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
-    if (now.below != s->spot.below) {
-        change_cell(self, s->spot.below, now.below, ctl_grid_walk(&s->grid, s->at, s->value, angle, v), gain);
+    if (now.below != s->position.below) {
+        change_cell(self, s->position.below, now.below, ctl_grid_walk(&s->grid, s->at, s->value, angle, v), gain);
     }
     gather(s, angle_to_turns(now.inside), v);
 }
@@ -159,7 +159,7 @@ static void write_all(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t ga
     }
 }
 
-void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain)
+void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_position_t now, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     if (!s->primed) {
@@ -182,7 +182,7 @@ void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, nu
         return;
     }
     if (s->primed && (angle_size(angle - s->at) >= ANGLE_QUARTER)) {
-        num_count(&s->rejected); /* a jump: nobody knows which way */
+        num_count(&s->rejected); /* a jump: its direction is not known */
         ctl_angle_memory_pause(self);
     }
     ctl_angle_memory_write_unchecked(self, angle, v, num_clamp(gain, (num_t)0, NUM_C(1.0f)));

@@ -6,14 +6,14 @@
  *
  *   CTL_WRITE_ONE   as printed: of the points passed since the last sample only the newest, v_i on the straight line
  *                   between the two samples beside it
- *   CTL_WRITE_ALL   every point passed, the same way
+ *   CTL_WRITE_ALL   every point passed, each v_i on that straight line
  *   CTL_WRITE_HAT   v_i is the average of all samples within one cell on either side, weighted with their nearness;
  *                   where hardly one came near (weight below 1/4), the straight line counts as one. Written when the
  *                   motion leaves the two cells beside the point
  *
  * Source   Tang et al. 2020 (IEEE TIE 67), sections IV-B to IV-D. (1) has its pole at q - g: bounded for 0 < g < 1 + q.
- * Total    both directions, reversal and standstill; a non-finite value and a step of a quarter turn or more teach
- *          nothing and are counted, the memory stays as it was. Contents stay within +-limit.
+ * Total    both directions, reversal and standstill; a non-finite value and a step of a quarter turn or more are not
+ *          learned and are counted, the memory stays as it was. Contents stay within +-limit.
  * Cost     independent of the number of cells at normal speed: a write is 1 division and 2 products per point passed
  *          (hat: 1 division more per point); a read 2 products (linear) or 10 (cubic).
  */
@@ -40,16 +40,16 @@ typedef struct {
 } ctl_hat_t;
 
 typedef struct {
-    ctl_grid_t      grid;
-    angle_t         at;           /**< Last sample... */
-    ctl_grid_spot_t spot;         /**< ...where that is on the grid... */
-    num_t           value;        /**< ...and its value. */
-    bool            primed;       /**< A last sample exists. */
-    ctl_hat_t       below, above; /**< Hat sums of the two grid points around the last sample. */
-    uint32_t        written;      /**< Points written; wraps. */
-    num_t           news;         /**< (v_i - m_i) of the point written last... */
-    num_t           change;       /**< ...and its mean size: ctl_angle_memory_look. Falls as learning goes on. */
-    uint32_t        rejected;
+    ctl_grid_t          grid;
+    angle_t             at;           /**< Angle of the last sample. */
+    ctl_grid_position_t position;     /**< Position of the last sample on the grid. */
+    num_t               value;        /**< Value of the last sample. */
+    bool                primed;       /**< A last sample exists. */
+    ctl_hat_t           below, above; /**< Hat sums of the two grid points around the last sample. */
+    uint32_t            written;      /**< Points written; wraps. */
+    num_t               innovation;   /**< v_i - m_i of the point written last. */
+    num_t    change; /**< Mean size of the innovation, by ctl_angle_memory_update_quality; falls as learning goes on. */
+    uint32_t rejected;
 } ctl_angle_memory_state_t;
 
 typedef struct {
@@ -66,46 +66,46 @@ ctl_diag_t ctl_angle_memory_init(ctl_angle_memory_t *self, const ctl_angle_memor
 ctl_diag_t ctl_angle_memory_check(const ctl_angle_memory_params_t *params);
 /** Forget everything. Costs O(cells): not for an interrupt. */
 void ctl_angle_memory_clear(ctl_angle_memory_t *self);
-/** Forget the last sample but not the contents: after a pause, or while learning rests. */
+/** Forget the last sample but not the contents: after a pause, or while learning pauses. */
 void ctl_angle_memory_pause(ctl_angle_memory_t *self);
 /** One sample: value @p v seen at @p angle, learned with gain @p gain (the parameter, or another one for a fast start). */
 void ctl_angle_memory_write(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain);
-/** Take what is new into its mean over some hundred looks. For the main loop: no interrupt needs it. */
-void ctl_angle_memory_look(ctl_angle_memory_t *self);
-/** (1). */
+/** Update the mean size of the innovation, a low-pass over 100 calls. For the main loop: no interrupt needs it. */
+void ctl_angle_memory_update_quality(ctl_angle_memory_t *self);
+/** Learn value @p v at grid point @p i: equation (1) of this header. */
 static inline void ctl_angle_memory_learn(ctl_angle_memory_t *self, uint16_t i, num_t v, num_t gain)
 {
     const ctl_angle_memory_params_t *const p = &self->params;
     ctl_angle_memory_state_t *const        s = &self->state;
     const num_t                            m = s->grid.cell[i];
-    const num_t                            news = num_sub(v, m);
+    const num_t                            innovation = num_sub(v, m);
 
-    s->grid.cell[i] = num_clamp(num_mac(num_mul(p->forgetting, m), gain, news), num_neg(p->limit), p->limit);
-    s->news = news;
+    s->grid.cell[i] = num_clamp(num_mac(num_mul(p->forgetting, m), gain, innovation), num_neg(p->limit), p->limit);
+    s->innovation = innovation;
     s->written++;
 }
 
-/** The point not below a place. */
-static inline uint16_t ctl_grid_ceiling(const ctl_grid_t *grid, ctl_grid_spot_t spot)
+/** The first grid point at or above a position. */
+static inline uint16_t ctl_grid_ceiling(const ctl_grid_t *grid, ctl_grid_position_t position)
 {
-    return (spot.inside != 0U) ? ctl_grid_next(grid, spot.below) : spot.below;
+    return (position.inside != 0U) ? ctl_grid_next(grid, position.below) : position.below;
 }
 
-/** Only the last point of the walk, without walking: upwards the one below, downwards the one above the new place. Not
+/** Only the last point of the walk, without walking: upwards the one below, downwards the one above the new position. Not
  *  while @p learn is false. */
-static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain,
-                                              bool learn)
+static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t angle, ctl_grid_position_t now, num_t v,
+                                              num_t gain, bool learn)
 {
     ctl_angle_memory_state_t *const s = &self->state;
     const ctl_grid_t *const         grid = &s->grid;
     const angle_t                   turn = angle - s->at;
     uint16_t                        point = now.below;
-    uint32_t                        beyond = now.inside; /* way since the point, 2^-32 cells */
-    uint16_t                        last = s->spot.below;
+    uint32_t                        beyond = now.inside; /* travel since the point, 2^-32 cells */
+    uint16_t                        last = s->position.below;
     if (turn >= (2U * ANGLE_QUARTER)) {
         point = ctl_grid_ceiling(grid, now);
         beyond = 0U - now.inside;
-        last = ctl_grid_ceiling(grid, s->spot);
+        last = ctl_grid_ceiling(grid, s->position);
     }
     if (learn & (point != last)) {
         ctl_angle_memory_learn(self, point,
@@ -114,16 +114,16 @@ static inline void ctl_angle_memory_write_one(ctl_angle_memory_t *self, angle_t 
 }
 
 /** CTL_WRITE_ALL and CTL_WRITE_HAT: what ctl_angle_memory_write_unchecked does not do itself. */
-void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_spot_t now, num_t v, num_t gain);
+void ctl_angle_memory_write_general(ctl_angle_memory_t *self, angle_t angle, ctl_grid_position_t now, num_t v, num_t gain);
 
 /** CTL_WRITE_ONE, not for a first sample; without @p learn it only follows the motion. */
 static inline void ctl_angle_memory_write_next(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain, bool learn)
 {
     ctl_angle_memory_state_t *const s = &self->state;
-    const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
+    const ctl_grid_position_t       now = ctl_grid_position(&s->grid, angle);
     ctl_angle_memory_write_one(self, angle, now, v, gain, learn);
     s->at = angle;
-    s->spot = now;
+    s->position = now;
     s->value = v;
 }
 
@@ -131,7 +131,7 @@ static inline void ctl_angle_memory_write_next(ctl_angle_memory_t *self, angle_t
 static inline void ctl_angle_memory_write_unchecked(ctl_angle_memory_t *self, angle_t angle, num_t v, num_t gain)
 {
     ctl_angle_memory_state_t *const s = &self->state;
-    const ctl_grid_spot_t           now = ctl_grid_spot(&s->grid, angle);
+    const ctl_grid_position_t       now = ctl_grid_position(&s->grid, angle);
     if (self->params.write != CTL_WRITE_ONE) {
         ctl_angle_memory_write_general(self, angle, now, v, gain);
     } else if (s->primed) {
@@ -140,10 +140,10 @@ static inline void ctl_angle_memory_write_unchecked(ctl_angle_memory_t *self, an
         s->primed = true;
     }
     s->at = angle;
-    s->spot = now;
+    s->position = now;
     s->value = v;
 }
-/** Nothing is learned, but with CTL_WRITE_ONE the next sample may be: it lies on a line with this one. */
+/** Learn nothing from this sample; with CTL_WRITE_ONE the next sample may be learned: it lies on a line with this one. */
 void ctl_angle_memory_skip(ctl_angle_memory_t *self, angle_t angle, num_t v);
 
 /** What was learned for @p angle. */

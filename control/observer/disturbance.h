@@ -15,11 +15,13 @@
 /**
  * One sample, of finite numbers.
  * @param observes  false: only the torque is measured.
+ * @param fed       part of @p ref_last that is fed forward against the disturbance: no torque that was asked for, so that the observer
+ *                  learns what this leaves. 0 unless the observer's parameter `feeds` says that there may be one.
  * @param estimate  as ctl_observer_step returns it; stays as it is when nothing is observed.
  * @return measured torque, as in ctl_meter_step.
  */
 static inline num_t ctl_disturbance_step_unchecked(ctl_meter_t *meter, ctl_observer_t *observer, bool observes, angle_t theta,
-                                                   num_t speed, num_t ref_last, num_t *estimate)
+                                                   num_t speed, num_t ref_last, num_t fed, num_t *estimate)
 {
     const num_t travel = ctl_meter_travel(meter, theta);
     const bool  fast = ctl_meter_is_fast(meter, travel);
@@ -28,8 +30,9 @@ static inline num_t ctl_disturbance_step_unchecked(ctl_meter_t *meter, ctl_obser
         *estimate = ctl_observer_step_fast(observer, theta, speed, torque);
         return torque;
     }
+    const num_t asked = num_sub(ref_last, fed);
     const num_t torque =
-        fast ? ctl_meter_torque_fast(meter, theta, travel, ref_last) : ctl_meter_torque_unchecked(meter, theta, ref_last);
+        fast ? ctl_meter_torque_fast(meter, theta, travel, asked) : ctl_meter_torque_unchecked(meter, theta, asked);
     if (observes) {
         *estimate = ctl_observer_step_unchecked(observer, theta, speed, torque);
     }

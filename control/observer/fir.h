@@ -49,28 +49,28 @@ void  ctl_fir_reset(ctl_fir_t *self, num_t x);
 num_t ctl_fir_step(ctl_fir_t *self, num_t x);
 
 /** The first six products of a folded sum. Written out: a loop would cost more than what it repeats. */
-static inline num_t ctl_fir_six_pairs(const num_t *h, const num_t *young, const num_t *old)
+static inline num_t ctl_fir_six_pairs(const num_t *h, const num_t *newest, const num_t *oldest)
 {
-    num_t y = num_mul(h[0], num_add(young[0], old[0]));
-    y = num_mac(y, h[1], num_add(young[1], old[-1]));
-    y = num_mac(y, h[2], num_add(young[2], old[-2]));
-    y = num_mac(y, h[3], num_add(young[3], old[-3]));
-    y = num_mac(y, h[4], num_add(young[4], old[-4]));
-    y = num_mac(y, h[5], num_add(young[5], old[-5]));
+    num_t y = num_mul(h[0], num_add(newest[0], oldest[0]));
+    y = num_mac(y, h[1], num_add(newest[1], oldest[-1]));
+    y = num_mac(y, h[2], num_add(newest[2], oldest[-2]));
+    y = num_mac(y, h[3], num_add(newest[3], oldest[-3]));
+    y = num_mac(y, h[4], num_add(newest[4], oldest[-4]));
+    y = num_mac(y, h[5], num_add(newest[5], oldest[-5]));
     return y;
 }
 
 /** (1) for an @p x that is known to be finite. */
 static inline num_t ctl_fir_step_unchecked(ctl_fir_t *self, num_t x)
 {
-    const num_t *const young = ctl_window_push(&self->state.past, x);
-    const num_t *const old = &young[self->order];
+    const num_t *const newest = ctl_window_push(&self->state.past, x);
+    const num_t *const oldest = &newest[self->order];
     const num_t *const h = self->fold;
 
-    num_t y = ctl_fir_six_pairs(h, young, old);
+    num_t y = ctl_fir_six_pairs(h, newest, oldest);
     if (self->order > 11U) {
-        y = num_mac(y, h[6], num_add(young[6], old[-6]));
-        y = num_mac(y, h[7], num_add(young[7], old[-7]));
+        y = num_mac(y, h[6], num_add(newest[6], oldest[-6]));
+        y = num_mac(y, h[7], num_add(newest[7], oldest[-7]));
     }
     return y;
 }

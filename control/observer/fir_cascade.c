@@ -24,10 +24,10 @@ num_t ctl_fir_cascade_step_unchecked(ctl_fir_cascade_t *self, num_t x)
 {
     num_t y = ctl_fir_cascade_ten_pairs(self, x);
     if (self->order > CTL_FIR_CASCADE_SHORT) {
-        const num_t *const young = ctl_long_window_newest(&self->past);
-        const num_t *const old = &young[self->order];
+        const num_t *const newest = ctl_long_window_newest(&self->past);
+        const num_t *const oldest = &newest[self->order];
         for (uint16_t i = (CTL_FIR_CASCADE_SHORT + 1U) / 2U; i < CTL_FIR_CASCADE_PAIRS; i++) {
-            y = num_mac(y, self->fold[i], num_add(young[i], old[-(int16_t)i]));
+            y = num_mac(y, self->fold[i], num_add(newest[i], oldest[-(int16_t)i]));
         }
     }
     return y;

@@ -25,26 +25,26 @@ typedef struct {
     ctl_long_window_t past;
 } ctl_fir_cascade_t;
 
-/** (1), of parameters that ctl_fir_init would accept, without a break in the samples. */
+/** Convolve both filters, (1) of this header, of parameters that ctl_fir_init would accept, without a break in the samples. */
 void ctl_fir_cascade_tune(ctl_fir_cascade_t *self, const ctl_fir_params_t *first, const ctl_fir_params_t *second, num_t gain);
 /** All samples so far were @p x, a finite number. */
 static inline void ctl_fir_cascade_reset(ctl_fir_cascade_t *self, num_t x) { ctl_long_window_fill(&self->past, x); }
-/** (1). */
+/** Advance one sample: (1) of this header. */
 num_t ctl_fir_cascade_step_unchecked(ctl_fir_cascade_t *self, num_t x);
 
 /** The first ten products of (1), all of them up to order CTL_FIR_CASCADE_SHORT. Inline for the meter, and written out: a call and a
  *  loop cost 60 cycles more. */
 static inline num_t ctl_fir_cascade_ten_pairs(ctl_fir_cascade_t *self, num_t x)
 {
-    const num_t *const young = ctl_long_window_push(&self->past, x);
-    const num_t *const old = &young[self->order];
+    const num_t *const newest = ctl_long_window_push(&self->past, x);
+    const num_t *const oldest = &newest[self->order];
     const num_t *const h = self->fold;
 
-    num_t y = ctl_fir_six_pairs(h, young, old);
-    y = num_mac(y, h[6], num_add(young[6], old[-6]));
-    y = num_mac(y, h[7], num_add(young[7], old[-7]));
-    y = num_mac(y, h[8], num_add(young[8], old[-8]));
-    y = num_mac(y, h[9], num_add(young[9], old[-9]));
+    num_t y = ctl_fir_six_pairs(h, newest, oldest);
+    y = num_mac(y, h[6], num_add(newest[6], oldest[-6]));
+    y = num_mac(y, h[7], num_add(newest[7], oldest[-7]));
+    y = num_mac(y, h[8], num_add(newest[8], oldest[-8]));
+    y = num_mac(y, h[9], num_add(newest[9], oldest[-9]));
     return y;
 }
 

@@ -1,7 +1,7 @@
 #include "control/observer/observer.h"
 
-#define SLOW_GAIN NUM_C(0.01f) /* low-pass of the speed: 100 samples */
-#define LOOK_GAIN NUM_C(0.01f) /* of the quality figure: 100 looks */
+#define SLOW_GAIN NUM_C(0.01f)    /* low-pass of the speed: 100 samples */
+#define QUALITY_GAIN NUM_C(0.01f) /* low-pass of the quality figure: 100 calls */
 
 /* ---- configuration ------------------------------------------------------------------------------------------------ */
 
@@ -86,7 +86,7 @@ void ctl_observer_prepare(ctl_observer_t *self, const ctl_observer_params_t *par
     ctl_observer_derived_t *const made = &self->prepared;
     made->watches = params->remove_mean || (params->rest_torque > (num_t)0) || (params->rest_step > (num_t)0);
     made->plain = (params->kind == CTL_OBSERVER_ARO) && (params->memory.write == CTL_WRITE_ONE) &&
-                  (params->memory.read == CTL_READ_LINEAR) && !made->watches;
+                  (params->memory.read == CTL_READ_LINEAR) && !made->watches && !params->feeds;
     made->ahead_per_speed = num_mul(params->rad_per_speed, params->ahead);
     made->age = (uint16_t)(params->age_half >> 1);
     made->half = ((params->age_half & 1U) != 0U) ? UINT32_MAX : 0U;
@@ -117,9 +117,9 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     s->samples = keep ? s->samples : 0U;
     s->seen = (num_t)0;
     s->turn_sum = (num_t)0;
-    s->turn_way = (num_t)0;
+    s->turn_travel = (num_t)0;
     s->mean_known = false;
-    s->rest_way = (num_t)0;
+    s->rest_travel = (num_t)0;
     s->rest_left = 0U;
     s->speed_known = (num_t)0;
     s->speed_slow = (num_t)0;
@@ -150,7 +150,7 @@ static bool rounding_is_learned(const ctl_observer_params_t *p, uint32_t step)
 static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
 {
 #ifdef EVENSPIN_FIXED
-    /* not rounded in between: orders of the rounding are told apart by parts of 10^-7 */
+    /* not rounded in between: orders of the rounding differ by parts of 10^-7 */
     const uint64_t rad = ((uint64_t)num_abs(speed) * (uint64_t)p->rad_per_speed) >> 16; /* 2^-32 */
     const uint64_t most = UINT64_C(13493037704);                                        /* pi 2^32 */
     return (uint32_t)((((rad < most) ? rad : most) * UINT64_C(683565276)) >> 32);
@@ -176,16 +176,16 @@ void ctl_observer_target(ctl_observer_t *self, num_t speed)
     s->synchronous = synchronous;
 }
 
-void ctl_observer_look(ctl_observer_t *self)
+void ctl_observer_update_quality(ctl_observer_t *self)
 {
     ctl_observer_state_t *const s = &self->state;
     if (s->memory.state.primed && (s->wait == 0U) && !s->held && !s->synchronous) { /* else nothing is learned */
-        s->seen = num_mac(s->seen, LOOK_GAIN, num_sub(num_abs(s->memory.state.value), s->seen));
-        ctl_angle_memory_look(&s->memory);
+        s->seen = num_mac(s->seen, QUALITY_GAIN, num_sub(num_abs(s->memory.state.value), s->seen));
+        ctl_angle_memory_update_quality(&s->memory);
     }
 }
 
-num_t ctl_observer_news(const ctl_observer_t *self)
+num_t ctl_observer_innovation_ratio(const ctl_observer_t *self)
 {
     const ctl_observer_state_t *const s = &self->state;
     if ((self->params.kind != CTL_OBSERVER_ARO) || !(s->seen > (num_t)0)) {
@@ -205,33 +205,33 @@ static void watch_speed(ctl_observer_state_t *s, num_t speed)
 }
 
 /* The mean over one turn of angle, from turn to turn. */
-static void watch_mean(ctl_observer_state_t *s, num_t torque, num_t way)
+static void watch_mean(ctl_observer_state_t *s, num_t torque, num_t travel)
 {
-    s->turn_sum = num_mac(s->turn_sum, torque, way);
-    s->turn_way = num_add(s->turn_way, way);
-    if (s->turn_way >= NUM_C(1.0f)) {
-        s->mean = num_quotient(s->turn_sum, s->turn_way);
+    s->turn_sum = num_mac(s->turn_sum, torque, travel);
+    s->turn_travel = num_add(s->turn_travel, travel);
+    if (s->turn_travel >= NUM_C(1.0f)) {
+        s->mean = num_quotient(s->turn_sum, s->turn_travel);
         s->mean_known = true;
         s->turn_sum = (num_t)0;
-        s->turn_way = (num_t)0;
+        s->turn_travel = (num_t)0;
     }
 }
 
-/* Does learning rest? Counts down. */
-static bool rests(ctl_observer_t *self, num_t torque, num_t way)
+/* Whether learning pauses in this sample; counts the pause down. */
+static bool rests(ctl_observer_t *self, num_t torque, num_t travel)
 {
     const ctl_observer_params_t *const p = &self->params;
     ctl_observer_state_t *const        s = &self->state;
 
-    if ((p->rest_torque > (num_t)0) && s->mean_known && (s->rest_way <= (num_t)0) &&
+    if ((p->rest_torque > (num_t)0) && s->mean_known && (s->rest_travel <= (num_t)0) &&
         (num_abs(num_sub(torque, s->mean)) > p->rest_torque)) {
-        s->rest_way = p->rest_turns;
+        s->rest_travel = p->rest_turns;
         s->turn_sum = (num_t)0; /* the old mean is void: begin a new turn here */
-        s->turn_way = (num_t)0;
+        s->turn_travel = (num_t)0;
     }
-    bool rest = s->rest_way > (num_t)0;
+    bool rest = s->rest_travel > (num_t)0;
     if (rest) {
-        s->rest_way = num_sub(s->rest_way, way);
+        s->rest_travel = num_sub(s->rest_travel, travel);
     }
     if ((p->rest_step > (num_t)0) && (num_abs(s->step_slow) > p->rest_step)) {
         s->rest_left = p->rest_samples;
@@ -243,13 +243,13 @@ static bool rests(ctl_observer_t *self, num_t torque, num_t way)
     return rest;
 }
 
-/* What the options ask for. @return whether they let this sample be learned. */
-static bool watch(ctl_observer_t *self, num_t torque, num_t speed, num_t way)
+/* Monitors that the options need. @return whether the options let this sample be learned. */
+static bool watch(ctl_observer_t *self, num_t torque, num_t speed, num_t travel)
 {
     const ctl_observer_state_t *const s = &self->state;
     watch_speed(&self->state, speed);
-    const bool can = (!rests(self, torque, way)) & ((!self->params.remove_mean) | s->mean_known);
-    watch_mean(&self->state, torque, way);
+    const bool can = (!rests(self, torque, travel)) & ((!self->params.remove_mean) | s->mean_known);
+    watch_mean(&self->state, torque, travel);
     return can;
 }
 
@@ -265,17 +265,18 @@ static num_t read_time(const ctl_observer_t *self)
         return (num_t)0; /* a turn shorter than the delay, or longer than the memory */
     }
     const uint16_t at = (uint16_t)(s->turn_samples - lag_up);
-    const num_t    young = ctl_ring_get(&s->time, at);
-    return num_mac(young, part, num_sub(ctl_ring_get(&s->time, (uint16_t)(at + 1U)), young));
+    const num_t    newer = ctl_ring_get(&s->time, at);
+    return num_mac(newer, part, num_sub(ctl_ring_get(&s->time, (uint16_t)(at + 1U)), newer));
 }
 
-static void learn_time(ctl_observer_t *self, num_t torque, num_t gain)
+/* What is not learned stays as it was a turn ago. */
+static void learn_time(ctl_observer_t *self, num_t torque, num_t gain, bool learn)
 {
     const ctl_angle_memory_params_t *const m = &self->params.memory;
     ctl_observer_state_t *const            s = &self->state;
     /* one turn before the entry that is pushed now */
     const num_t old = (s->turn_samples <= s->time.capacity) ? ctl_ring_get(&s->time, (uint16_t)(s->turn_samples - 1U)) : (num_t)0;
-    const num_t x = num_mac(num_mul(m->forgetting, old), gain, num_sub(torque, old));
+    const num_t x = learn ? num_mac(num_mul(m->forgetting, old), gain, num_sub(torque, old)) : old;
     ctl_ring_push(&s->time, num_clamp(x, num_neg(m->limit), m->limit));
 }
 
@@ -286,17 +287,17 @@ num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t w, 
     const num_t                        limit = p->memory.limit;
     uint32_t                           turned = (s->wait < CTL_OBSERVER_WAIT) ? angle_size(theta - s->theta) : 0U;
 
-    if (turned >= ANGLE_QUARTER) { /* a jump: half way between two ages it would look like two motions */
+    if (turned >= ANGLE_QUARTER) { /* a jump: halfway between two ages it would appear as two motions */
         num_count(&s->rejected);
         s->wait = CTL_OBSERVER_WAIT;
         turned = 0U;
     }
     const angle_t then = ctl_observer_note_angle(self, theta);
     bool          learn = ctl_observer_may_learn(self);
-    num_t         news = t;
+    num_t         learned = t;
     if (self->derived.watches) {
         learn = watch(self, t, w, angle_to_turns(turned)) & learn;
-        news = p->remove_mean ? num_sub(t, s->mean) : t;
+        learned = p->remove_mean ? num_sub(t, s->mean) : t;
     }
     const num_t gain = (s->samples < p->fast_samples) ? p->fast_gain : p->memory.gain;
     num_count(&s->samples);
@@ -305,17 +306,17 @@ num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t w, 
     num_t out;
     if (p->kind == CTL_OBSERVER_ARO) {
         if (learn) {
-            ctl_angle_memory_write_unchecked(&s->memory, then, news, gain);
+            ctl_angle_memory_write_unchecked(&s->memory, then, learned, gain);
         } else {
-            ctl_angle_memory_skip(&s->memory, then, news);
+            ctl_angle_memory_skip(&s->memory, then, learned);
         }
         out = ctl_angle_memory_read(&s->memory, ctl_observer_ahead(self, theta, w));
     } else if (p->kind == CTL_OBSERVER_RO) {
-        learn_time(self, news, learn ? gain : (num_t)0);
+        learn_time(self, learned, gain, learn);
         out = read_time(self);
     } else {
         if (learn) {
-            s->estimate = num_clamp(num_mac(num_mul(p->memory.forgetting, s->estimate), gain, num_sub(news, s->estimate)),
+            s->estimate = num_clamp(num_mac(num_mul(p->memory.forgetting, s->estimate), gain, num_sub(learned, s->estimate)),
                                     num_neg(limit), limit);
         }
         out = s->estimate;
@@ -327,7 +328,7 @@ num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t 
 {
     ctl_observer_state_t *const s = &self->state;
     const bool                  held = s->held;
-    s->held = held || !num_is_finite(speed) || !num_is_finite(torque); /* such a sample teaches nothing */
+    s->held = held || !num_is_finite(speed) || !num_is_finite(torque); /* such a sample is not learned */
     const num_t w = num_guard(speed, s->speed_known, &s->rejected);
     s->speed_known = w;
     const num_t out = ctl_observer_step_unchecked(self, theta, w, num_guard(torque, s->mean, &s->rejected));

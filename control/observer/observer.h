@@ -16,16 +16,16 @@
  *
  * Rounding of the encoder. With c counts per sample the rounding error is a sawtooth of c cycles per sample, which
  * sampling folds to |c - nearest whole number| cycles per sample. Where that is slow enough to pass the filters and is
- * a whole order of the turn (to 1/16), every turn sees the same error and it looks like torque: with 2^17 counts and
+ * a whole order of the turn (to 1/16), every turn sees the same error and it appears as torque: with 2^17 counts and
  * 10 kHz at 2000 r/min, order 28. At such target speeds the memory is used but not written (ctl_observer_target).
  * The order is known to counts times the relative error of the angle per sample: 2^32 / samples per turn is a whole
- * number there (0.03 orders at 500 r/min), and in fixed point rad_per_speed should be a number that 2^-24 can tell.
+ * number there (0.03 orders at 500 r/min), and in fixed point rad_per_speed should be a number that 2^-24 can resolve.
  *
  * Source   Tang et al. 2020, equations 4, 7, 11, 16 and section IV. Stable for 0 < g < 2 (L_N a23 = g).
- * Total    non-finite torque or speed teaches nothing and is counted; a step of a quarter turn or more is counted, and
+ * Total    non-finite torque or speed is not learned and is counted; a step of a quarter turn or more is counted, and
  *          learning waits until all ages lie after it; output within +-limit.
  * Cost     independent of N: an angle memory write and read, 5 products. an ARO without options does nothing else in a
- *          sample once it runs (ctl_observer_step_fast); what looks at the speed and at the one-turn mean runs only
+ *          sample once it runs (ctl_observer_step_fast); what monitors the speed and the one-turn mean runs only
  *          when an option asks for it; the quality figure and the target speed are the main loop's.
  */
 #ifndef CONTROL_OBSERVER_OBSERVER_H
@@ -48,6 +48,7 @@ typedef struct {
     num_t                     fast_gain;     /**< Gain of the first `fast_samples`, (0, 1]. */
     uint32_t                  fast_samples;
     bool                      remove_mean;
+    bool                      feeds;       /**< Something may be fed forward against the disturbance: disturbance.h. */
     num_t                     rest_torque; /**< 0: never. */
     num_t                     rest_turns;  /**< [0, 100]. */
     num_t                     rest_step;   /**< Change of speed per sample, low-passed, that stops learning; 0: never. */
@@ -66,18 +67,18 @@ typedef struct {
     uint16_t           wait;        /**< Samples until all ages lie after the start, or after a jump. */
     uint32_t           samples;     /**< Since the start, stops beyond fast_samples. */
     bool               ready;       /**< For ctl_observer_step_fast; the memory has a last sample then. */
-    num_t              seen;        /**< Mean size of what is seen, for the quality figure: ctl_observer_look. */
+    num_t              seen;        /**< Mean size of T_d, for the quality figure: ctl_observer_update_quality. */
     num_t              speed_known; /**< Last speed that was finite: ctl_observer_step. */
-    num_t              turn_sum;    /**< Of T_d over angle since the turn began... */
-    num_t              turn_way;    /**< ...and the way, turns. */
+    num_t              turn_sum;    /**< Integral of T_d over the angle since the turn began. */
+    num_t              turn_travel; /**< Travel since the turn began, turns. */
     num_t              mean;        /**< Of the last full turn. */
     bool               mean_known;
-    num_t              rest_way;     /**< Turns for which learning still rests. */
-    uint32_t           rest_left;    /**< Samples for which learning still rests. */
-    num_t              speed_slow;   /**< Speed, low-passed over some 100 samples... */
-    num_t              step_slow;    /**< ...and its change per sample, low-passed the same way. */
+    num_t              rest_travel;  /**< Turns for which learning still pauses. */
+    uint32_t           rest_left;    /**< Samples for which learning still pauses. */
+    num_t              speed_slow;   /**< Speed, low-passed over some 100 samples. */
+    num_t              step_slow;    /**< Change of the speed per sample, low-passed over some 100 samples. */
     uint16_t           turn_samples; /**< Samples per turn at the target speed, nearest; 65535 when it stands or creeps. */
-    bool               synchronous;  /**< Learning rests because of the encoder's rounding. */
+    bool               synchronous;  /**< Learning pauses because of the encoder's rounding. */
     bool               held;         /**< By command: ctl_observer_hold. */
     uint32_t           rejected;
 } ctl_observer_state_t;
@@ -120,8 +121,8 @@ ctl_diag_t ctl_observer_init(ctl_observer_t *self, const ctl_observer_params_t *
 /** What ctl_observer_init would say of them with a memory that is large enough; @p p is not NULL. Needs no object. */
 ctl_diag_t ctl_observer_check(const ctl_observer_params_t *p);
 /**
- * Other parameters, that ctl_observer_init would accept, of the same kind; the state goes on. In two parts: prepare works where
- * ctl_observer_step does not look; take_prepared takes it over, with the same parameters, where no step is under way.
+ * Other parameters, that ctl_observer_init would accept, of the same kind; the state goes on. In two parts: prepare writes what
+ * ctl_observer_step does not read; take_prepared takes it over, with the same parameters, while no step runs.
  */
 void               ctl_observer_prepare(ctl_observer_t *self, const ctl_observer_params_t *params);
 static inline void ctl_observer_take_prepared(ctl_observer_t *self, const ctl_observer_params_t *params)
@@ -131,27 +132,27 @@ static inline void ctl_observer_take_prepared(ctl_observer_t *self, const ctl_ob
     self->derived = self->prepared;
     s->memory.params = params->memory;
     s->ready = false;
-    if (!self->derived.watches) { /* what nobody looks at begins anew when somebody does */
+    if (!self->derived.watches) { /* unused state is reset, so that it starts clean when an option needs it */
         s->mean_known = false;
-        s->rest_way = (num_t)0;
+        s->rest_travel = (num_t)0;
         s->rest_left = 0U;
     }
 }
-/** Both at once. */
+/** ctl_observer_prepare and ctl_observer_take_prepared in one call. */
 void ctl_observer_tune(ctl_observer_t *self, const ctl_observer_params_t *params);
 /** Start again; what was learned stays when @p keep. Forgetting costs O(capacity): not for an interrupt. */
 void ctl_observer_reset(ctl_observer_t *self, bool keep);
 /** Stop or allow learning; the output goes on. */
 static inline void ctl_observer_hold(ctl_observer_t *self, bool hold) { self->state.held = hold; }
 /**
- * Tell the speed at which the motor is meant to turn, speed unit: gives RO its period, and says whether the encoder's
+ * Set the target speed, speed unit: gives RO its period, and decides whether the encoder's
  * rounding would be learned. Cost: one 32-bit and one 64-bit product, three 32-bit divisions; for the main loop.
  */
 void ctl_observer_target(ctl_observer_t *self, num_t speed);
-/** Keeps the quality figure going: once a sample or less often, while it is learned. For the main loop. */
-void ctl_observer_look(ctl_observer_t *self);
-/** How far learning has come: mean size of what is still new over mean size of what is seen, 1 nothing, near 0 all. */
-num_t ctl_observer_news(const ctl_observer_t *self);
+/** Update the quality figure, once a sample or less often, while learning is allowed. For the main loop. */
+void ctl_observer_update_quality(ctl_observer_t *self);
+/** Mean size of the innovation over mean size of the observed torque: 1 nothing learned, near 0 everything. */
+num_t ctl_observer_innovation_ratio(const ctl_observer_t *self);
 
 /**
  * One sample.
@@ -161,7 +162,7 @@ num_t ctl_observer_news(const ctl_observer_t *self);
  * @return estimate of the disturbance torque when an output of now acts.
  */
 num_t ctl_observer_step(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
-/** The same for finite numbers. */
+/** ctl_observer_step without checks, for finite numbers. */
 num_t ctl_observer_step_unchecked(ctl_observer_t *self, angle_t theta, num_t speed, num_t torque);
 /** The angle goes into the ring. @return the one to which T_d belongs: that of a sample, or between two. */
 static inline angle_t ctl_observer_note_angle(ctl_observer_t *self, angle_t theta)

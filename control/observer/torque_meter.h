@@ -50,8 +50,8 @@ typedef struct {
 
 /** What follows from the parameters: for how long a reference is held back, and whether the fast path can be taken. */
 typedef struct {
-    num_t    part;     /**< Of a sample, [0, 1), that is left beside... */
-    uint16_t whole;    /**< ...whole samples. */
+    num_t    part;     /**< Fraction of the delay, samples, [0, 1). */
+    uint16_t whole;    /**< Whole samples of the delay. */
     bool     is_short; /**< FIR1 and FIR2 have an order up to CTL_FIR_CASCADE_SHORT, steps are below a quarter turn. */
 } ctl_meter_held_t;
 
@@ -84,8 +84,8 @@ ctl_diag_t ctl_meter_check(const ctl_meter_params_t *params);
 /** Other parameters, that ctl_meter_init would accept, without a break in the samples; the orders must be those of before. */
 void ctl_meter_tune(ctl_meter_t *self, const ctl_meter_params_t *params);
 /**
- * The same when both filters are those of before, in two parts: prepare works where ctl_meter_step does not look; take_prepared
- * takes it over, with the same parameters, where no step is under way.
+ * ctl_meter_tune while both filters stay, in two parts: prepare writes what ctl_meter_step does not read; take_prepared
+ * takes it over, with the same parameters, while no step runs.
  */
 void               ctl_meter_prepare(ctl_meter_t *self, const ctl_meter_params_t *params);
 static inline void ctl_meter_take_prepared(ctl_meter_t *self, const ctl_meter_params_t *params)
@@ -126,8 +126,8 @@ static inline num_t ctl_meter_gather(ctl_meter_t *self, angle_t theta, num_t spe
     s->speed = speed;
 
     /* [0] of the window is the reference of sample k - 1, hence actuation + 1 is delay `actuation` there */
-    const num_t *const young = &ctl_window_push(&s->ref, num_mul(ref_last, NUM_C(0.0625f)))[self->held.whole];
-    return num_sub(sum, num_mac(young[0], self->held.part, num_sub(young[1], young[0])));
+    const num_t *const newer = &ctl_window_push(&s->ref, num_mul(ref_last, NUM_C(0.0625f)))[self->held.whole];
+    return num_sub(sum, num_mac(newer[0], self->held.part, num_sub(newer[1], newer[0])));
 }
 
 /** Angle since the last sample, rad. */

@@ -11,7 +11,7 @@
  *   c the torque compensation.
  *
  * Source   Yeh and Liu 2025, equation 4.
- * Total    a non-finite error teaches nothing and is counted; |c| <= limit.
+ * Total    a non-finite error is not learned and is counted; |c| <= limit.
  * Cost     a grid walk and a linear read.
  */
 #ifndef CONTROL_POSITION_ILC_H
@@ -31,8 +31,8 @@ typedef struct {
     ctl_grid_t grid;
     angle_t    past[CTL_ILC_LEAD_MAX + 1U]; /**< Newest angles, ring. */
     uint16_t   head, known;
-    angle_t    at;  /**< Where the last write ended... */
-    num_t      err; /**< ...and its error. */
+    angle_t    at;  /**< Angle at which the last write ended. */
+    num_t      err; /**< Error at the end of the last write. */
     bool       primed;
     uint32_t   rejected;
 } ctl_ilc_state_t;

@@ -31,6 +31,13 @@ static inline ctl_position_t ctl_position_follow(ctl_position_t last, angle_t an
     return ctl_position_add(last, (int32_t)(angle - (angle_t)(uint64_t)last));
 }
 
+/** Nearest float to a whole number within +-2^40. TI's compiler calls its library for that, which lies in flash; here both parts
+ *  are exact, and their sum is rounded once. */
+static inline float ctl_float_of_long(int64_t x)
+{
+    return ((float)(int32_t)(x >> 16) * 65536.0f) + (float)(uint16_t)((uint64_t)x & 0xFFFFU);
+}
+
 /** a - b in rad, within +-119 rad. */
 static inline num_t ctl_position_difference(ctl_position_t a, ctl_position_t b)
 {
@@ -39,7 +46,7 @@ static inline num_t ctl_position_difference(ctl_position_t a, ctl_position_t b)
 #ifdef EVENSPIN_FIXED
     return (num_t)(((d * INT64_C(105414357)) + INT64_C(0x80000000)) >> 32); /* 2 pi 2^24 / 2^32; 19 turns give 0.93 2^63 */
 #else
-    return (num_t)d * 1.46291807926715968e-9f; /* 2 pi / 2^32 */
+    return ctl_float_of_long(d) * 1.46291807926715968e-9f; /* 2 pi / 2^32 */
 #endif
 }
 

@@ -25,28 +25,28 @@ ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *par
     const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
         self->params = *params;
-        ctl_profile_reset(self, 0);
+        ctl_profile_reset(&self->state, 0);
     }
     return d;
 }
 
 /* Moving at one speed for longer than the mean is long: the trapezoid is ahead by (n - 1) / 2 steps, and half a unit of an
- * odd number of them is in `rest`. */
-static void settle(ctl_profile_t *self, int64_t step)
+ * odd number of them is in `remainder`. */
+static void settle(ctl_profile_state_t *s, uint16_t smooth, int64_t step)
 {
-    ctl_profile_state_t *const s = &self->state;
-    const int64_t              n = (int64_t)self->params.smooth;
-    const int64_t              twice = step * (n - 1);
-    const int64_t              odd = (int64_t)((uint64_t)twice & 1U);
-    const int64_t              left = (twice < 0) ? -odd : odd; /* of twice / 2, as its remainder */
-    const int64_t              half = (int64_t)(self->params.smooth >> 1);
+    const int64_t n = (int64_t)smooth;
+    const int64_t twice = step * (n - 1);
+    const int64_t odd = (int64_t)((uint64_t)twice & 1U);
+    const int64_t left = (twice < 0) ? -odd : odd; /* of twice / 2, as its remainder */
+    const int64_t half = (int64_t)(smooth >> 1);
     s->raw = ctl_position_add(s->position, (twice - left) >> 1); /* even; arithmetic on every compiler that builds this */
-    s->rest = (left == 0) ? 0 : ((left > 0) ? -half : half);
+    s->remainder = (left == 0) ? 0 : ((left > 0) ? -half : half);
     s->step = step;
     s->last = step;
     s->sum = step * n;
     s->head = 0U;
-    s->still = (step == 0) ? self->params.smooth : 0U;
+    s->smooth = smooth;
+    s->still = (step == 0) ? smooth : 0U;
     s->settled = step;
     s->known = 0U;
 }
@@ -55,34 +55,26 @@ ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *par
 {
     const ctl_diag_t d = ((self == NULL) || (params == NULL)) ? ctl_diag(CTL_ERR_NULL, 0U, (num_t)0) : ctl_profile_check(params);
     if (d.status == CTL_OK) {
-        ctl_profile_tune_unchecked(self, params);
+        self->params = *params;
     }
     return d;
 }
 
-void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params)
+void ctl_profile_shift(ctl_profile_state_t *state, ctl_position_t shift)
 {
-    const bool other_mean = self->params.smooth != params->smooth;
-    self->params = *params;
-    if (other_mean) {
-        settle(self, self->state.last);
-    }
+    state->raw = ctl_position_sub(state->raw, shift);
+    state->position = ctl_position_sub(state->position, shift);
 }
 
-void ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift)
+void ctl_profile_reset(ctl_profile_state_t *state, ctl_position_t position)
 {
-    self->state.raw = ctl_position_sub(self->state.raw, shift);
-    self->state.position = ctl_position_sub(self->state.position, shift);
+    state->position = position;
+    state->last = 0;
+    state->smooth = 0U;
 }
 
-void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position)
-{
-    self->state.position = position;
-    settle(self, 0);
-}
-
-/* Way of the steps a, 2 a, ... n a; n >= 0. */
-static int64_t way_of(int64_t n, int64_t a) { return a * (int64_t)((uint64_t)(n * (n + 1)) >> 1); }
+/* Travel of the steps a, 2 a, ... n a; n >= 0. */
+static int64_t travel_of(int64_t n, int64_t a) { return a * (int64_t)((uint64_t)(n * (n + 1)) >> 1); }
 
 /* x / n, cut towards zero, for |x| < 2^47 and n < 2^15: two quotients of 32 bits, which take a tenth of one of 64. */
 static int64_t quotient(int64_t x, uint16_t n)
@@ -95,26 +87,26 @@ static int64_t quotient(int64_t x, uint16_t n)
     return (x < 0) ? -whole : whole;
 }
 
-/* Largest step <= top from which the way is enough to stop, each following step a less; too small when top is more than
+/* Largest step <= top from which the travel is enough to stop, each following step a less; too small when top is more than
  * 2 a above it. From n a <= step < (n + 1) a it takes (n + 1) step - (a + ... + n a). */
-static int64_t fastest(int64_t way, int64_t top, int64_t a)
+static int64_t fastest(int64_t travel, int64_t top, int64_t a)
 {
     int64_t n = (int64_t)((uint32_t)top / (uint32_t)a); /* both are below 2^31: 32 bits divide in a tenth of the time */
-    if (((top * (n + 1)) - way_of(n, a)) <= way) {
+    if (((top * (n + 1)) - travel_of(n, a)) <= travel) {
         return top;
     }
-    for (uint16_t k = 0U; (k < 2U) && (way_of(n, a) > way); k++) {
+    for (uint16_t k = 0U; (k < 2U) && (travel_of(n, a) > travel); k++) {
         n--;
     }
-    return (way + way_of(n, a)) / (n + 1);
+    return (travel + travel_of(n, a)) / (n + 1);
 }
 
-/* Next step of the trapezoid towards a target `way` ahead (way >= 0), from `step` (negative: moving away). */
-static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t step)
+/* Next step of the trapezoid towards a target `travel` ahead (travel >= 0), from `step` (negative: moving away). */
+static int64_t next_step(const ctl_profile_params_t *p, int64_t travel, int64_t step)
 {
     const int64_t a = p->acceleration;
     if (a == 0) {
-        return (way < p->speed) ? way : p->speed;
+        return (travel < p->speed) ? travel : p->speed;
     }
     if (step < 0) {
         return ((step + a) < 0) ? (step + a) : 0;
@@ -124,22 +116,27 @@ static int64_t next_step(const ctl_profile_params_t *p, int64_t way, int64_t ste
     if (faster > p->speed) { /* at the limit, or a limit that has become lower */
         faster = (slower > p->speed) ? slower : p->speed;
     }
-    const int64_t right = fastest(way, faster, a);
+    const int64_t right = fastest(travel, faster, a);
     return (right > slower) ? right : slower; /* no more than braking, even when the target comes too near for it */
 }
 
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
 {
-    const ctl_profile_params_t *const p = &self->params;
-    ctl_profile_state_t *const        s = &self->state;
+    return ctl_profile_step_unchecked(&self->params, &self->state, target);
+}
 
-    int64_t    way = ctl_position_sub(target, s->raw);
-    const bool back = way < 0;
+ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_profile_state_t *s, ctl_position_t target)
+{
+    if (s->smooth != p->smooth) {
+        settle(s, p->smooth, s->last);
+    }
+    int64_t    travel = ctl_position_sub(target, s->raw);
+    const bool back = travel < 0;
     if (back) {
-        way = (way == INT64_MIN) ? INT64_MAX : -way;
-        s->step = -next_step(p, way, -s->step);
+        travel = (travel == INT64_MIN) ? INT64_MAX : -travel;
+        s->step = -next_step(p, travel, -s->step);
     } else {
-        s->step = next_step(p, way, s->step);
+        s->step = next_step(p, travel, s->step);
     }
     s->raw = ctl_position_add(s->raw, s->step);
 
@@ -148,9 +145,10 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     s->sum += s->step - *(all_known ? &s->past[s->head] : &s->settled);
     s->past[s->head] = s->step;
     s->known = (uint16_t)(s->known + (all_known ? 0U : 1U));
-    const int64_t whole = s->sum + s->rest;
-    const int64_t step = quotient(whole, p->smooth); /* 64 steps of 31 bits, and a rest below one */
-    s->rest = whole - (step * (int64_t)p->smooth);
+    const int64_t  whole = s->sum + s->remainder;
+    const uint16_t samples = (p->smooth > 0U) ? p->smooth : 1U; /* parameters that nobody has made */
+    const int64_t  step = quotient(whole, samples);             /* 64 steps of 31 bits, and a remainder below one */
+    s->remainder = whole - (step * (int64_t)samples);
     s->position = ctl_position_add(s->position, step);
 
     ctl_setpoint_t out;
@@ -160,8 +158,8 @@ ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
     out.speed = num_sat64(((step * p->speed_scale) + 0x8000) >> 16);
     out.acceleration = (p->acceleration > 0) ? num_sat64((((step - s->last) * p->accel_scale) + 0x800) >> 12) : 0;
 #else
-    out.speed = (num_t)step * (1.0f / 65536.0f) * p->speed_scale;
-    out.acceleration = (p->acceleration > 0) ? ((num_t)(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;
+    out.speed = ctl_float_of_long(step) * (1.0f / 65536.0f) * p->speed_scale;
+    out.acceleration = (p->acceleration > 0) ? (ctl_float_of_long(step - s->last) * (1.0f / 4096.0f) * p->accel_scale) : 0.0f;
 #endif
     s->last = step;
     s->still = (s->step != 0) ? 0U : (uint16_t)((s->still < p->smooth) ? (s->still + 1U) : s->still);

@@ -2,7 +2,7 @@
  * @file  control/position/profile.h
  * @brief A motion to a target with limited speed, acceleration and jerk: position, speed and acceleration per sample.
  *
- * A trapezoid of speed, decided anew in every sample (so the target may move): the fastest step from which it can still
+ * A trapezoid of speed, decided again in every sample (so the target may move): the fastest step from which it can still
  * stop at the target. Then the mean over `smooth` samples:
  * the acceleration becomes a trapezoid, too, and the jerk is acceleration / (smooth T_s). All in whole numbers of
  * 2^-32 turns: the motion ends exactly on the target.
@@ -34,8 +34,9 @@ typedef struct {
     int64_t        settled;                      /**< Steps older than the `known` newest ones, all the same. */
     uint16_t       known;                        /**< Valid entries of `past`, up to `smooth`. */
     int64_t        sum;                          /**< Of these. */
-    int64_t        rest;                         /**< Part of the mean that did not fit a whole number. */
+    int64_t        remainder;                    /**< Part of the mean that did not fit a whole number. */
     uint16_t       head;
+    uint16_t       smooth;   /**< Samples of the mean that all this is for; 0: none yet. */
     uint16_t       still;    /**< Samples for which the trapezoid has been at rest, up to `smooth`. */
     ctl_position_t position; /**< Handed out. */
     int64_t        last;     /**< Step handed out last. */
@@ -60,13 +61,13 @@ ctl_diag_t ctl_profile_init(ctl_profile_t *self, const ctl_profile_params_t *par
 /** What ctl_profile_init would say; @p params is not NULL. Needs no object. */
 ctl_diag_t ctl_profile_check(const ctl_profile_params_t *params);
 /** Stand at @p position. */
-void ctl_profile_reset(ctl_profile_t *self, ctl_position_t position);
+void ctl_profile_reset(ctl_profile_state_t *state, ctl_position_t position);
 /** Other limits during a motion: it goes on from its position and speed, and still ends exactly on its target. */
 ctl_diag_t ctl_profile_tune(ctl_profile_t *self, const ctl_profile_params_t *params);
-/** ctl_profile_tune without checks, for limits that ctl_profile_init would accept. No loop: short enough for an interrupt. */
-void ctl_profile_tune_unchecked(ctl_profile_t *self, const ctl_profile_params_t *params);
-/** The same motion, seen from a zero that lies @p shift further. */
-void           ctl_profile_shift(ctl_profile_t *self, ctl_position_t shift);
+/** Move the zero of the position by @p shift; the motion goes on unchanged. */
+void           ctl_profile_shift(ctl_profile_state_t *state, ctl_position_t shift);
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target);
+/** ctl_profile_step with parameters that ctl_profile_check accepts; they may be other ones in each sample, as after ctl_profile_tune. */
+ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_profile_state_t *s, ctl_position_t target);
 
 #endif

@@ -34,15 +34,16 @@ ctl_diag_t ctl_rdc_init(ctl_rdc_t *self, const ctl_rdc_params_t *params)
     if (d.status == CTL_OK) {
         self->params = *params;
         self->state.rejected = 0U;
-        ctl_rdc_reset(self);
+        ctl_rdc_reset(&self->state);
     }
     return d;
 }
 
-void ctl_rdc_reset(ctl_rdc_t *self)
+void ctl_rdc_reset(ctl_rdc_state_t *state)
 {
-    self->state.x1 = (num_t)0;
-    self->state.robust = (num_t)0;
+    state->x1 = (num_t)0;
+    state->robust = (num_t)0;
+    state->fed = (num_t)0;
 }
 
 num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma)
@@ -62,5 +63,6 @@ num_t ctl_rdc_step(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, 
     ctl_setpoint_t  c = *command;
     c.speed = num_guard(c.speed, (num_t)0, rejected);
     c.acceleration = num_guard(c.acceleration, (num_t)0, rejected);
-    return ctl_rdc_step_unchecked(self, &c, num_guard(error, (num_t)0, rejected), num_guard(speed_error, (num_t)0, rejected));
+    const num_t e = num_guard(error, (num_t)0, rejected);
+    return ctl_rdc_step_unchecked(&self->params, &self->state, &c, e, num_guard(speed_error, (num_t)0, rejected));
 }

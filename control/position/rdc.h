@@ -35,6 +35,7 @@ typedef struct {
 typedef struct {
     num_t    x1;
     num_t    robust; /**< Last delta. */
+    num_t    fed; /**< Last friction without its viscous part, and lines: what an observer of the disturbance torque would see. */
     uint32_t rejected;
 } ctl_rdc_state_t;
 
@@ -56,25 +57,25 @@ enum {
 
 /** Validate, start from rest. On error @p self stays as it was. */
 ctl_diag_t ctl_rdc_init(ctl_rdc_t *self, const ctl_rdc_params_t *params);
-void       ctl_rdc_reset(ctl_rdc_t *self);
+/** Start from rest; the count stays. */
+void ctl_rdc_reset(ctl_rdc_state_t *state);
 /** (3) for a given s. */
 num_t ctl_rdc_robust(num_t s, num_t rho, num_t sigma);
 /** One sample. @param error theta - theta_r, rad. @param speed_error v - v_r. @return I_a. */
 num_t ctl_rdc_step(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, num_t speed_error);
 
-static inline num_t ctl_rdc_step_unchecked(ctl_rdc_t *self, const ctl_setpoint_t *command, num_t error, num_t speed_error)
+/** ctl_rdc_step for finite numbers, and parameters that ctl_rdc_init would accept; they may be other ones in each sample. */
+static inline num_t ctl_rdc_step_unchecked(const ctl_rdc_params_t *p, ctl_rdc_state_t *s, const ctl_setpoint_t *command,
+                                           num_t error, num_t speed_error)
 {
-    const ctl_rdc_params_t *const p = &self->params;
-    ctl_rdc_state_t *const        s = &self->state;
-
     s->x1 = num_clamp(num_mac(s->x1, p->sample_s, error), num_neg(p->integral_max), p->integral_max);
     const num_t measure = num_mac(num_mac(num_mul(p->p_row[0], s->x1), p->p_row[1], error), p->p_row[2], speed_error);
     s->robust = num_neg(num_mul(p->rho, num_clamp(num_quotient(measure, p->sigma), NUM_C(-1.0f), NUM_C(1.0f)))); /* (3) */
 
-    const num_t model =
-        num_mac(num_add(ctl_friction_unchecked(&p->friction, command->speed), ctl_harmonics(&p->harmonics, command->position)),
-                p->inertia, command->acceleration);
-    return num_add(model, s->robust);
+    const num_t known =
+        num_add(ctl_friction_unchecked(&p->friction, command->speed), ctl_harmonics(&p->harmonics, command->position));
+    s->fed = num_sub(known, num_mul(p->friction.viscous, command->speed));
+    return num_add(num_mac(known, p->inertia, command->acceleration), s->robust);
 }
 
 #endif

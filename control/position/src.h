@@ -1,6 +1,6 @@
 /**
  * @file  control/position/src.h
- * @brief Spatial repetitive control: the period is a way, not a time.
+ * @brief Spatial repetitive control: the period is an angle, not a time.
  *
  *     y = Q(s) e^(-lambda p) (y + e)                                                                     (1)
  *     Q(s) = W^2 / (s^2 + sqrt(2) W s + W^2),   W = Omega |speed|                                        (2)
@@ -24,7 +24,7 @@
 
 typedef struct {
     num_t   omega_half_ts; /**< Omega T_s / 2 times the base speed: W T_s / 2 per speed unit, > 0. */
-    angle_t lambda;        /**< Way of the delay, (0, 1) turn. */
+    angle_t lambda;        /**< Angle of the delay, (0, 1) turn. */
     num_t   limit;         /**< Largest |y|, > 0. */
 } ctl_src_params_t;
 

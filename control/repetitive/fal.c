@@ -10,8 +10,8 @@ static void prepare(ctl_fal_t *self) { (void)self; }
 
 #define EXPONENT_BIAS 127
 
-/* 2^(n alpha) for |n| < 64: n alpha is up to 40, and a float would keep only 18 bits of its fraction. So alpha is taken apart
- * into one of 12 bits, whose products are exact, and the rest. */
+/* 2^(n alpha) for |n| < 64: n alpha is up to 40, and a float would keep only 18 bits of its fraction. So alpha is split
+ * into a part of 12 bits, whose products are exact, and the remainder. */
 static float power_of_two(float alpha, int16_t n)
 {
     const float   coarse = (float)(int32_t)(alpha * 4096.0f) * (1.0f / 4096.0f);

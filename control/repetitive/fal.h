@@ -47,9 +47,9 @@ enum { CTL_FAL_ALPHA = 1, CTL_FAL_DELTA };
 ctl_diag_t ctl_fal_init(ctl_fal_t *self, const ctl_fal_params_t *params);
 /** What ctl_fal_init would say; @p params is not NULL. Needs no object. */
 ctl_diag_t ctl_fal_check(const ctl_fal_params_t *params);
-/** (1). */
+/** fal(e): (1) of this header. */
 num_t ctl_fal(const ctl_fal_t *self, num_t e);
-/** (2), within (0, delta^(alpha-1)]. */
+/** Gain lambda(e): (2) of this header, within (0, delta^(alpha-1)]. */
 num_t ctl_fal_lambda(const ctl_fal_t *self, num_t e);
 
 #ifdef EVENSPIN_FIXED

@@ -116,7 +116,7 @@ void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params)
         self->prepared = false;
     }
     self->params = *params;
-    if (self->fast) { /* that way does not keep them; its order is 2 */
+    if (self->fast) { /* the fast path does not keep them; its order is 2 */
         ctl_lagrange_2_unchecked(self->state.period.fraction, self->state.a);
     }
     self->fast = is_fast(params);
@@ -197,7 +197,7 @@ static inline void take_period(ctl_rc_t *self, uint16_t whole, num_t fraction)
     ctl_lagrange(self->params.order, s->period.fraction, s->a);
 }
 
-/* Whether learning rests in this sample. */
+/* Whether learning pauses in this sample. */
 static bool rests(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
@@ -214,7 +214,7 @@ static bool rests(ctl_rc_t *self, num_t e)
     return false;
 }
 
-/* What this sample teaches: k_rc f(e), or nothing while learning rests. Inline: every sample; one branch for what can rest. */
+/* What is learned from this sample: k_rc f(e), or nothing while learning pauses. Inline: every sample; one branch for what can pause. */
 static inline num_t learned_now(ctl_rc_t *self, num_t e)
 {
     const ctl_rc_params_t *const p = &self->params;
@@ -235,7 +235,7 @@ static inline num_t filtered(const ctl_q_t *q, const num_t a[CTL_LAGRANGE_TAPS],
 }
 
 /* Q D of (1) from ring delay d on. */
-static num_t play_back(const ctl_rc_t *self, uint16_t d)
+static num_t read_period(const ctl_rc_t *self, uint16_t d)
 {
     const ctl_rc_state_t *const s = &self->state;
     const ctl_q_t *const        q = &self->params.q;
@@ -259,7 +259,7 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
         const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
         ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
     }
-    const num_t y = num_clamp(play_back(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
+    const num_t y = num_clamp(read_period(self, (uint16_t)(s->period.whole - 2U)), num_neg(limit), limit); /* k - Ni + 1 */
     ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
     return y;
 }
@@ -279,7 +279,7 @@ static inline num_t step_fast(ctl_rc_t *self, num_t e)
 
     const uint16_t     at = ctl_ring_place(ring, (uint16_t)(self->state.period.whole - 2U)); /* k - Ni + 1 */
     const num_t *const here = &ring->sample[at];
-    const num_t *const there = &ring->sample[(ring->capacity - 4U) + ((at < 3U) ? at : 3U)] + 4; /* looked at for at < 4 */
+    const num_t *const there = &ring->sample[(ring->capacity - 4U) + ((at < 3U) ? at : 3U)] + 4; /* read for at < 4 */
     const num_t        x[CTL_LAGRANGE_TAPS + 1U] = {here[0], ((at >= 1U) ? here : there)[-1], ((at >= 2U) ? here : there)[-2],
                                                     ((at >= 3U) ? here : there)[-3], ((at >= 4U) ? here : there)[-4]};
     const num_t        y = num_clamp(filtered(&p->q, a, x), num_neg(p->limit), p->limit);
@@ -382,7 +382,7 @@ num_t ctl_rc_step_unchecked(ctl_rc_t *self, num_t err, uint16_t whole, num_t fra
 
 num_t ctl_rc_step(ctl_rc_t *self, num_t err, ctl_period_t period, angle_t theta_e)
 {
-    const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: teaches nothing */
+    const num_t e = num_guard(err, (num_t)0, &self->state.rejected); /* fal(0) = 0: learns nothing */
     if (!(self->fast | (self->params.memory == CTL_RC_ANGLE))) {
         return step_general_in_time(self, e, period.whole, period.fraction);
     }

@@ -11,7 +11,7 @@
  *     fal-FORC   1, 2, 3        input (A): f = fal in (1)
  *                               output (B): f(e) = e, lambda in (2)
  *
- * z^m looks ahead by writing m samples back: sample k completes the memory of sample k - m. The newest sample that
+ * z^m advances by writing m samples back: sample k completes the memory of sample k - m. The newest sample that
  * (1) reads is k - Ni + 1, hence Ni >= m + 2; shorter periods are computed with Ni = m + 2.
  *
  * When the period changes the memory is kept as it is (CTL_RC_KEEP), cleared (CTL_RC_CLEAR, when it changes by more
@@ -21,7 +21,7 @@
  *
  * Source   Guo et al. 2024 (Actuators 13, 73), equations 9, 10, 15, 16, 18, 24; Tomizuka, Tsao, Chew 1989.
  * Stable   if |Q (1 - k_rc z^m M)| < 1 on the unit circle, M: the speed loop without it (`evenspin design rc`).
- * Total    a non-finite error teaches nothing and is counted; memory and output stay within +-limit, u within
+ * Total    a non-finite error is not learned and is counted; memory and output stay within +-limit, u within
  *          lambda_max limit. A period that is too long or too short is cut, and counted.
  * Cost     O(1): order + 3 reads and 2 order + 6 products, plus the coefficients when F changes, plus fal. Angle: up to
  *          cells / (m + 2) + 1 writes and 3 interpolated reads. No libm, no loop over the memory.
@@ -49,7 +49,7 @@ typedef struct {
     uint16_t         order;    /**< Lagrange order, [0, 3]. */
     bool             truncate; /**< Order 0: cut N to whole samples instead of rounding it. */
     ctl_rc_fal_at_t  fal_at;
-    ctl_fal_params_t fal; /**< Not looked at without fal. */
+    ctl_fal_params_t fal; /**< Ignored without fal. */
     ctl_rc_memory_t  memory;
     num_t            limit;        /**< Largest |y|, error unit, > 0. */
     num_t            freeze_above; /**< Learning stops for `freeze_samples` when |e| exceeds this; 0: never. */
@@ -64,32 +64,32 @@ typedef struct {
 
 typedef struct {
     ctl_ring_t   time;                          /**< y + k_rc z^m f(e) over time. */
-    ctl_grid_t   turn;                          /**< The same over the electrical angle. */
-    num_t        y_past[CTL_RC_LEAD_MAX + 1U];  /**< Angle: outputs that still lack their error, newest first... */
-    angle_t      at_past[CTL_RC_LEAD_MAX + 1U]; /**< ...and their angles, as a ring with head `past`. */
+    ctl_grid_t   turn;                          /**< y + k_rc z^m f(e) over the electrical angle. */
+    num_t        y_past[CTL_RC_LEAD_MAX + 1U];  /**< Angle: outputs that still lack their error, newest first. */
+    angle_t      at_past[CTL_RC_LEAD_MAX + 1U]; /**< Angles of y_past, a ring with head `past`. */
     uint16_t     past;
-    uint16_t     known;                /**< Valid entries of these two. */
-    angle_t      written_at;           /**< Angle: where the last write ended... */
-    num_t        written;              /**< ...and with which value. */
+    uint16_t     known;                /**< Valid entries of y_past and at_past. */
+    angle_t      written_at;           /**< Angle: where the last write ended. */
+    num_t        written;              /**< Value of the last write. */
     bool         writing;              /**< A last write exists. */
     ctl_period_t period;               /**< The one in use. */
     num_t        a[CTL_LAGRANGE_TAPS]; /**< Coefficients for its fraction. */
-    uint16_t     frozen;               /**< Samples for which learning still rests. */
+    uint16_t     frozen;               /**< Samples for which learning still pauses. */
     uint32_t     rejected;             /**< Errors that were not finite. */
     uint32_t     cut_periods;          /**< Samples with a period outside of what the memory holds. */
 } ctl_rc_state_t;
 
 typedef struct {
     ctl_rc_params_t params;
-    uint16_t        shortest, longest; /**< Periods that the memory can play back, samples... */
+    uint16_t        shortest, longest; /**< Periods that the memory can hold, samples. */
 #ifndef EVENSPIN_FIXED
     float too_long; /**< longest + 1. */
 #endif
-    bool             whole_only; /**< ...and whether they have no fraction. */
+    bool             whole_only; /**< Periods have no fraction. */
     bool             fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
-    const ctl_fal_t *fal;        /**< The table in use, */
-    ctl_fal_t        table[2];   /**< one of these; the other is for ctl_rc_prepare. */
-    bool             prepared;   /**< It is ready to be used. */
+    const ctl_fal_t *fal;        /**< The table in use, one of `table`. */
+    ctl_fal_t        table[2];   /**< The one in use, and one for ctl_rc_prepare. */
+    bool             prepared;   /**< The table that is not in use is ready. */
     ctl_rc_state_t   state;
 } ctl_rc_t;
 
@@ -118,12 +118,12 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity);
 
 /**
  * Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays.
- * In two parts: prepare designs fal where ctl_rc_step does not look, and takes its time; take_prepared switches to it, with the same
- * parameters, where no step is under way. Prepare once, then switch, before the next.
+ * In two parts: prepare designs fal where ctl_rc_step does not read, and takes its time; take_prepared switches to it, with the same
+ * parameters, while no step runs. Prepare once, then switch, before the next.
  */
 void ctl_rc_prepare(ctl_rc_t *self, const ctl_rc_params_t *params);
 void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params);
-/** Both at once. */
+/** ctl_rc_prepare and ctl_rc_take_prepared in one call. */
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);
 
 /** Forget what was learned, start from rest. Costs O(capacity): not for an interrupt. Counters stay. */
@@ -154,7 +154,7 @@ static inline void ctl_period_split(num_t numerator, num_t denominator, uint16_t
 #endif
 }
 
-/** The same as one. */
+/** ctl_period_split with the parts as one value. */
 static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
 {
     ctl_period_t n;
@@ -162,7 +162,8 @@ static inline ctl_period_t ctl_period_ratio(num_t numerator, num_t denominator)
     return n;
 }
 
-/** The same for numerator > 0. @return false when the memory is too short for it, or denominator is 0: then it is no period. */
+/** ctl_period_split for numerator > 0. @return false when the memory is too short for it, or denominator is 0: then it is no
+ *  period. */
 static inline bool ctl_rc_period_unchecked(const ctl_rc_t *self, num_t numerator, num_t denominator, uint16_t *whole,
                                            num_t *fraction)
 {

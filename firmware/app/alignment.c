@@ -9,12 +9,12 @@
 #define LEAD_IN 3U       /* quarters of a pass before it counts: the vector turns round, the friction changes its side */
 #define HOLD_QUARTERS 2U
 #define QUARTER_PERIODS_MIN 250U
-#define COUNTS_PER_TURN_E 8.0f       /* fewer do not tell a quarter turn from none */
+#define COUNTS_PER_TURN_E 8.0f       /* fewer do not resolve a quarter turn */
 #define WINDOW_PERIODS 1000U         /* of the wait: 0.1 s */
 #define REST_TURN_E 0.0056f          /* 2 degrees electrical */
 #define SETTLED 4U                   /* times that, for a rotor on its vector */
-#define SHIFT_MAX 7U                 /* low-pass of 12.8 ms: damps rotors that swing at 20 to 100 rad/s... */
-#define SHIFT_MIN 2U                 /* ...and 0.4 ms, up to 1000 rad/s */
+#define SHIFT_MAX 7U                 /* low-pass of 12.8 ms: damps rotors that swing at 20 to 100 rad/s */
+#define SHIFT_MIN 2U                 /* low-pass of 0.4 ms: up to 1000 rad/s */
 #define LEAD_MAX INT32_C(0x2AAAAAAA) /* 60 degrees */
 #define LOAD_MAX 0.0139f             /* 5 degrees electrical */
 
@@ -69,7 +69,7 @@ static void open_window(drive_align_t *a, angle_t theta_m)
     a->high = 0U;
 }
 
-static void look(drive_align_t *a, angle_t theta_m)
+static void note_extremes(drive_align_t *a, angle_t theta_m)
 {
     const angle_t off = theta_m - a->corner;
     if ((int32_t)off > (int32_t)a->high) {
@@ -105,9 +105,9 @@ static void follow_swing(drive_align_t *a, angle_t theta_m)
 }
 
 /* Where the vector is set: against the motion of the rotor about it. */
-static angle_t damped(drive_align_t *a, angle_t apart)
+static angle_t damped(drive_align_t *a, angle_t deviation)
 {
-    const int32_t off = (int32_t)(apart - a->slow);
+    const int32_t off = (int32_t)(deviation - a->slow);
     int32_t       lead = LEAD_MAX;
     a->slow += (angle_t)(off >> a->shift);
     if (off < (LEAD_MAX / 4)) {
@@ -122,7 +122,7 @@ static void wait(drive_t *d)
     if (a->period == 0U) {
         open_window(a, d->tracking.theta_m);
     }
-    look(a, d->tracking.theta_m);
+    note_extremes(a, d->tracking.theta_m);
     a->period++;
     if (a->period < WINDOW_PERIODS) {
         return;
@@ -139,7 +139,7 @@ static void wait(drive_t *d)
 }
 
 /* The end of a quarter of the pull: after some time the rotor must have come to rest on the vector. Where it is driven instead of
- * damped the encoder counts down, or two phases are swapped: the passes will show which way it goes. */
+ * damped the encoder counts down, or two phases are swapped: the passes show its direction. */
 static void end_pull(drive_t *d)
 {
     drive_align_t *const a = &d->align;
@@ -188,13 +188,13 @@ static void end_quarter(drive_t *d)
     open_window(a, d->tracking.theta_m);
 }
 
-/* What the passes are made for: only where the motion has become steady. */
-static void measure(drive_align_t *a, angle_t apart)
+/* Measure during a pass, only once the motion is steady. */
+static void measure(drive_align_t *a, angle_t deviation)
 {
     if ((a->pass == 0U) && (a->quarter == LEAD_IN) && (a->period == 0U)) {
-        a->from = apart;
+        a->from = deviation;
     }
-    a->seen[a->pass].sum += (int32_t)(apart - a->from) / 65536;
+    a->seen[a->pass].sum += (int32_t)(deviation - a->from) / 65536;
 }
 
 static void move_vector(drive_align_t *a)
@@ -229,7 +229,7 @@ bool drive_align_step(drive_t *d)
     if ((phase == (uint16_t)DRIVE_ALIGN_RESTS) || (phase == (uint16_t)DRIVE_ALIGN_DONE)) {
         return false;
     }
-    look(a, theta_m);
+    note_extremes(a, theta_m);
     follow_swing(a, theta_m);
     move_vector(a);
     a->at = damped(a, theta_e - a->vector);
@@ -277,7 +277,7 @@ static drive_align_result_t explain(const drive_t *d, float slack)
     const float          pairs = (float)d->setup->tracking.pole_pairs;
     drive_align_result_t r = {FAULT_align_blocked, 0U, 0U};
     if ((size(forward - back) > (0.1f + (2.0f * slack))) || (size(mean) < (0.02f + slack))) {
-        return r; /* it did not turn evenly both ways, or not at all */
+        return r; /* it did not turn evenly in both directions, or not at all */
     }
     if (mean < 0.0f) {
         r.fault = FAULT_align_direction;
@@ -304,7 +304,7 @@ drive_align_result_t drive_align_judge(const drive_t *d)
     const float                samples = 4.0f * turns_e * (float)a->quarter_periods * 65536.0f;
     const float                pairs = (float)d->setup->tracking.pole_pairs;
     const float                slack = 1.5f * pairs / (d->params->encoder_counts * turns_e);
-    const float                near_pairs = 0.5f / (pairs + 1.0f); /* half way to one pole pair more */
+    const float                near_pairs = 0.5f / (pairs + 1.0f); /* halfway to one pole pair more */
     const float                limit = ((near_pairs < 0.125f) ? near_pairs : 0.125f) + slack;
     float                      mean[DRIVE_ALIGN_PASSES];
     drive_align_result_t       r = {FAULT_none, 0U, 0U};

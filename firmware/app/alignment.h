@@ -7,7 +7,7 @@
  *     sweep  the vector turns slowly, forward and back, with the whole current and with half of it; encoder less vector is averaged
  *     hold   the vector stands, the shaft must rest
  *
- * Dry friction holds the rotor behind the vector by the same angle both ways: it leaves the mean. Cogging has whole periods in an
+ * Dry friction holds the rotor behind the vector by the same angle in both directions: it leaves the mean. Cogging has whole periods in an
  * electrical turn. What is left falls with the current as a load's angle does, hence half the current: the mean of the whole
  * current is corrected by the difference of the two. A vector moved against the rotor's swing damps it; that acts on what the
  * encoder has done within a time that is cut to the swing.
@@ -43,8 +43,8 @@ typedef struct {
     volatile uint16_t phase; /**< drive_align_phase_t. */
     /* what is asked for */
     num_t    current, current_step; /**< In full; rise in a period. */
-    int32_t  vector_step;           /**< Of the vector in a period... */
-    int32_t  pace_step;             /**< ...and how it comes to that. */
+    int32_t  vector_step;           /**< Step of the vector in a period, at full speed. */
+    int32_t  pace_step;             /**< Change of that step in a period, while the vector speeds up. */
     uint16_t quarter_periods;       /**< Periods of a quarter turn of the vector. */
     uint16_t quarters;              /**< Of a pass: two to reach a steady motion, then those that count. */
     uint32_t wait_periods;
@@ -53,12 +53,12 @@ typedef struct {
     uint16_t           pass, quarter, period;
     uint32_t           waited; /**< Periods. */
     num_t              current_now;
-    angle_t            vector;    /**< Without damping... */
-    int32_t            pace;      /**< ...and its motion. */
-    angle_t            at;        /**< With it: where the current is to be. */
-    angle_t            corner;    /**< Encoder at the begin of the quarter, or of the window of the wait... */
-    angle_t            low, high; /**< ...and how far it has been from there, with sign. */
-    bool               opposed;   /**< The damping acts the other way round: this way it did not. */
+    angle_t            vector;    /**< Angle of the vector, without damping. */
+    int32_t            pace;      /**< Step of `vector` in this period. */
+    angle_t            at;        /**< Angle of the current command: `vector` with damping. */
+    angle_t            corner;    /**< Encoder at the beginning of the quarter, or of the window of the wait. */
+    angle_t            low, high; /**< Extremes of the encoder since then, less `corner`. */
+    bool               opposed;   /**< The damping acts with the opposite sign: with this one it did not damp. */
     angle_t            from;      /**< Encoder less vector when the first pass began to count. */
     drive_align_pass_t seen[DRIVE_ALIGN_PASSES];
     /* damping */

@@ -46,6 +46,10 @@ uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *c, float
             return FIELD[i];
         }
     }
+    *limit = (float)DRIVE_MODE_SPEED;
+    if ((c->mode == DRIVE_MODE_POSITION) && drive_newest(d)->setup.speed.rc_used) {
+        return DRIVE_COMMAND_MODE;
+    }
     *limit = p->over_speed_rad_s;
     if (!inside(c->speed_ref_rad_s, *limit)) {
         return DRIVE_COMMAND_SPEED;
@@ -87,7 +91,7 @@ bool drive_command(drive_t *d, const drive_command_t *command)
 {
     float          limit = 0.0f;
     const uint16_t bad = drive_command_refuses(d, command, &limit);
-    if ((bad != DRIVE_COMMAND_FINE) && ((limit >= NUMBER_MAX) || (bad == DRIVE_COMMAND_SPEED))) {
+    if ((bad != DRIVE_COMMAND_FINE) && ((limit >= NUMBER_MAX) || (bad == DRIVE_COMMAND_SPEED) || (bad == DRIVE_COMMAND_MODE))) {
         return false;
     }
     hand_over(d, command); /* a current beyond its limit is cut */

@@ -33,12 +33,13 @@ ctl_pi_params_t drive_pi(num_t kp, num_t ki_ts, float limit, ctl_pi_anti_windup_
     return pi;
 }
 
-/* What can be said without making anything: ranges, the board's maxima, and what the parameters leave each other. */
+/* Checks that need no block: ranges, the board's maxima, and what the parameters leave each other. */
 static uint16_t refused(const drive_params_t *p)
 {
     uint16_t bad = params_check(p);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_board_refuses(p);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_relation_refuses(p);
+    bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_combination_refuses(p);
     return (bad != (uint16_t)PARAM_COUNT) ? bad : drive_judge_alignment(p);
 }
 

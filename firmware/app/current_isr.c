@@ -22,11 +22,12 @@ void drive_command_nothing(drive_t *d)
     d->current.volt = zero;
     d->speed.ref_rad_s = 0.0f;
     d->speed.iq_ref = (num_t)0;
+    d->speed.fed = (num_t)0;
     d->speed.correction = (num_t)0;
     d->speed.error = (num_t)0;
     d->observer.estimate = (num_t)0;
     d->position.setpoint.speed = (num_t)0;
-    d->position.rdc.state.robust = (num_t)0;
+    d->position.rdc.robust = (num_t)0;
 }
 
 static inline angle_t encoder_angle(const drive_t *d)
@@ -55,7 +56,8 @@ static inline void track(drive_t *d, const drive_setup_t *setup)
     (void)ctl_pll_step(&t->pll, theta);
 }
 
-/* Disturbance torque, measured, and expected for the moment when a reference of now will act. */
+/* Disturbance torque, measured, and expected for the moment when a reference of now will act. What the position loop feeds forward
+ * against it is no torque that was asked for: the observer learns what that leaves. */
 static inline void observe(drive_t *d, const drive_setup_t *setup)
 {
     drive_observer_t *const o = &d->observer;
@@ -63,8 +65,9 @@ static inline void observe(drive_t *d, const drive_setup_t *setup)
         return;
     }
     o->seen.torque = ctl_disturbance_step_unchecked(&o->meter, &o->observer, setup->observer.used & (d->state == DRIVE_RUN),
-                                                    d->tracking.theta_m, d->tracking.pll.state.w, d->current.ref.q, &o->estimate);
-    if (setup->speed.source == DRIVE_SPEED_FIR) {
+                                                    d->tracking.theta_m, d->tracking.pll.state.w, d->current.ref.q, d->speed.fed,
+                                                    &o->estimate);
+    if (setup->observer.speed_asked) {
         o->seen.speed = ctl_meter_speed_unchecked(&o->meter);
     }
 }
@@ -118,7 +121,8 @@ static inline void control_currents(drive_t *d, const drive_setup_t *setup, angl
     const num_t            limit = num_min(setup->current.voltage_limit, num_mul(v_dc, INV_SQRT3));
 
     if (setup->current.deadbeat_used) {
-        const ctl_dq_t wanted = ctl_deadbeat_step_unchecked(&c->deadbeat, c->meas, c->ref, d->tracking.pll.state.w, c->volt);
+        const ctl_dq_t wanted = ctl_deadbeat_step_unchecked(&setup->current.deadbeat, &c->deadbeat, c->meas, c->ref,
+                                                            d->tracking.pll.state.w, c->volt);
         (void)ctl_vector_limit_unchecked(wanted, limit, &c->volt);
     } else {
         control_by_pi(c, limit);

@@ -62,7 +62,8 @@ void drive_build_current(drive_current_t *c, const drive_current_setup_t *s)
 {
     (void)ctl_pi_init(&c->d, &s->pi);
     (void)ctl_pi_init(&c->q, &s->pi);
-    (void)ctl_deadbeat_init(&c->deadbeat, &s->deadbeat);
+    c->deadbeat.rejected = 0U;
+    ctl_deadbeat_reset(&c->deadbeat);
 }
 
 void drive_rest_current(drive_current_t *c)

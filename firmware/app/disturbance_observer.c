@@ -2,13 +2,19 @@
  * take_over.c. Main loop. */
 #include "firmware/app/internal.h"
 
-/* Methods without an observer have the smallest kind, which is not run. */
-static ctl_observer_kind_t kind_of(uint16_t method)
+drive_observer_word_t drive_observer_asked(const drive_params_t *p)
 {
-    switch (method) {
-    case DRIVE_METHOD_RO:
+    return (drive_observer_word_t)((p->method >= (uint16_t)DRIVE_METHOD_DOB) ? ((p->method - (uint16_t)DRIVE_METHOD_DOB) + 1U)
+                                                                             : p->disturbance_observer);
+}
+
+/* Without an observer it is the smallest kind, which is not run. */
+static ctl_observer_kind_t kind_of(drive_observer_word_t asked)
+{
+    switch (asked) {
+    case DRIVE_OBSERVER_RO:
         return CTL_OBSERVER_RO;
-    case DRIVE_METHOD_ARO:
+    case DRIVE_OBSERVER_ARO:
         return CTL_OBSERVER_ARO;
     default:
         return CTL_OBSERVER_DOB;
@@ -22,7 +28,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     const float torque_per_amp = 1.5f * (float)p->pole_pairs * p->motor_psi_wb;
     const float amp_per_speed = p->observer_inertia_kgm2 / (ts_s * torque_per_amp);
 
-    s->used = p->method >= (uint16_t)DRIVE_METHOD_DOB;
+    s->used = drive_observer_asked(p) != DRIVE_OBSERVER_NONE;
     s->speed_asked = p->speed_source == (uint16_t)DRIVE_SPEED_FIR;
     s->meter_used = s->used || s->speed_asked;
     if (!s->meter_used) {
@@ -41,7 +47,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     }
 
     ctl_observer_params_t *const o = &s->observer;
-    o->kind = kind_of(p->method);
+    o->kind = kind_of(drive_observer_asked(p));
     o->memory.gain = num_from_float(p->observer_gain);
     o->memory.forgetting = num_from_float(p->observer_forgetting);
     o->memory.write = (ctl_write_t)p->aro_write;
@@ -54,6 +60,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     o->fast_gain = num_from_float(p->aro_fast_gain);
     o->fast_samples = (uint32_t)(p->aro_fast_s * (float)DRIVE_PWM_HZ);
     o->remove_mean = p->aro_remove_mean != 0U;
+    o->feeds = p->position_method == (uint16_t)DRIVE_POSITION_RDC;
     o->rest_torque = num_from_float(p->aro_rest_torque_a * scale->inv_current);
     o->rest_turns = num_from_float(p->aro_rest_turns);
     o->rest_step = num_from_float(p->aro_rest_accel_rad_s2 * ts_s * scale->inv_speed);

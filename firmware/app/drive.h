@@ -55,6 +55,7 @@ typedef enum {
     DRIVE_METHOD_RO,
     DRIVE_METHOD_ARO
 } drive_method_t;
+typedef enum { DRIVE_OBSERVER_NONE = 0, DRIVE_OBSERVER_DOB, DRIVE_OBSERVER_RO, DRIVE_OBSERVER_ARO } drive_observer_word_t;
 typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_speed_source_t;
 
 /** What the user wants, taken over as a whole. */
@@ -62,8 +63,8 @@ typedef struct {
     drive_mode_t mode;
     float        speed_ref_rad_s;    /**< Mechanical. */
     float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode only. */
-    int32_t      target_turns;       /**< Target of position mode: whole turns... */
-    float        target_rad;         /**< ...and an angle within +-2 pi. */
+    int32_t      target_turns;       /**< Target of position mode: whole turns. */
+    float        target_rad;         /**< Target of position mode: added to the whole turns, within +-2 pi. */
 } drive_command_t;
 
 /** What the current interrupt makes of it: within the limits, in the numeric of the build. The d axis comes first, and what
@@ -119,6 +120,9 @@ typedef struct {
     uint16_t             between;     /**< Current periods between two speed samples: one less than their distance. */
     bool                 inlined;     /**< The speed loop runs inside the current interrupt. */
     num_t                error_scale; /**< Speed error to loop error. */
+    num_t                weight;      /**< Share of the reference that acts at once. */
+    num_t                follow;      /**< Gain per sample with which the remaining share follows. */
+    bool                 weighted;    /**< weight < 1. */
     ctl_rc_params_t      rc;
     uint16_t             rc_capacity;
     bool                 rc_used;
@@ -162,15 +166,15 @@ typedef struct {
 /** The electrical zero; written by the main loop alone, while the bridge is off. */
 typedef struct {
     angle_t  e;          /**< Electrical angle of the d axis at encoder angle zero: parameter, or found by alignment. */
-    bool     found;      /**< By alignment; otherwise it follows the parameter. */
+    bool     found;      /**< By alignment; else it follows the parameter. */
     bool     reversed;   /**< encoder_reversed, with which it was found. */
     uint16_t pole_pairs; /**< pole_pairs, with which it was found. */
 } drive_zero_t;
 
 typedef struct {
-    ctl_pi_t       d, q;
-    ctl_deadbeat_t deadbeat;
-    ctl_dq_t       ref, meas, volt;
+    ctl_pi_t             d, q;
+    ctl_deadbeat_state_t deadbeat;
+    ctl_dq_t             ref, meas, volt;
 } drive_current_t;
 
 /** The observer of the disturbance torque, counted in q current; current interrupt. */
@@ -189,7 +193,9 @@ typedef struct {
     uint32_t           now_cyc; /**< Of the speed tick; the following, too, come from the current interrupt. */
     angle_t            theta_e;
     num_t              meas, error, correction;
-    num_t              iq_ref; /**< Read by the current interrupt. */
+    num_t              followed; /**< Low-passed reference, for a set-point weight below 1. */
+    num_t              iq_ref;   /**< q current reference; read by the current interrupt. */
+    num_t              fed;      /**< Part of iq_ref that compensates what the disturbance observer would see; read with it. */
     float              ref_rad_s;
 } drive_speed_t;
 
@@ -201,23 +207,23 @@ typedef struct {
 
 /** The position loop; written by the speed interrupt. */
 typedef struct {
-    ctl_position_t raw;    /**< The encoder over its turns. */
-    ctl_position_t zero;   /**< raw at position 0. */
-    ctl_position_t now;    /**< Position. */
-    ctl_position_t before; /**< Of the last sample. */
-    bool           primed, active, homed;
-    bool           homing;
-    ctl_position_t home_limit;
-    ctl_profile_t  profile;
-    ctl_setpoint_t setpoint;
-    ctl_pi_t       pi;
-    ctl_ilc_t      ilc, learn;
-    ctl_src_t      src;
-    ctl_rdc_t      rdc;
-    num_t          error, speed;
-    num_t          delayed[8];
-    uint16_t       delay_head, error_count;
-    drive_shown_t  now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
+    ctl_position_t      raw;    /**< The encoder over its turns. */
+    ctl_position_t      zero;   /**< raw at position 0. */
+    ctl_position_t      now;    /**< Position. */
+    ctl_position_t      before; /**< Of the last sample. */
+    bool                primed, active, homed;
+    bool                homing;
+    ctl_position_t      home_limit;
+    ctl_profile_state_t profile;
+    ctl_setpoint_t      setpoint;
+    ctl_pi_t            pi;
+    ctl_ilc_t           ilc, learn;
+    ctl_src_t           src;
+    ctl_rdc_state_t     rdc;
+    num_t               error, speed;
+    num_t               delayed[8], fed_delayed[8];
+    uint16_t            delay_head, error_count;
+    drive_shown_t       now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
 
 /** A parameter set, and what follows from it. */
@@ -227,13 +233,13 @@ typedef struct {
 } drive_set_t;
 
 typedef struct {
-    const drive_params_t *params; /**< The set in force: one of the two below. Changed by the current interrupt... */
+    const drive_params_t *params; /**< The set in force: one of the two in `set`. Changed by the current interrupt. */
     const drive_setup_t  *setup;
     drive_scale_t         scale;
 
-    drive_set_t        set[2];     /**< ...that the main loop writes while they are not in force. */
-    const drive_set_t *next;       /**< Prepared by drive_tune, */
-    volatile uint16_t  next_ready; /**< and offered to the current interrupt. */
+    drive_set_t        set[2];     /**< Written by the main loop while not in force. */
+    const drive_set_t *next;       /**< The set that drive_tune has prepared. */
+    volatile uint16_t  next_ready; /**< `next` is offered to the current interrupt. */
     volatile uint16_t  speed_busy; /**< The speed interrupt was requested and has not ended: its blocks may not change. */
     drive_command_t    command[2];
     drive_order_t      order[2];   /**< Of each. */
@@ -250,8 +256,8 @@ typedef struct {
     hal_sample_t      sample;
     float             ia_a, ib_a, ic_a; /**< After offset correction. */
     float             offset_a_a, offset_b_a, offset_c_a;
-    float             sum_a_a, sum_b_a, sum_c_a; /**< Of the calibration... */
-    volatile uint16_t sum_count;                 /**< ...and of how many samples. */
+    float             sum_a_a, sum_b_a, sum_c_a; /**< Sums of the currents during calibration. */
+    volatile uint16_t sum_count;                 /**< Samples in these sums. */
     drive_tracking_t  tracking;
     drive_zero_t      zero;
     drive_align_t     align;
@@ -264,8 +270,8 @@ typedef struct {
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
-    uint16_t          low_bus_samples;           /**< In a row with a dc-link voltage below its limit... */
-    uint32_t          low_bus_seq;               /**< ...and the newest of them. */
+    uint16_t          low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
+    uint32_t          low_bus_seq;               /**< Number of the newest of these samples. */
     bool              seen_sample;
     uint32_t          rejected;
     timing_t          timing;
@@ -286,20 +292,29 @@ void drive_background(drive_t *d);
 
 /**
  * Hand over a command, as a whole. Main loop only.
- * @return false (and nothing changes) when a number is not finite or beyond 1e6, or the speed is beyond over_speed_rad_s.
+ * @return false (and nothing changes) when a number is not finite or beyond 1e6, the speed is beyond over_speed_rad_s, or the mode
+ * does not go with method.
  * Currents are cut: id to id_limit_a, then iq, whether asked for or needed by the speed or position loop, to what is left of
  * the longest vector, the larger of iq_limit_a and id_limit_a. drive_command_refuses says before whether anything is cut.
  */
 bool drive_command(drive_t *d, const drive_command_t *command);
-/** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force. */
-enum { DRIVE_COMMAND_FINE = 0, DRIVE_COMMAND_SPEED = 1, DRIVE_COMMAND_ID = 2, DRIVE_COMMAND_IQ = 3, DRIVE_COMMAND_ANGLE = 5 };
+/** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force; DRIVE_COMMAND_MODE: the first
+ *  field, a mode that does not go with method: repetitive control corrects the speed loop, which position mode does not run. */
+enum {
+    DRIVE_COMMAND_FINE = 0,
+    DRIVE_COMMAND_SPEED = 1,
+    DRIVE_COMMAND_ID = 2,
+    DRIVE_COMMAND_IQ = 3,
+    DRIVE_COMMAND_ANGLE = 5,
+    DRIVE_COMMAND_MODE = 6
+};
 /** The first field beyond its limit, and that limit: the field has to be within plus and minus it. */
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command, float *limit);
 /**
- * Requests to the state machine; looked at in the next pass of the main loop, a stop before a start. A start during
+ * Requests to the state machine; read in the next pass of the main loop, a stop before a start. A start during
  * start-up waits for its end. Nothing but a start arms the bridge: where the electrical zero is not known it first aligns, then
  * runs. A stop or a fault switches the bridge off in every state, and it stays off until the next start; an alignment that was
- * stopped begins again with it. After a fault that casts doubt on the encoder or the zero the next start aligns anew.
+ * stopped begins again with it. After a fault that casts doubt on the encoder or the zero the next start aligns again.
  */
 void drive_start(drive_t *d);
 void drive_stop(drive_t *d);
@@ -316,7 +331,7 @@ void drive_home(drive_t *d);
  *
  * What params_only_at_rest names is refused while the bridge is armed. At rest, memories and filters that get another kind or size
  * are set up in here, which takes about 1 ms at most; the interrupts leave them alone meanwhile, and what was learned in them is gone.
- * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void: the next start aligns anew.
+ * pole_pairs or encoder_reversed, changed at rest, make an alignment that was made before void: the next start aligns again.
  */
 bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit);
 
@@ -357,7 +372,7 @@ hal_status_t drive_memory_save_step(drive_t *d);
 hal_status_t drive_memory_save(drive_t *d); /* all of it, for who may wait */
 hal_status_t drive_memory_restore(drive_t *d);
 
-/** Begin the figures of both interrupts' duration anew; a start does it, too. Main loop only. */
+/** Reset the timing statistics of both interrupts; a start does so as well. Main loop only. */
 void drive_restart_timing(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */

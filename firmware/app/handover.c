@@ -119,6 +119,9 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     if (*culprit == (uint16_t)PARAM_COUNT) {
         *culprit = changed_base(&s->scale, &d->scale);
     }
+    if ((*culprit == (uint16_t)PARAM_COUNT) && s->speed.rc_used && (drive_active_command(d)->mode == DRIVE_MODE_POSITION)) {
+        *culprit = PARAM_method; /* as drive_command refuses it the other way round */
+    }
     if (*culprit != (uint16_t)PARAM_COUNT) {
         return false;
     }

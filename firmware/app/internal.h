@@ -19,7 +19,7 @@ void drive_take_over(drive_t *d);
  *
  *     make     parameters to numbers. @return PARAM_COUNT, or the parameter that is beyond the numeric
  *     judge    let the blocks refuse these numbers, on copies. @return PARAM_COUNT, or the culprit
- *     build    start the blocks from them; `differs` tells that a change needs that
+ *     build    start the blocks from them; `differs`: whether a change needs that
  *     rest     controllers at rest, for a start
  *
  * What the current interrupt changes in a part that runs (retune) is in take_over.c. */
@@ -41,6 +41,8 @@ uint16_t drive_judge_repetitive(const drive_speed_setup_t *setup);
 void     drive_build_repetitive(drive_speed_t *speed, const drive_speed_setup_t *setup, num_t *memory);
 bool     drive_repetitive_differs(const drive_speed_setup_t *before, const drive_speed_setup_t *setup);
 
+/** Which observer the set asks for, by method or by disturbance_observer. */
+drive_observer_word_t drive_observer_asked(const drive_params_t *params);
 uint16_t drive_make_observer(const drive_params_t *params, const drive_scale_t *scale, drive_observer_setup_t *setup);
 uint16_t drive_judge_observer(const drive_observer_setup_t *setup);
 void     drive_build_meter(drive_observer_t *observer, const drive_observer_setup_t *setup);
@@ -56,13 +58,13 @@ void     drive_build_position_memory(drive_position_t *position, const drive_set
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_position_t *position);
 
-/** handover.c: which blocks a change needs to build anew, as bits... */
+/** handover.c: bits of the blocks that a change needs to build again. */
 #define DRIVE_SHAPE_REPETITIVE 1U
 #define DRIVE_SHAPE_METER 2U
 #define DRIVE_SHAPE_OBSERVER 4U
 #define DRIVE_SHAPE_POSITION 8U
 uint16_t drive_shape_changes(const drive_setup_t *before, const drive_setup_t *setup);
-/** ...and the interrupts keep away from these until they have taken the change over. Main loop, bridge off. */
+/** handover.c: keep the interrupts away from these blocks until they have taken the change over. Main loop, bridge off. */
 void drive_withdraw(drive_t *d, uint16_t what);
 
 /** start_check.c: q current that the motor's own voltage drives between the release of the gates and the first voltage of the
@@ -75,6 +77,8 @@ void drive_preset_voltage(drive_t *d);
 /** limits.c: the first parameter that is beyond the board's maximum, or that does not fit the others, or PARAM_COUNT. */
 uint16_t drive_board_refuses(const drive_params_t *params);
 uint16_t drive_relation_refuses(const drive_params_t *params);
+/** combinations.c: the first parameter of the first rule of combinations.def that the set breaks, or PARAM_COUNT. */
+uint16_t drive_combination_refuses(const drive_params_t *params);
 /** command.c: hand the newest command over again, under the limits in force. */
 void drive_command_again(drive_t *d);
 
@@ -137,7 +141,7 @@ static inline int64_t drive_turns_q32(float turns)
     const float   cut = (turns < 2.0e6f) ? ((turns > -2.0e6f) ? turns : -2.0e6f) : 2.0e6f;
     const float   scaled = cut * 1024.0f;
     const int32_t high = (int32_t)scaled;
-    return ((int64_t)high * INT64_C(0x400000)) + (int64_t)((scaled - (float)high) * 4194304.0f);
+    return ((int64_t)high * INT64_C(0x400000)) + (int32_t)((scaled - (float)high) * 4194304.0f);
 }
 
 /** A finite number in SI units over its base; the bases of the float build are 1. */

@@ -9,7 +9,7 @@
 
 static float least(float a, float b) { return (a < b) ? a : b; }
 
-/* What the board says about a parameter; otherwise the end of its range. */
+/* The board's limit of a parameter, or the end of its range where the board has none. */
 static float most(const hal_limits_t *board, uint16_t param)
 {
     const param_info_t *const info = params_info(param);
@@ -95,7 +95,7 @@ void drive_relation(const drive_params_t *p, uint16_t param, float *low, float *
     narrow(p, param, low, high);
 }
 
-/* A voltage below that of the trip: at the same value the two could not be told apart. */
+/* A voltage below that of the trip: at the same value the two could not be distinguished. */
 static bool fits(const drive_params_t *p, uint16_t param)
 {
     const float x = params_get(p, param);

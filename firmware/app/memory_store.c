@@ -59,7 +59,7 @@ hal_status_t drive_memory_save(drive_t *d)
 
 typedef struct {
     drive_t *drive;
-    num_t   *aside;
+    num_t   *staged;
     uint16_t high;
 } loading_t;
 
@@ -69,7 +69,7 @@ static void take_cell(void *to, uint16_t i, uint16_t word)
     if ((i & 1U) == 0U) {
         l->high = word;
     } else {
-        l->aside[i >> 1] = value_of(l->drive, l->high, word);
+        l->staged[i >> 1] = value_of(l->drive, l->high, word);
     }
 }
 
@@ -83,10 +83,11 @@ hal_status_t drive_memory_restore(drive_t *d)
         return HAL_BUSY;
     }
     ctl_grid_t *const  grid = &d->observer.observer.state.memory.state.grid;
-    loading_t          loading = {d, &d->observer_memory[DRIVE_OBSERVER_CAPACITY / 2U], 0U}; /* a table has at most 2048 cells */
+    loading_t          loading = {d, &d->observer_memory[DRIVE_OBSERVER_CAPACITY - cells],
+                                  0U}; /* a third of it at most, as the position loop */
     const hal_status_t s = store_load(&d->storage, STORE_TABLE, 0U, (uint16_t)(2U * cells), take_cell, &loading);
     for (uint16_t i = 0U; (i < cells) && (s == HAL_OK); i++) {
-        grid->cell[i] = loading.aside[i];
+        grid->cell[i] = loading.staged[i];
     }
     return s;
 }

@@ -20,7 +20,7 @@
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define AGAINST_LIMIT 3U
 #define SPEED_COUNTS 3.0f          /* between which a speed has been measured */
-#define STALL_TURN (1.0f / 256.0f) /* a motion, mechanical: 1.4 degrees; an elastic shaft gives way by less */
+#define STALL_TURN (1.0f / 256.0f) /* a motion, mechanical: 1.4 degrees; an elastic shaft yields by less */
 #define STALL_TRAVEL 3.0f          /* motions that the speed asked for would have made */
 #define COUNTS_PER_CYCLE 16.0f     /* below that the voltages follow the steps of the angle */
 
@@ -56,8 +56,8 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     m->due_per_sample = (m->samples > 0U)
                             ? num_from_float(0.25f * p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed / (float)m->samples)
                             : (num_t)0;
-    const float way = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
-    m->way = (angle_t)(way * 4294967296.0f);
+    const float travel = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
+    m->travel = (angle_t)(travel * 4294967296.0f);
     m->zero = (p->zero_check != 0U) && (p->encoder_counts >= (COUNTS_PER_CYCLE * (float)p->pole_pairs));
     const float per_amp = s->scale.current_a * s->scale.inv_voltage;
     m->ohm = num_from_float(p->motor_resistance_ohm * per_amp);
@@ -145,22 +145,22 @@ static bool sees_right_zero(const drive_t *d, const voltage_t *v)
     return ((speed > (num_t)0) ? emf_q : num_neg(emf_q)) > num_add(num_abs(emf_d), doubt);
 }
 
-/* A stretch at the limit begins anew with another torque and with every gain over its slowest moment. At its end the speed must have
+/* A stretch at the limit begins again with another torque and with every gain over its slowest moment. At its end the speed must have
  * kept what it had. */
 static void trip_against_torque(drive_t *d, bool fresh, bool forwards, num_t along)
 {
     drive_motion_t *const m = &d->motion;
     const num_t           margin = d->setup->motion.margin;
-    bool                  anew = fresh || (num_sub(along, m->slowest) > margin);
+    bool                  again = fresh || (num_sub(along, m->slowest) > margin);
 
-    if (!anew && (m->samples >= d->setup->motion.samples) &&
-        (angle_size(d->tracking.theta_m - m->from) >= d->setup->motion.way)) {
+    if (!again && (m->samples >= d->setup->motion.samples) &&
+        (angle_size(d->tracking.theta_m - m->from) >= d->setup->motion.travel)) {
         if (num_sub(m->first, along) > num_mac(margin, RIPPLE_SHARE, num_abs(along))) {
             drive_trip(d, FAULT_speed_deviation);
         }
-        anew = true;
+        again = true;
     }
-    if (anew) {
+    if (again) {
         m->forwards = forwards;
         m->first = along;
         m->slowest = along;
@@ -197,7 +197,7 @@ static void trip_without_approach(drive_t *d, const voltage_t *v, bool fresh, bo
         m->nearest = along;
         m->since = 0U;
     }
-    m->travelled |= angle_size(d->tracking.theta_m - m->pushed_from) >= s->way;
+    m->travelled |= angle_size(d->tracking.theta_m - m->pushed_from) >= s->travel;
     if (m->travelled && ((m->since >= time) || ((m->pushing >= time) && (along < m->due)))) {
         if (!sees_right_zero(d, v)) {
             drive_trip(d, FAULT_speed_deviation);
@@ -216,7 +216,7 @@ static void trip_on_stall(drive_t *d, bool at_limit)
     drive_motion_t *const             m = &d->motion;
     const drive_motion_setup_t *const s = &d->setup->motion;
     const angle_t                     now = d->tracking.theta_m;
-    const bool                        moves = ((now - m->stall_from) + s->stall_angle) > (2U * s->stall_angle); /* either way */
+    const bool moves = ((now - m->stall_from) + s->stall_angle) > (2U * s->stall_angle); /* in either direction */
 
     if (!at_limit || moves) {
         m->stall_from = now;

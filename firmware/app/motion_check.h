@@ -14,7 +14,7 @@
  *   the wrong sign, or the load is stronger than the drive, and the drive cannot know which: a load that overhauls it trips as well,
  *   unless its speed changes so fast that the check of the zero sees that it is right, or so slowly that it stays within this.
  * - For twice that the speed has come no nearer to the reference, by half a margin: speed_deviation. No torque is left (the zero is
- *   off by about a quarter turn), or the load holds the balance, and only the back-EMF can tell: where it stands on the q axis, by
+ *   off by about a quarter turn), or the load holds the balance, and only the back-EMF can decide: where it stands on the q axis, by
  *   more than 0.3 of the resistive drop and 4 % of the dc link, the load is excused. For the default motor that is from 80 rad/s on;
  *   a drive that is held in balance at its limit below that trips. A start under 20 times the rotor's inertia and 0.9 of the torque
  *   does not.
@@ -24,7 +24,7 @@
  *   shaft by three times that motion yet, and with less than 256 counts a turn, where a motion is a count: by sqrt(256 / counts).
  * Not counted: a drive whose speed is within the margin of its reference, swinging, and a drive that turns with its torque at its
  * voltage limit. Together they leave a wrong zero 0.1 s at the limit without coming nearer, from rest and while running, at every
- * angle, with 256 counts a turn or more. Not seen: a zero off by so little less than a quarter turn that the rest of the torque turns
+ * angle, with 256 counts a turn or more. Not seen: a zero off by so little less than a quarter turn that the remaining torque turns
  * the shaft towards its reference; its drive gets there, slowly and hot.
  *
  * Electrical zero, speed interrupt, every mode. With the same current, the q voltage follows the speed, whatever the motor's
@@ -45,7 +45,7 @@
 /** How much is known of the angle: a first sample gives where it is, a second one its step. */
 typedef enum {
     DRIVE_ANGLE_UNKNOWN = 0, /**< Not even for the tracking filter. */
-    DRIVE_ANGLE_AGAIN,       /**< Samples are missing: begin anew, but for the tracking filter. */
+    DRIVE_ANGLE_AGAIN,       /**< Samples are missing: begin again, but for the tracking filter. */
     DRIVE_ANGLE_SEEN,
     DRIVE_ANGLE_KNOWN
 } drive_angle_t;
@@ -54,9 +54,9 @@ typedef enum {
 typedef struct {
     angle_t  jump;           /**< Largest change of the step of the angle. */
     num_t    margin;         /**< Speed that counts as a change. */
-    num_t    band;           /**< Currents that count as the same... */
-    num_t    band_per_volt;  /**< ...and per volt of the dc link, where iq_limit_a is more than it brings into the motor. */
-    angle_t  way;            /**< Of a stretch of which the speed is known. */
+    num_t    band;           /**< Largest difference of currents that count as equal. */
+    num_t    band_per_volt;  /**< `band` per volt of the dc link, where iq_limit_a is more than the link brings into the motor. */
+    angle_t  travel;         /**< Of a stretch of which the speed is known. */
     uint16_t samples;        /**< At the limit, against the torque; 0: never judged. */
     bool     zero;           /**< Judge the electrical zero. */
     num_t    ohm, reactance; /**< Voltage per current, and that per speed. */
@@ -67,24 +67,24 @@ typedef struct {
 } drive_motion_setup_t;
 
 typedef struct {
-    num_t    first, slowest; /**< Speed along the torque in a stretch at the limit... */
-    bool     forwards;       /**< ...and the torque asked for... */
-    angle_t  from;           /**< ...from here on... */
-    uint16_t samples;        /**< ...for so many samples. */
-    bool     held;           /**< There is an operating point to compare with: */
+    num_t    first, slowest; /**< Speed along the torque in a stretch at the limit. */
+    bool     forwards;       /**< Direction of the torque command in that stretch. */
+    angle_t  from;           /**< Encoder at the beginning of that stretch. */
+    uint16_t samples;        /**< Length of that stretch. */
+    bool     held;           /**< There is an operating point to compare with: current, speed, volt_q. */
     ctl_dq_t current;
     num_t    speed, volt_q;
     uint16_t against;       /**< Comparisons in a row with the wrong sign. */
-    num_t    nearest;       /**< Largest speed along the torque at the limit... */
-    uint16_t since;         /**< ...so many samples ago; */
-    num_t    due;           /**< the least that is expected by now... */
-    uint16_t pushing;       /**< ...after so many samples at the limit... */
-    angle_t  pushed_from;   /**< ...that began here... */
-    bool     travelled;     /**< ...and have turned the shaft so far that its speed is known. */
+    num_t    nearest;       /**< Largest speed along the torque at the limit. */
+    uint16_t since;         /**< Samples since `nearest` was reached. */
+    num_t    due;           /**< Least speed that is expected by now. */
+    uint16_t pushing;       /**< Samples at the limit so far. */
+    angle_t  pushed_from;   /**< Encoder when these samples began. */
+    bool     travelled;     /**< The shaft has turned so far since that its speed is known. */
     num_t    asked;         /**< Speed that the speed or position loop wants. */
-    angle_t  stall_from;    /**< Where the encoder stood when it seemed to stand still... */
-    uint16_t stall_samples; /**< ...for how many samples it has... */
-    num_t    stall_travel;  /**< ...and the sum of the speeds asked for in them. */
+    angle_t  stall_from;    /**< Encoder when the shaft seemed to stop. */
+    uint16_t stall_samples; /**< Samples at the limit since then. */
+    num_t    stall_travel;  /**< Sum of the speed commands in these samples. */
 } drive_motion_t;
 
 #endif

@@ -4,7 +4,6 @@
 static void begin(drive_t *d)
 {
     drive_position_t *const o = &d->position;
-    ctl_profile_tune_unchecked(&o->profile, o->homing ? &d->setup->position.homing : &d->setup->position.profile);
     ctl_profile_reset(&o->profile, o->now);
     ctl_pi_reset(&o->pi, (num_t)0);
     ctl_rdc_reset(&o->rdc);
@@ -14,6 +13,7 @@ static void begin(drive_t *d)
     o->error_count = 0U;
     for (uint16_t i = 0U; i < 8U; i++) {
         o->delayed[i] = (num_t)0;
+        o->fed_delayed[i] = (num_t)0;
     }
     o->active = true;
 }
@@ -51,7 +51,6 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
         o->homing = true;
         o->homed = false;
         o->home_limit = o->now + (forward ? (CTL_ONE_TURN + (CTL_ONE_TURN / 4)) : -(CTL_ONE_TURN + (CTL_ONE_TURN / 4)));
-        ctl_profile_tune_unchecked(&o->profile, &d->setup->position.homing);
     }
     if (!o->homing) {
         return target;
@@ -67,7 +66,6 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
         o->homed = true;
         o->homing = false;
         ctl_profile_shift(&o->profile, shift); /* go on from here, without a step in the command */
-        ctl_profile_tune_unchecked(&o->profile, &d->setup->position.profile);
         return target;
     }
     if (forward ? (o->now >= o->home_limit) : (o->now <= o->home_limit)) {
@@ -94,11 +92,15 @@ static void guard(drive_t *d)
     }
 }
 
-static num_t hold_back(drive_position_t *o, num_t torque, uint16_t samples)
+/* The torque, and the part of it that is fed forward, as late as the bus between controller and drive makes them. */
+static void hand_over(drive_speed_t *v, drive_position_t *o, num_t torque, num_t fed, uint16_t samples)
 {
     o->delay_head = (uint16_t)((o->delay_head + 1U) & 7U);
     o->delayed[o->delay_head] = torque;
-    return o->delayed[(o->delay_head - samples) & 7U];
+    o->fed_delayed[o->delay_head] = fed;
+    const uint16_t at = (uint16_t)((o->delay_head - samples) & 7U);
+    v->iq_ref = o->delayed[at];
+    v->fed = o->fed_delayed[at];
 }
 
 /* Cut to what turns_q32 takes, twice the widest soft limits. */
@@ -120,7 +122,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     const ctl_position_t target = target_of(command);
     ctl_position_t       to = (target > q->max) ? q->max : ((target < q->min) ? q->min : target);
     to = search(d, to);
-    o->setpoint = ctl_profile_step(&o->profile, to);
+    o->setpoint = ctl_profile_step_unchecked(o->homing ? &q->homing : &q->profile, &o->profile, to);
     show(&o->ref_shown, o->setpoint.position);
     o->error = ctl_position_difference(o->setpoint.position, o->now);
     guard(d);
@@ -140,17 +142,19 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     d->motion.asked = wanted;
     const num_t feedback = ctl_pi_output(&o->pi, num_sub(wanted, o->speed));
     num_t       torque = feedback;
+    num_t       fed = (num_t)0;
     if (q->method == DRIVE_POSITION_RDC) {
-        torque = num_add(torque, ctl_rdc_step_unchecked(&o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
+        torque = num_add(torque, ctl_rdc_step_unchecked(&q->rdc, &o->rdc, &o->setpoint, num_neg(o->error), num_neg(speed_error)));
+        fed = o->rdc.fed;
         if (q->learns) {
-            torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.state.robust)));
+            torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.robust)));
         }
     }
     const num_t room = drive_active_order(d)->iq_max;
     const num_t limited = num_clamp(torque, num_neg(room), room);
     ctl_pi_commit(&o->pi, num_add(feedback, num_sub(limited, torque)));
     ctl_pi_reset(&d->speed.pi, limited); /* speed mode goes on with this torque */
-    d->speed.iq_ref = hold_back(o, limited, q->torque_delay);
+    hand_over(&d->speed, o, limited, fed, q->torque_delay);
 }
 
 static float in_rad(ctl_position_t position)

@@ -81,7 +81,6 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
     const float per_speed = scale->speed_rad_s * scale->inv_current;
-    const bool  observed = p->method >= (uint16_t)DRIVE_METHOD_DOB;
 
     q->method = (drive_position_method_t)p->position_method;
     uint16_t bad = make_profile(p, p->profile_speed_rad_s, &q->profile, scale);
@@ -97,9 +96,6 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
         return PARAM_position_min_turn;
     }
     q->learns = (q->method == DRIVE_POSITION_RDC) && (p->rdc_learn_gain > 0.0f);
-    if (observed && (q->learns || (q->method == DRIVE_POSITION_SILC) || (q->method == DRIVE_POSITION_SRC))) {
-        return PARAM_position_method; /* the torque observer has the memory */
-    }
     q->velocity_pi = drive_pi(num_from_float(p->position_kv_a_per_rad_s * per_speed),
                               num_from_float(p->position_kv_a_per_rad_s * per_speed * ts_s / p->position_ti_s),
                               p->iq_limit_a / scale->current_a, CTL_PI_HOLD_OUTWARD);
@@ -139,30 +135,38 @@ uint16_t drive_judge_position(const drive_position_setup_t *q)
     return (d.status == CTL_OK) ? (uint16_t)PARAM_COUNT : rdc_culprit(d.field);
 }
 
-/* The angle memories of the position loop use the room of the torque observer's; the two are never active together. */
+/* The room that the torque observer leaves is that of the position loop's angle memories. */
+static uint16_t taken(const drive_observer_setup_t *s)
+{
+    return (s->used && (s->observer.kind != CTL_OBSERVER_DOB)) ? s->capacity : 0U;
+}
+
 void drive_build_position_memory(drive_position_t *o, const drive_setup_t *s, num_t *memory, uint16_t room)
 {
     const drive_position_setup_t *const q = &s->position;
-    if (!s->observer.used) {
-        (void)ctl_ilc_init(&o->ilc, &q->ilc, memory, q->cells);
-        (void)ctl_ilc_init(&o->learn, &q->learn, &memory[room / 2U], q->cells);
-        if (q->method == DRIVE_POSITION_SRC) {
-            (void)ctl_src_init(&o->src, &q->src, memory, q->cells);
-        }
+    const uint16_t                      from = taken(&s->observer);
+    if (((uint32_t)from + (2U * (uint32_t)q->cells)) > room) {
+        return; /* methods that need it are refused then: combinations.def */
+    }
+    (void)ctl_ilc_init(&o->ilc, &q->ilc, &memory[from], q->cells);
+    (void)ctl_ilc_init(&o->learn, &q->learn, &memory[from + q->cells], q->cells);
+    if (q->method == DRIVE_POSITION_SRC) {
+        (void)ctl_src_init(&o->src, &q->src, &memory[from], q->cells);
     }
 }
 
 void drive_build_position(drive_position_t *o, const drive_position_setup_t *q)
 {
-    (void)ctl_profile_init(&o->profile, &q->profile);
+    ctl_profile_reset(&o->profile, 0);
     (void)ctl_pi_init(&o->pi, &q->velocity_pi);
-    (void)ctl_rdc_init(&o->rdc, &q->rdc);
+    o->rdc.rejected = 0U;
+    ctl_rdc_reset(&o->rdc);
 }
 
 bool drive_position_differs(const drive_setup_t *before, const drive_setup_t *s)
 {
-    return !s->observer.used && ((before->position.method != s->position.method) ||
-                                 (before->position.cells != s->position.cells) || before->observer.used);
+    return (before->position.method != s->position.method) || (before->position.cells != s->position.cells) ||
+           (taken(&before->observer) != taken(&s->observer));
 }
 
 void drive_rest_position(drive_position_t *o)

@@ -13,6 +13,12 @@ uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, d
                      drive_fitted(p->speed_ki_a_per_unit_s * ts_s * per_error, PARAM_speed_ki_a_per_unit_s, &culprit),
                      p->iq_limit_a / scale->current_a, CTL_PI_HOLD_OUTWARD);
     s->error_scale = num_from_float(p->speed_error_gain * scale->speed_rad_s / scale->error_unit);
+    s->weight = num_from_float(p->speed_setpoint_weight);
+    s->weighted = p->speed_setpoint_weight < 1.0f;
+    /* with ki T_s / kp the filter makes of the PI controller exactly the one whose proportional part has the weighted reference */
+    s->follow = (p->speed_ki_a_per_unit_s * ts_s < p->speed_kp_a_per_unit)
+                    ? num_from_float(p->speed_ki_a_per_unit_s * ts_s / p->speed_kp_a_per_unit)
+                    : NUM_C(1.0f);
     s->between = (uint16_t)(p->speed_divider - 1U);
     s->inlined = p->speed_inline != 0U;
 

@@ -5,8 +5,8 @@
 #include "firmware/app/internal.h"
 #include "hal/hal_inverter.h"
 
-/* The current interrupt may have tripped since the state was looked at, even between arming and here. It writes `fault`
- * first and `state` after it, this the other way round: whoever comes last leaves FAULT. */
+/* The current interrupt may have tripped since the state was read, even between arming and here. It writes `fault`
+ * first and `state` after it, this in the opposite order: whoever comes last leaves FAULT. */
 static void enter(drive_t *d, drive_state_t state)
 {
     d->state = state;
@@ -155,12 +155,15 @@ static void wait_for_start(drive_t *d)
     }
 }
 
-/* What the observer is told and asked at leisure. */
+/* Background work of the observer: target speed, quality figure. */
 static void attend_observer(drive_t *d)
 {
     if (d->setup->observer.used) {
-        ctl_observer_target(&d->observer.observer, drive_per_base(drive_active_command(d)->speed_ref_rad_s, d->scale.inv_speed));
-        ctl_observer_look(&d->observer.observer);
+        const drive_command_t *const c = drive_active_command(d);
+        ctl_observer_target(&d->observer.observer, (c->mode == DRIVE_MODE_POSITION)
+                                                       ? d->position.setpoint.speed
+                                                       : drive_per_base(c->speed_ref_rad_s, d->scale.inv_speed));
+        ctl_observer_update_quality(&d->observer.observer);
     }
 }
 

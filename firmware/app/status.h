@@ -1,8 +1,8 @@
 /**
  * @file  firmware/app/status.h
- * @brief What others ask the drive. No file outside of firmware/app looks inside drive_t: tests/architecture sees to it.
+ * @brief Queries of the drive's state. No file outside of firmware/app reads a member of drive_t: tests/architecture checks it.
  *
- * Any context, unless it says otherwise: each answer is one word.
+ * Any context, unless a function states another: each answer is one word.
  */
 #ifndef FIRMWARE_APP_STATUS_H
 #define FIRMWARE_APP_STATUS_H

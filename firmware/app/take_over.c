@@ -6,7 +6,6 @@ static void retune_current(drive_current_t *c, const drive_current_setup_t *s, b
 {
     ctl_pi_tune_gains(&c->d, &s->pi); /* the limits of an axis are constants: DRIVE_AXIS_BOUND */
     ctl_pi_tune_gains(&c->q, &s->pi);
-    c->deadbeat.params = s->deadbeat;
     if (s->deadbeat_used && !deadbeat_before) {
         ctl_deadbeat_reset(&c->deadbeat);
     }
@@ -47,9 +46,7 @@ static void retune_observer(drive_observer_t *o, const drive_observer_setup_t *s
 static void retune_position(drive_position_t *o, const drive_position_setup_t *q)
 {
     ctl_pi_tune(&o->pi, &q->velocity_pi);
-    ctl_profile_tune_unchecked(&o->profile, o->homing ? &q->homing : &q->profile);
     if (q->method == DRIVE_POSITION_RDC) {
-        o->rdc.params = q->rdc;
         o->learn.params = q->learn;
     } else if (q->method == DRIVE_POSITION_SILC) {
         o->ilc.params = q->ilc;

@@ -88,7 +88,7 @@ frame_event_t frame_decode(frame_decoder_t *d, uint16_t octet)
         const frame_event_t event = end_of_frame(d);
         const uint16_t      count = d->count;
         frame_decoder_reset(d);
-        d->count = (event == FRAME_GOOD) ? count : 0U; /* for frame_payload; the next octet starts anew */
+        d->count = (event == FRAME_GOOD) ? count : 0U; /* for frame_payload; the next octet starts a new frame */
         return event;
     }
     if (!d->begun) {

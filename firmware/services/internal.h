@@ -22,7 +22,7 @@ link_refusal_t services_length(services_t *s, const codec_reader_t *in, uint16_t
 /** Refuse an index that is not below @p count; else LINK_FINE. */
 link_refusal_t services_index(services_t *s, uint16_t index, uint16_t count);
 
-/** A save of parameters or of what was learned is under way. */
+/** A save of parameters or of what was learned is in progress. */
 bool services_saving(const services_t *s);
 /** State of the session, as bits (docs/protocol.md). */
 uint16_t services_flags(const services_t *s);

@@ -15,7 +15,7 @@ void recorder_init(recorder_t *r, float *memory, uint16_t values)
 
 static void begin(recorder_t *r)
 {
-    r->by_hand = 0U;
+    r->manual = 0U;
     r->end = (uint16_t)((r->config.pre + r->config.post) * r->config.count); /* within `values` */
     r->at = 0U;
     r->held = 0U;
@@ -44,7 +44,7 @@ void recorder_stop(recorder_t *r)
     }
 }
 
-void recorder_trigger(recorder_t *r) { r->by_hand = 1U; }
+void recorder_trigger(recorder_t *r) { r->manual = 1U; }
 
 void recorder_restart(recorder_t *r)
 {
@@ -56,7 +56,7 @@ void recorder_restart(recorder_t *r)
 
 /* ---- current interrupt ----------------------------------------------------------------------------------------------- */
 
-/* Both must be looked at in every period: an edge is a difference to the last one. */
+/* Both must be evaluated in every period: an edge is a difference to the last one. */
 static bool edge(recorder_t *r, const drive_t *d)
 {
     const float now = telemetry_read(d, r->config.trigger_signal);
@@ -92,12 +92,12 @@ static bool fires(recorder_t *r, const drive_t *d)
     case RECORDER_AT_FAULT:
         hit = fault_appears(r, d);
         break;
-    case RECORDER_BY_HAND:
+    case RECORDER_MANUAL:
     case RECORDER_TRIGGERS:
     default:
         break;
     }
-    return hit || (r->by_hand != 0U);
+    return hit || (r->manual != 0U);
 }
 
 static void store(recorder_t *r, const drive_t *d)

@@ -3,7 +3,7 @@
  * @brief Rows of chosen signals in RAM at the full rate, around a trigger: what came before it and what came after.
  *
  * A ring of pre + post rows. While it runs only the current interrupt writes it; the main loop configures and reads it when
- * it rests. Cost in the interrupt: one telemetry_read per signal at a row, one for the trigger in every period.
+ * it is idle. Cost in the interrupt: one telemetry_read per signal at a row, one for the trigger in every period.
  */
 #ifndef FIRMWARE_SERVICES_RECORDER_H
 #define FIRMWARE_SERVICES_RECORDER_H
@@ -27,7 +27,7 @@ typedef enum {
     RECORDER_FALLING,
     RECORDER_EITHER,
     RECORDER_AT_FAULT, /**< Also before `pre` rows are there: a fault does not wait. */
-    RECORDER_BY_HAND,  /**< recorder_trigger only; as early. */
+    RECORDER_MANUAL,   /**< recorder_trigger only; as early. */
     RECORDER_TRIGGERS
 } recorder_trigger_t;
 
@@ -46,16 +46,16 @@ typedef struct {
     uint16_t          number; /**< Of this configuration, 8 bits. */
 
     volatile uint16_t status;
-    volatile uint16_t by_hand; /**< The main loop wants the trigger now. */
-    uint16_t          end;     /**< Ring: rows times signals. */
-    uint16_t          at;      /**< Next value to write. */
-    volatile uint16_t held;    /**< Rows in the ring. */
-    uint16_t          wait;    /**< Periods until the next row. */
-    uint16_t          left;    /**< Rows to come after the trigger. */
-    uint16_t          before;  /**< Rows from before the trigger; fewer than pre when it came early. */
-    float             last;    /**< Trigger signal of the period before... */
-    bool              primed;  /**< ...if there was one. */
-    bool              faulty;  /**< Fault in the period before. */
+    volatile uint16_t manual; /**< The main loop wants the trigger now. */
+    uint16_t          end;    /**< Ring: rows times signals. */
+    uint16_t          at;     /**< Next value to write. */
+    volatile uint16_t held;   /**< Rows in the ring. */
+    uint16_t          wait;   /**< Periods until the next row. */
+    uint16_t          left;   /**< Rows to come after the trigger. */
+    uint16_t          before; /**< Rows from before the trigger; fewer than pre when it came early. */
+    float             last;   /**< Trigger signal of the period before. */
+    bool              primed; /**< `last` is valid. */
+    bool              faulty; /**< Fault in the period before. */
     uint32_t          first, trigger_counter;
 } recorder_t;
 
@@ -64,7 +64,7 @@ void recorder_init(recorder_t *r, float *memory, uint16_t values);
 void recorder_start(recorder_t *r, const recorder_config_t *config);
 void recorder_stop(recorder_t *r);
 void recorder_trigger(recorder_t *r);
-/** As configured, once more. Nothing when never configured. */
+/** Start again with the last configuration; does nothing when there is none. */
 void recorder_restart(recorder_t *r);
 /** Current interrupt, every period. */
 void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter);

@@ -1,4 +1,4 @@
-/* Requests that look: any client may, whatever its schema. */
+/* Requests that only read: allowed for any client, whatever its schema. */
 #include <stddef.h>
 
 #include "firmware/app/telemetry.h"

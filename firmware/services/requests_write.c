@@ -15,7 +15,7 @@ static link_refusal_t bad_state(services_t *s)
 
 /* ---- parameters -------------------------------------------------------------------------------------------------------- */
 
-/* What the drive said no to, and where its limit lies. */
+/* The parameter that the drive refused, and its limit. */
 static link_refusal_t refused(services_t *s, uint16_t culprit)
 {
     const float value = params_get(&s->staged, culprit);
@@ -289,6 +289,9 @@ link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_
     float          limit = TWO_PI;
     const uint16_t field =
         inside(c.target_rad, limit) ? drive_command_refuses(s->setup.drive, &c, &limit) : (uint16_t)DRIVE_COMMAND_ANGLE;
+    if (field == (uint16_t)DRIVE_COMMAND_MODE) {
+        return services_refuse(s, LINK_NO_range, 0U, 0.0f, limit);
+    }
     if (field != (uint16_t)DRIVE_COMMAND_FINE) {
         return services_refuse(s, LINK_NO_range, field, -limit, limit);
     }

@@ -145,11 +145,11 @@ static void check_timeout(services_t *s)
         return;
     }
     drive_t *const  d = s->setup.drive;
-    drive_command_t rest = *drive_newest_command(d);
-    rest.speed_ref_rad_s = 0.0f;
-    rest.id_ref_a = 0.0f;
-    rest.iq_ref_a = 0.0f;
-    (void)drive_command(d, &rest);
+    drive_command_t stop = *drive_newest_command(d);
+    stop.speed_ref_rad_s = 0.0f;
+    stop.id_ref_a = 0.0f;
+    stop.iq_ref_a = 0.0f;
+    (void)drive_command(d, &stop);
     services_disarm(s);
     n->timed_out = true;
     n->event_wanted = true;

@@ -32,8 +32,8 @@ typedef struct {
     drive_t              *drive;
     const drive_params_t *defaults;                         /**< Of this board; must stay. */
     const char           *board;                            /**< Its name. */
-    float                *capture, *black_box;              /**< Memory of the recorders... */
-    uint16_t              capture_values, black_box_values; /**< ...and how many values each holds. */
+    float                *capture, *black_box;              /**< Memory of the recorders. */
+    uint16_t              capture_values, black_box_values; /**< Values that each memory holds. */
     hal_reset_t           reset;                            /**< Why the board has started. */
 } services_setup_t;
 
@@ -90,7 +90,7 @@ typedef struct services {
     frame_decoder_t decoder;
     frame_t         frame;
     uint16_t        wire[FRAME_WIRE_MAX];
-    uint16_t        wire_count, wire_at; /**< Octets on their way out. */
+    uint16_t        wire_count, wire_at; /**< Octets waiting to be sent. */
 } services_t;
 
 /** Before the interrupts run: services at rest, the stored parameters or else the defaults taken, drive_init. With auto_run in the

@@ -4,7 +4,9 @@
 #include "firmware/link/crc.h"
 #include "firmware/storage/format.h"
 
-#define ATTEMPTS 3U /* a bit that reads one way or the other is no reason to fall back on the older set */
+#define ATTEMPTS 3U /* a bit that reads 0 once and 1 once is no reason to fall back on the older set */
+/* After a commit was read once: whoever has taken it has to get it again. */
+#define SETTLE_ATTEMPTS 20U
 
 uint32_t store_crc(uint32_t c, const uint16_t *words, uint16_t count)
 {
@@ -193,7 +195,11 @@ hal_status_t store_settle(const store_set_t *set)
     uint16_t block[BLOCK];
     bool     confirmed = false;
     bool     blank = false;
-    if (!read_end(set, crc, &confirmed, &blank) || confirmed || !blank) {
+    bool     committed = false;
+    for (uint16_t k = 0U; (k < SETTLE_ATTEMPTS) && !committed; k++) {
+        committed = read_end(set, crc, &confirmed, &blank);
+    }
+    if (!committed || confirmed || !blank) {
         return HAL_OK; /* a confirm that was begun shows, too, that the commit had been finished */
     }
     store_make_commit(block, set, crc);

@@ -27,6 +27,7 @@ static bool find_source(store_t *s, store_part_t other)
     uint32_t below = UINT32_MAX;
     while (store_find(below, NULL, NULL, &s->source).found) {
         if (store_read_part(&s->source, other, NULL, NULL, &s->wanted)) {
+            (void)store_settle(&s->source); /* it may read as committed only now */
             return true;
         }
         below = s->source.sequence;

@@ -12,7 +12,7 @@
  *     confirm   the same again
  *
  * Before the commit all of it is read back. A set exists when its commit or its confirm reads right. A commit that the power
- * has cut may read one way or the other; a confirm shows that the commit had been finished, so a set that counts gets it
+ * has cut may read 0 once and 1 once; a confirm shows that the commit had been finished, so a set that counts gets it
  * before anything else is erased. Each page begins with a block that counts its erases.
  *
  * The first save after power-up takes a fresh page, because a block may have been begun that does not show it, and never the
@@ -42,22 +42,22 @@ typedef struct {
 
 /** All zeros: power-up. */
 typedef struct {
-    bool         active; /**< A save is under way. */
+    bool         active; /**< A save is in progress. */
     bool         open;   /**< The page of `set` was begun since power-up: the next set may stand behind. */
     uint16_t     next_at;
     bool         doubtful; /**< The last confirm did not read right: nothing more into this page. */
     uint16_t     failures; /**< Saves that failed since power-up. */
     uint32_t     erases;   /**< Of the page that was erased most. */
     store_set_t  set;      /**< The one that is being saved, or was last. */
-    store_set_t  source;   /**< Where the other part comes from... */
-    store_part_t part;     /**< ...than this one, which comes from... */
+    store_set_t  source;   /**< Set from which the other part is copied. */
+    store_part_t part;     /**< Part that is saved from `give` and `from`. */
     store_give_t give;
     const void  *from;
     uint32_t     crc[STORE_PARTS], wanted, read_back[STORE_PARTS];
     uint16_t     phase, next;
 } store_t;
 
-/** Begin anew as at power-up; a save under way is dropped, the older set stands. */
+/** Begin again as at power-up; a save in progress is dropped, the older set stands. */
 void store_reset(store_t *s);
 /** Is there room for a set with so many words? */
 bool store_fits(uint16_t parameter_words, uint16_t table_words);

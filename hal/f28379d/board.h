@@ -93,14 +93,14 @@
 
 /* ---- hardware switches the bridge off when the processor does not serve it ------------------------------------------------------- */
 
-/* eCAP1 as a PWM that never gets to its pulse while every current interrupt starts it anew: two PWM periods, and a tenth of one
+/* eCAP1 as a PWM that never gets to its pulse while every current interrupt restarts it: two PWM periods, and a tenth of one
  * for the latency of an interrupt. Then the pulse of 5 us sets the one-shot of all modules. */
 #define BOARD_GUARD_BASE ECAP1_BASE
 #define BOARD_GUARD_CYC UINT32_C(42000)
 #define BOARD_GUARD_PULSE_CYC UINT32_C(1000)
 #define BOARD_PERIOD_CYC UINT32_C(20000)
 
-/* A halt by the debugger trips as well: the last voltage would else stand on the motor for as long as somebody looks at a
+/* A halt by the debugger trips as well: the last voltage would else stay on the motor for as long as somebody reads a
  * breakpoint. 0 for the one step of docs/bring-up.md that needs a halted processor with gates on, without a motor. */
 #ifndef BOARD_TRIP_ON_HALT
 #define BOARD_TRIP_ON_HALT 1
@@ -130,8 +130,8 @@
 #define BOARD_PIN_QEP_B 21U
 #define BOARD_PIN_QEP_I 99U
 #define BOARD_ENCODER_COUNTS UINT32_C(4000)     /* 1000 lines, every edge */
-#define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts... */
-#define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] ...and what is left of it, 2^-16 */
+#define BOARD_ANGLE_PER_COUNT UINT32_C(1073741) /* [derived] 2^32 / counts, whole part */
+#define BOARD_ANGLE_REST_16 UINT32_C(54002)     /* [derived] fraction of 2^32 / counts, 2^-16 */
 #define BOARD_QEP_FILTER_SYSCLK 20U /* 6 equal samples 100 ns apart: edges closer than 0.6 us are noise; 390 r/s at 4000 counts */
 /* Phase errors: one may be a glitch, and at most one count is off then, which encoder_jump_rad judges. Several within this time
  * mean that the angle cannot be trusted. */

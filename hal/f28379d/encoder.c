@@ -14,8 +14,8 @@
 port_encoder_t            port_encoder;
 static int32_t            unwrapped;
 static hal_encoder_edge_t edge;
-static uint32_t           errors_since_cyc; /* the first of the last few phase errors... */
-static uint16_t           errors;           /* ...and how many */
+static uint32_t           errors_since_cyc; /* time of the first of the last few phase errors */
+static uint16_t           errors;           /* number of these phase errors */
 volatile uint32_t         port_encoder_errors;
 
 void port_encoder_init(void)
@@ -57,16 +57,16 @@ BOARD_RAM_CODE static bool too_many(uint32_t now_cyc)
     return true;
 }
 
-/* Counts from one position to another, the short way round. */
-BOARD_RAM_CODE static int32_t short_way(uint32_t from, uint32_t to)
+/* Counts from one position to another, by the shorter arc. */
+BOARD_RAM_CODE static int32_t shortest_travel(uint32_t from, uint32_t to)
 {
-    int32_t way = (int32_t)to - (int32_t)from;
-    if (way > (int32_t)(BOARD_ENCODER_COUNTS / 2U)) {
-        way -= (int32_t)BOARD_ENCODER_COUNTS;
-    } else if (way < -(int32_t)(BOARD_ENCODER_COUNTS / 2U)) {
-        way += (int32_t)BOARD_ENCODER_COUNTS;
+    int32_t travel = (int32_t)to - (int32_t)from;
+    if (travel > (int32_t)(BOARD_ENCODER_COUNTS / 2U)) {
+        travel -= (int32_t)BOARD_ENCODER_COUNTS;
+    } else if (travel < -(int32_t)(BOARD_ENCODER_COUNTS / 2U)) {
+        travel += (int32_t)BOARD_ENCODER_COUNTS;
     }
-    return way;
+    return travel;
 }
 
 BOARD_RAM_CODE void port_encoder_latch(void)
@@ -74,7 +74,7 @@ BOARD_RAM_CODE void port_encoder_latch(void)
     const uint32_t now_cyc = hal_clock_cyc();
     const uint32_t read = EQEP_getPosition(BOARD_EQEP_BASE); /* latches the capture timer */
     const uint16_t since = EQEP_getCaptureTimerLatch(BOARD_EQEP_BASE);
-    const int32_t  moved = short_way(port_encoder.position, read);
+    const int32_t  moved = shortest_travel(port_encoder.position, read);
 
     port_encoder.position = read;
     port_encoder.at_cyc = now_cyc;

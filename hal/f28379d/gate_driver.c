@@ -23,7 +23,7 @@ enum {
 };
 
 /* Every register that can be written, as constants: what is read may be rubbish, and an earlier program may have left anything.
- * Most are not zero, so neither a dead bus (all zero) nor one that is stuck high looks like them. [sheet] */
+ * Most are not zero, so neither a dead bus (all zero) nor one that is stuck high reads like them. [sheet] */
 typedef struct {
     uint16_t address, value;
 } setting_t;
@@ -152,7 +152,7 @@ bool port_driver_init(void)
     return port_driver_set_up();
 }
 
-/* The driver is not reset with this chip, and is when its supply fails: a clear sets it up anew. */
+/* The driver is not reset with this chip, and is when its supply fails: a clear sets it up again. */
 hal_inverter_fault_t port_driver_reason(const port_driver_status_t *s)
 {
     if (!s->answers) { /* then nothing else that was read means anything */

@@ -1,5 +1,5 @@
 /* A current interrupt that does not come leaves the last voltage on the motor, and only the hardware can see it for sure: eCAP1
- * counts cycles in its PWM mode, every current interrupt starts the count anew, and a pulse that it gets to in spite of that sets
+ * counts cycles in its PWM mode, every current interrupt restarts the count, and a pulse that it gets to in spite of that sets
  * the one-shot of all modules:
  *
  *   eCAP1 output -> ePWM X-BAR trip 5 -> digital compare B1 -> one-shot of ePWM1..3

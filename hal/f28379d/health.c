@@ -42,7 +42,7 @@ void port_health_init(void)
 
 hal_inverter_fault_t port_health_of_last_run(void) { return last_run; }
 
-void port_health_look(void)
+void port_health_check(void)
 {
     health.ram_corrected = MemCfg_getCorrErrorCount();
     health.flash_corrected = Flash_getErrorCount(FLASH0ECC_BASE);

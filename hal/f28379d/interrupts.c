@@ -90,9 +90,9 @@ void port_background(void)
         port_driver_poll();
     }
     note_slow_faults();
-    port_health_look();
+    port_health_check();
     port_led_show(port_trip_is_given_up() ? (uint16_t)PORT_TRIP_UNARMED
                                           : ((port_trip_latched != HAL_INVERTER_FINE) ? CODE_FAULT : (uint16_t)PORT_OK),
                   port_trip_armed);
-    port_stack_look();
+    port_stack_check();
 }

@@ -6,7 +6,7 @@
 #include "hal/hal_order.h"
 
 #define RING 512U /* octets; a power of 2 */
-#define PUMP 8U   /* octets a period each way: more than the line carries */
+#define PUMP 8U   /* octets a period in each direction: more than the line carries */
 
 /* One side writes `written`, the other `taken`; both run freely. */
 typedef struct {

@@ -15,7 +15,7 @@ bool port_system_init(void);
 /* stack.c */
 void port_stack_start(void);                                            /* fill what is above the caller's frame */
 void port_stack_watch(uint16_t *from, uint16_t count, uint16_t in_use); /* any words, the first of them in use */
-void port_stack_look(void);                                             /* some words a pass */
+void port_stack_check(void);                                            /* some words a pass */
 
 /* assertion.c: the first argument that driverlib has refused, in a debug build */
 typedef struct {
@@ -42,11 +42,11 @@ void port_pwm_sampled(void); /* from now on the duties set next count */
 /* trip.c */
 void port_trip_init(void);      /* ends with the one-shot trip set */
 bool port_trip_is_set(void);    /* on all three modules */
-bool port_trip_self_test(void); /* every comparator, both ways, and the guard trip each module; leaves the trip set */
+bool port_trip_self_test(void); /* every comparator, both signs, and the guard trip each module; leaves the trip set */
 void port_trip_give_up(void);   /* never arm */
 bool port_trip_is_given_up(void);
 void port_trip_release_if_armed(void);
-void port_trip_look(void); /* note what the hardware has found */
+void port_trip_poll(void); /* note what the hardware has found */
 void port_trip_note(hal_inverter_fault_t fault);
 bool port_trip_bridge_is_off(void);
 
@@ -80,7 +80,7 @@ void port_guard_init(void); /* it runs from now on, and pulses while nobody feed
 
 /* health.c */
 void                 port_health_init(void);
-void                 port_health_look(void);
+void                 port_health_check(void);
 hal_inverter_fault_t port_health_of_last_run(void); /* what made the processor reset itself */
 void                 port_lock_registers(void);
 
@@ -107,7 +107,7 @@ static inline uint16_t               port_trip_flags(void)
            PORT_TRIP_HARDWARE_FLAGS;
 }
 
-/* guard.c: the counter starts anew */
+/* guard.c: restart the counter */
 static inline void port_guard_feed(void) { ECAP_loadCounter(BOARD_GUARD_BASE); }
 
 /* sampling.c, encoder.c: counted for port_health */

@@ -32,7 +32,7 @@ typedef struct {
     bool     answers;                /**< It answered, and all settings read back as they were written. */
 } port_driver_status_t;
 
-/** What goes unnoticed otherwise, counted since the start, for a debugger and the bench. */
+/** Events that nothing else reports, counted since the start, for a debugger and the bench. */
 typedef struct {
     uint32_t ram_corrected, flash_corrected; /**< Memory errors of one bit. */
     uint32_t phase_errors;                   /**< Of the encoder interface. */

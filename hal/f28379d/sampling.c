@@ -8,8 +8,8 @@
 
 static volatile uint32_t periods; /* PWM periods that were sampled or lost */
 static volatile bool     fresh;
-static bool              begun;       /* there has been an interrupt... */
-static uint32_t          due_cyc;     /* ...which was due at this time, or the earliest that is known of it */
+static bool              begun;       /* there has been an interrupt */
+static uint32_t          due_cyc;     /* time at which it was due, or the earliest that is known of it */
 static float             zero_sum_a;  /* mean of ia + ib + ic as read, bridge off: the sum of the three zero errors */
 static volatile float    sum_error_a; /* bridge on: mean of |ia + ib + ic| beyond that */
 volatile uint32_t        port_sampling_lost;
@@ -40,7 +40,7 @@ void port_sampling_init(void)
 }
 
 /* Periods since the last interrupt, from the clock: the converter's overflow flag says one whether one was lost or a thousand. An
- * interrupt is never early, so the earliest of them tell when they are due. */
+ * interrupt is never early, so the earliest of them show when they are due. */
 BOARD_RAM_CODE static uint32_t periods_since(uint32_t now_cyc)
 {
     const uint32_t since_cyc = now_cyc - due_cyc;
@@ -104,23 +104,23 @@ static inline uint32_t angle_of(uint32_t position)
 
 /* Near full duty the low side of a phase conducts too briefly for its amplifier. Its current then follows from the other
  * two, with the sum of the zero errors put back in, so that what the drive knows of its offset holds for it as well:
- * @p apart is that sum less the sum of what was read. */
-static inline void replace_unmeasurable(hal_sample_t *s, float apart)
+ * @p deviation_a is that sum less the sum of what was read. */
+static inline void replace_unmeasurable(hal_sample_t *s, float deviation_a)
 {
     const port_pulses_t *const p = (port_pwm_before.longest < port_pwm_after.longest) ? &port_pwm_before : &port_pwm_after;
     if (p->longest == p->compare[0]) {
-        s->ia_a += apart;
+        s->ia_a += deviation_a;
     } else if (p->longest == p->compare[1]) {
-        s->ib_a += apart;
+        s->ib_a += deviation_a;
     } else {
-        s->ic_a += apart;
+        s->ic_a += deviation_a;
     }
 }
 
-/* What is not usual about a sample. */
+/* Classify an abnormal sample. */
 BOARD_RAM_CODE static hal_status_t look_again(bool was_fresh)
 {
-    port_trip_look();
+    port_trip_poll();
     if (port_encoder.failed) {
         return HAL_SENSOR_FAULT;
     }
@@ -145,15 +145,15 @@ BOARD_RAM_CODE hal_status_t hal_sample_read(hal_sample_t *out)
     out->at_cyc = port_encoder.at_cyc;
     out->seq = periods;
 
-    const float apart = zero_sum_a - (a + b + c);
+    const float deviation_a = zero_sum_a - (a + b + c);
     if ((port_pwm_before.longest < BOARD_COMPARE_MEASURABLE) | (port_pwm_after.longest < BOARD_COMPARE_MEASURABLE)) {
-        replace_unmeasurable(out, apart);
+        replace_unmeasurable(out, deviation_a);
     } else if (port_trip_armed) {
-        sum_error_a += SUM_GAIN * (port_max(apart, -apart) - sum_error_a);
+        sum_error_a += SUM_GAIN * (port_max(deviation_a, -deviation_a) - sum_error_a);
     } else {
-        zero_sum_a -= SUM_GAIN * apart; /* a second read of the same sample does no harm */
+        zero_sum_a -= SUM_GAIN * deviation_a; /* a second read of the same sample does no harm */
     }
-    /* | instead of ||: one branch for all that is not usual */
+    /* | instead of ||: one branch for everything abnormal */
     return ((!was_fresh) | port_encoder.failed | (port_trip_flags() != 0U) | (port_trip_latched != HAL_INVERTER_FINE))
                ? look_again(was_fresh)
                : HAL_OK;

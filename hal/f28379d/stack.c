@@ -1,4 +1,4 @@
-/* How deep the stack has been: its words are filled with a pattern at the start, and a pass of the main loop looks at some of
+/* How deep the stack has been: its words are filled with a pattern at the start, and a pass of the main loop checks some of
  * them for what is left of it. The stack of the C28x grows upwards. */
 #include "hal/f28379d/parts.h"
 
@@ -7,31 +7,31 @@
 #define IN_USE_WORDS 64U /* above a local variable of port_stack_start: the frame that fills must not be filled */
 
 static uint16_t *first;
-static uint16_t  words;   /* of the stack */
-static uint16_t  used;    /* words below the highest that was written */
-static uint16_t  looking; /* the next word to look at, counted from the first */
+static uint16_t  words;    /* of the stack */
+static uint16_t  used;     /* words below the highest that was written */
+static uint16_t  checking; /* the next word to check, counted from the first */
 
 void port_stack_watch(uint16_t *from, uint16_t count, uint16_t in_use)
 {
     first = from;
     words = count;
     used = (in_use < count) ? in_use : count;
-    looking = count;
+    checking = count;
     for (uint16_t i = used; i < count; i++) {
         from[i] = PATTERN;
     }
 }
 
-void port_stack_look(void)
+void port_stack_check(void)
 {
-    for (uint16_t n = 0U; (n < PER_PASS) && (looking > used); n++) {
-        looking--;
-        if (first[looking] != PATTERN) {
-            used = (uint16_t)(looking + 1U); /* everything below counts as used */
+    for (uint16_t n = 0U; (n < PER_PASS) && (checking > used); n++) {
+        checking--;
+        if (first[checking] != PATTERN) {
+            used = (uint16_t)(checking + 1U); /* everything below counts as used */
         }
     }
-    if (looking <= used) {
-        looking = words;
+    if (checking <= used) {
+        checking = words;
     }
 }
 

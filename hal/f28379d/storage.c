@@ -2,7 +2,7 @@
  * Without it the board stores nothing, and says so.
  *
  * CPU1 has one bank: while it is programmed or erased nothing can be fetched or read from it. So what runs here, and the API, lie
- * in RAM, and the interrupts are kept away; the bridge is off, refused otherwise, and held off by the one-shot trip. The error
+ * in RAM, and the interrupts are kept away; the bridge is off, else refused, and held off by the one-shot trip. The error
  * correction is off around programming and reading: programming reads TI's own OTP, whose correction bits are wrong (errata), and
  * a block in which the power went would end in an NMI. Whether a block is right is judged by the store's check sums. */
 #include "hal/hal_storage.h"

@@ -55,7 +55,7 @@ bool port_system_init(void)
 
 uint32_t port_reset_cause(void) { return reset_cause; }
 
-/* The watchdog pulls the reset pin, too, and a drive that may have failed must not look like one that was just switched on. */
+/* The watchdog pulls the reset pin, too, and a drive that may have failed must not appear as one that was just switched on. */
 hal_reset_t hal_reset_cause(void)
 {
     if ((reset_cause & (SYSCTL_CAUSE_WDRS | SYSCTL_CAUSE_NMIWDRS)) != 0U) {
@@ -91,14 +91,14 @@ port_status_t port_init(void)
     port_encoder_init();
     port_link_init();
     if (!holds) {
-        port_trip_give_up(); /* the gates stay inputs, EN_GATE low; who asks over the link is told why */
+        port_trip_give_up(); /* the gates stay inputs, EN_GATE low; the link reports why */
         hal_inverter_clear_fault();
         return PORT_TRIP_UNARMED;
     }
     port_pins_connect_gates();
     (void)port_driver_init(); /* the amplifiers live from here on */
     (void)port_trip_self_test();
-    hal_inverter_clear_fault(); /* notes what of it is not well */
+    hal_inverter_clear_fault(); /* notes which part has failed */
     port_trip_note(port_health_of_last_run());
     return PORT_OK;
 }

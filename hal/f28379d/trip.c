@@ -205,7 +205,7 @@ BOARD_RAM_CODE static void forget_processor(void)
     }
 }
 
-BOARD_RAM_CODE void port_trip_look(void)
+BOARD_RAM_CODE void port_trip_poll(void)
 {
     uint16_t flags = port_trip_flags();
     if (((flags & PORT_TRIP_PROCESSOR_FLAGS) != 0U) && !port_trip_armed) { /* switched nothing off */
@@ -229,7 +229,7 @@ BOARD_RAM_CODE void port_trip_look(void)
 
 BOARD_RAM_CODE hal_inverter_fault_t hal_inverter_fault(void)
 {
-    port_trip_look();
+    port_trip_poll();
     return port_trip_latched;
 }
 
@@ -245,7 +245,7 @@ hal_status_t hal_inverter_arm(void)
     } else {
         /* fine so far */
     }
-    /* No interrupt may find a fault between the look and the arming. */
+    /* No interrupt may find a fault between the check and the arming. */
     const bool were_off = Interrupt_disableGlobal();
     const bool fine = hal_inverter_fault() == HAL_INVERTER_FINE;
     if (fine) {

@@ -6,6 +6,7 @@
 #include "hal/hal_clock.h"
 #include "hal/hal_link.h"
 #include "hal/hal_storage.h"
+#include "sim_host/plant/whole.h"
 
 static _Thread_local sim_board_t *selected;
 
@@ -76,7 +77,7 @@ void sim_board_speed_end(sim_board_t *board) { board->in_speed_isr = false; }
 static uint32_t to_turns(double rad)
 {
     const double turns = rad / 6.283185307179586;
-    return (uint32_t)(uint64_t)(int64_t)floor(((turns - floor(turns)) * 4294967296.0) + 0.5); /* a whole turn wraps */
+    return (uint32_t)(uint64_t)(((turns - (double)sim_whole_below(turns)) * 4294967296.0) + 0.5); /* a whole turn wraps */
 }
 
 /* Counts that the encoder has gained, and the angle that they make. */
@@ -84,6 +85,29 @@ static int64_t slipped_counts(const sim_board_t *b) { return llrint(b->disturban
 static double  slipped_rad(const sim_board_t *b)
 {
     return (b->disturbance.encoder_slip_rad == 0.0) ? 0.0 : ((double)slipped_counts(b) * b->plant.edge_pitch_rad);
+}
+
+static uint32_t to_cycles(double time_s)
+{
+    return (uint32_t)(int64_t)(time_s * SIM_CLOCK_HZ + 0.5); /* wraps, as the counter on the chip does */
+}
+
+/* The clock, and the memory of the hardware, of a board that has been looked up already. */
+static inline uint32_t clock_cyc(sim_board_t *b)
+{
+    const uint32_t now = to_cycles(b->plant.time_s) + b->used_cyc;
+    if (b->in_speed_isr) {
+        b->used_cyc += b->load.speed_cyc; /* the second reading of the clock comes at the end */
+    }
+    return now;
+}
+
+static inline hal_inverter_fault_t latched_fault(sim_board_t *b)
+{
+    if (b->latched_fault == HAL_INVERTER_FINE) {
+        b->latched_fault = b->disturbance.inverter_fault;
+    }
+    return b->latched_fault;
 }
 
 hal_status_t hal_sample_read(hal_sample_t *out)
@@ -99,7 +123,7 @@ hal_status_t hal_sample_read(hal_sample_t *out)
         b->stuck_theta = to_turns(r.theta_m_rad + slipped_rad(b));
     }
     out->theta_m = b->stuck_theta;
-    out->at_cyc = hal_clock_cyc();
+    out->at_cyc = clock_cyc(b);
     if (b->disturbance.sample_lost) {
         out->seq = b->seq;
         return HAL_STALE;
@@ -109,18 +133,14 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     if (b->disturbance.encoder_error) {
         return HAL_SENSOR_FAULT;
     }
-    return (hal_inverter_fault() != HAL_INVERTER_FINE) ? HAL_TRIPPED : HAL_OK;
-}
-
-static uint32_t to_cycles(double time_s)
-{
-    return (uint32_t)(int64_t)(time_s * SIM_CLOCK_HZ + 0.5); /* wraps, as the counter on the chip does */
+    return (latched_fault(b) != HAL_INVERTER_FINE) ? HAL_TRIPPED : HAL_OK;
 }
 
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
     sim_board_t *const b = selected;
     if (!b->disturbance.encoder_stuck) {
+        sim_plant_find_edge(&b->plant);
         b->stuck_edge.edge_count = (int32_t)(uint32_t)(uint64_t)(b->plant.edge_count + slipped_counts(b));
         b->stuck_edge.edge_cyc = to_cycles(b->plant.edge_time_s);
         b->stuck_edge.index_seen = b->plant.index_seen;
@@ -136,20 +156,15 @@ static double cut(float duty) { return (duty > 0.0f) ? ((duty < 1.0f) ? (double)
 
 hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
 {
-    selected->duty_next[0] = cut(duty->a);
-    selected->duty_next[1] = cut(duty->b);
-    selected->duty_next[2] = cut(duty->c);
-    selected->used_cyc += selected->load.current_cyc;
+    sim_board_t *const b = selected;
+    b->duty_next[0] = cut(duty->a);
+    b->duty_next[1] = cut(duty->b);
+    b->duty_next[2] = cut(duty->c);
+    b->used_cyc += b->load.current_cyc;
     return HAL_OK;
 }
 
-hal_inverter_fault_t hal_inverter_fault(void)
-{
-    if (selected->latched_fault == HAL_INVERTER_FINE) {
-        selected->latched_fault = selected->disturbance.inverter_fault;
-    }
-    return selected->latched_fault;
-}
+hal_inverter_fault_t hal_inverter_fault(void) { return latched_fault(selected); }
 
 void hal_inverter_clear_fault(void) { selected->latched_fault = HAL_INVERTER_FINE; }
 
@@ -173,14 +188,7 @@ void hal_inverter_disarm(void)
 
 /* ---- hal_clock -------------------------------------------------------------------------------------------------------------- */
 
-uint32_t hal_clock_cyc(void)
-{
-    const uint32_t now = to_cycles(selected->plant.time_s) + selected->used_cyc;
-    if (selected->in_speed_isr) {
-        selected->used_cyc += selected->load.speed_cyc; /* the second look comes at the end */
-    }
-    return now;
-}
+uint32_t hal_clock_cyc(void) { return clock_cyc(selected); }
 uint32_t hal_clock_hz(void) { return (uint32_t)SIM_CLOCK_HZ; }
 void     hal_clock_request_speed_isr(void)
 {

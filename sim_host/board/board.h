@@ -3,9 +3,9 @@
  * @brief The virtual board: the HAL contract on the simulated machine.
  *
  * HAL functions have no handle, as on the chip; sim_board_select says which board they mean, per thread. The clock counts
- * PWM periods of CPU cycles at 200 MHz. It stands still while an interrupt runs, unless the board is told how long one
+ * PWM periods of CPU cycles at 200 MHz. It stands still while an interrupt runs, unless the board is given how long one
  * takes (sim_isr_load_t); then the current interrupt takes it when it sets its duties, the speed interrupt after it first
- * looks at the clock.
+ * reads the clock.
  */
 #ifndef SIM_HOST_BOARD_BOARD_H
 #define SIM_HOST_BOARD_BOARD_H
@@ -55,8 +55,8 @@ typedef struct {
     hal_inverter_fault_t latched_fault; /**< What the hardware remembers of it. */
     bool                 armed;         /**< Gates follow the duties in the next period. */
     bool                 gates_on;      /**< They do in this one. */
-    double               duty[3];       /**< Of this period... */
-    double               duty_next[3];  /**< ...and of the next. */
+    double               duty[3];       /**< Duties of this period. */
+    double               duty_next[3];  /**< Duties of the next period. */
     bool                 speed_requested;
     uint32_t             stuck_theta;
     hal_encoder_edge_t   stuck_edge;

@@ -38,12 +38,12 @@ bool capi_usable(const double *x, int count)
     return usable;
 }
 
-int capi_refused(ctl_diag_t diag, const int *param_of_field, size_t fields, int otherwise)
+int capi_refused(ctl_diag_t diag, const int *param_of_field, size_t fields, int fallback)
 {
     if (diag.status == CTL_OK) {
         return CAPI_STARTED;
     }
-    return (diag.field < fields) ? param_of_field[diag.field] : otherwise;
+    return (diag.field < fields) ? param_of_field[diag.field] : fallback;
 }
 
 /* ---- lists ----------------------------------------------------------------------------------------------------------- */
@@ -176,7 +176,7 @@ static bool refuse(const es_block_t *block, es_error_t *error, es_code_t code, i
     return false;
 }
 
-static es_code_t judge(const capi_param_t *p, double value)
+static es_code_t check(const capi_param_t *p, double value)
 {
     const bool high = (p->ends & (unsigned)CAPI_BELOW) ? (value < p->max) : (value <= p->max);
     const bool low = (p->ends & (unsigned)CAPI_ABOVE) ? (value > p->min) : (value >= p->min);
@@ -195,7 +195,7 @@ bool es_block_set(es_block_t *block, const char *param, double value, es_error_t
     for (int k = 0; k < params_of(block->kind); k++) {
         if (strcmp(param, block->kind->param[k].name) == 0) {
             const double    before = block->param[k];
-            const es_code_t code = judge(&block->kind->param[k], value);
+            const es_code_t code = check(&block->kind->param[k], value);
             block->param[k] = value;
             if (code != ES_NONE) {
                 (void)refuse(block, error, code, k);

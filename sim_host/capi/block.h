@@ -59,13 +59,13 @@ extern const int                 capi_block_total;
 
 static inline num_t  capi_in(double x) { return num_from_float((float)x); }
 static inline double capi_out(num_t x) { return (double)num_to_float(x); }
-/** A signal keeps its NaN or infinity on the way in, so that the guard of the block is what answers. */
+/** A signal keeps its NaN or infinity, so that the guard of the block is what answers. */
 num_t capi_signal_in(double x);
 /** Angle in turns modulo one; 0 for what is not finite. */
 angle_t capi_angle_in(double rad);
 /** Finite, and of a size that no product of a block can overflow. */
 bool capi_usable(const double *x, int count);
 /** The parameter that the block means, of a table from the field of its diagnosis. */
-int capi_refused(ctl_diag_t diag, const int *param_of_field, size_t fields, int otherwise);
+int capi_refused(ctl_diag_t diag, const int *param_of_field, size_t fields, int fallback);
 
 #endif

@@ -22,7 +22,7 @@ extern "C" {
 int         es_abi_version(void); /* raised when a prototype below changes */
 const char *es_numeric(void);     /* "float" or "fixed" */
 
-/* ---- refusals: why a call said false, as values; whoever shows them makes the sentence ------------------------------ */
+/* ---- refusals: why a call returned false, as values; the caller makes the sentence ------------------------------ */
 
 typedef enum {
     ES_NONE,          /* nothing was refused */
@@ -38,6 +38,7 @@ typedef enum {
     ES_TIMES,         /* of an input: no points, or times that are not finite or do not rise */
     ES_BOARD,         /* the board allows at most max */
     ES_OTHERS,        /* the other parameters leave min .. max */
+    ES_COMBINATION,   /* does not go with `other`, whose value is `min`; `rule`: why, and what to do */
     ES_NO_FIT,        /* does not fit the other parameters */
     ES_RUNNING,       /* cannot change while the drive runs */
     ES_STARTED,       /* only before the start */
@@ -65,7 +66,7 @@ typedef struct {
     const char *unit; /* "" when dimensionless */
     const char *kind; /* "float", "integer", "flag", "choice" */
     const char *doc;
-    const char *choices;         /* for kind "choice": "a|b|c", value = position; otherwise "" */
+    const char *choices;         /* for kind "choice": "a|b|c", value = position; else "" */
     double      min, max, value; /* range and default */
     bool        at_rest;         /* drive parameters: only changes while the bridge is off */
     bool        above, below;    /* parameters of blocks: min, max themselves are not allowed */
@@ -76,8 +77,8 @@ typedef struct {
     const char *name;
     const char *acts_on; /* "torque", "current_sensor", "angle_sensor", "inverter", "model", ... */
     const char *doc;
-    const char *signature;     /* how it shows in a log, for the person who looks for it */
-    const char *told_apart;    /* what separates it from effects that look alike; "" when nobody said */
+    const char *signature;     /* how it shows in a log, for the person who searches it */
+    const char *told_apart;    /* what separates it from similar effects; "" when not given */
     bool        scenario_only; /* never the explanation of a log */
     int         param_count;
 } es_effect_t;
@@ -91,8 +92,13 @@ typedef struct {
 typedef struct {
     const char *name;
     const char *cause;
-    const char *check; /* first thing to look at */
+    const char *check; /* first thing to check */
 } es_fault_t;
+
+/** Drive parameters that do not go together: when, and why, is a sentence. */
+typedef struct {
+    const char *name, *param, *other, *why;
+} es_combination_t;
 
 int         es_param_count(void); /* drive parameters (firmware/app/parameters.def) */
 bool        es_param_info(int index, es_field_t *out);
@@ -106,9 +112,11 @@ int         es_effect_count(void);
 bool        es_effect_info(int index, es_effect_t *out);
 bool        es_effect_param_info(int effect, int param, es_field_t *out);
 bool        es_effect_param_role(int effect, int param, es_role_t *out);
-const char *es_effect_neighbour(int effect, int index); /* an effect that looks alike; NULL: no more */
+const char *es_effect_neighbour(int effect, int index); /* a similar effect; NULL: no more */
 /* an experiment of the log format in which the effect shows, and the condition ("": any); false: no more */
 bool     es_effect_shown_by(int effect, int index, const char **experiment, const char **condition);
+int      es_combination_count(void);
+bool     es_combination_info(int index, es_combination_t *out);
 int      es_fault_count(void);
 bool     es_fault_info(int index, es_fault_t *out);
 int      es_command_count(void);                      /* commands of the bench link (firmware/link/protocol.def) */
@@ -121,7 +129,7 @@ typedef struct es_sim es_sim_t;
 
 es_sim_t         *es_sim_new(void);
 void              es_sim_free(es_sim_t *sim);
-const es_error_t *es_sim_error(const es_sim_t *sim); /* why the last call on this object said false; never NULL */
+const es_error_t *es_sim_error(const es_sim_t *sim); /* why the last call on this object returned false; never NULL */
 
 /* For the next es_sim_start; inputs act at once. Each refuses an unknown name, a value that is not finite or out of range. */
 bool es_sim_set_model(es_sim_t *sim, const char *name, double value);
@@ -129,7 +137,7 @@ bool es_sim_set_param(es_sim_t *sim, const char *name, double value);
 bool es_sim_set_effect(es_sim_t *sim, const char *effect, const char *param, double value);
 bool es_sim_set_seed(es_sim_t *sim, uint64_t seed);
 /* Value of an input over time: count >= 1 points, t_s rising, first value holds before the first point and the last
- * after the last; linear: ramp between points, otherwise hold. The arrays are copied. */
+ * after the last; linear: ramp between points, else hold. The arrays are copied. */
 bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear);
 
 bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; time 0; with auto_run = 1
@@ -138,7 +146,7 @@ bool es_sim_start(es_sim_t *sim); /* checks everything, builds plant and drive; 
 
 /* Run up to `periods` PWM periods and write every decimate-th sample (the first one at the start) of the chosen
  * signals to out, row by row. Returns the rows written; stops early when `capacity_rows` is full. A fault of the drive
- * does not stop the simulation (signal "fault" tells). May be called again to go on. */
+ * does not stop the simulation (reported by the signal "fault"). May be called again to go on. */
 bool    es_sim_record(es_sim_t *sim, const char *const *signals, int count);
 int64_t es_sim_run(es_sim_t *sim, int64_t periods, int decimate, double *out, int64_t capacity_rows);
 double  es_sim_time(const es_sim_t *sim);                     /* s */

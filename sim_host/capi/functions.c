@@ -142,8 +142,9 @@ bool es_rdc_robust_term(const double *e, const double *p_row, double inertia, do
     if (d.status == CTL_OK) {
         const ctl_setpoint_t rest = {0, (num_t)0, (num_t)0, true};
         rdc.state.x1 = capi_signal_in(e[0]);
-        *torque = capi_out(capi_usable(e, 3) ? ctl_rdc_step_unchecked(&rdc, &rest, capi_signal_in(e[1]), capi_signal_in(e[2]))
-                                             : ctl_rdc_step(&rdc, &rest, capi_signal_in(e[1]), capi_signal_in(e[2])));
+        *torque = capi_out(
+            capi_usable(e, 3) ? ctl_rdc_step_unchecked(&rdc.params, &rdc.state, &rest, capi_signal_in(e[1]), capi_signal_in(e[2]))
+                              : ctl_rdc_step(&rdc, &rest, capi_signal_in(e[1]), capi_signal_in(e[2])));
         return true;
     }
     switch (d.field) {

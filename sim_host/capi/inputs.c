@@ -151,13 +151,27 @@ void capi_inputs_apply(es_sim_t *s, double t)
     }
 }
 
-/* A speed reference that would only trip the drive. */
+static bool asks_for(const es_sim_t *s, drive_mode_t mode)
+{
+    bool found = (s->input[INPUT_control_mode].count == 0) && ((int)INPUTS[INPUT_control_mode].def == (int)mode);
+    for (int k = 0; k < s->input[INPUT_control_mode].count; k++) {
+        found = found || ((int)(s->input[INPUT_control_mode].value[k] + 0.5) == (int)mode);
+    }
+    return found;
+}
+
+/* A speed reference that would only trip the drive; position mode with what does nothing there. */
 bool capi_reference_fits(es_sim_t *s)
 {
-    bool speed_mode = (s->input[INPUT_control_mode].count == 0) && ((int)INPUTS[INPUT_control_mode].def == (int)DRIVE_MODE_SPEED);
-    for (int k = 0; k < s->input[INPUT_control_mode].count; k++) {
-        speed_mode = speed_mode || ((int)(s->input[INPUT_control_mode].value[k] + 0.5) == (int)DRIVE_MODE_SPEED);
+    if (s->drive.setup->speed.rc_used && asks_for(s, DRIVE_MODE_POSITION)) {
+        (void)capi_refuse_with(&s->error, ES_COMBINATION, "param", params_info(PARAM_method)->name, (double)s->params.method,
+                               "control_mode");
+        s->error.min = (double)DRIVE_MODE_POSITION;
+        s->error.rule = "repetitive control corrects the speed loop, which position mode does not run; position_method = src is "
+                        "the repetitive controller there";
+        return false;
     }
+    const bool                speed_mode = asks_for(s, DRIVE_MODE_SPEED);
     const capi_track_t *const ref = &s->input[INPUT_speed_ref_rad_s];
     const double              limit = (double)s->params.over_speed_rad_s;
     for (int k = 0; speed_mode && (k < ref->count); k++) {

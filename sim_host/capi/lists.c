@@ -1,6 +1,7 @@
 /* The lists that do not depend on a simulation: parameters, plant model, effects, faults, commands of the link. */
 #include <stddef.h>
 
+#include "firmware/app/combinations.h"
 #include "firmware/app/faults.h"
 #include "firmware/app/parameters.h"
 #include "firmware/services/schema.h"
@@ -79,6 +80,25 @@ bool es_effect_shown_by(int effect, int index, const char **experiment, const ch
     }
     *experiment = sim_effects[effect]->shown_by[index].experiment;
     *condition = sim_effects[effect]->shown_by[index].condition;
+    return true;
+}
+
+int es_combination_count(void)
+{
+    int count = 0;
+    while (combinations_info((uint16_t)count) != NULL) {
+        count++;
+    }
+    return count;
+}
+bool es_combination_info(int index, es_combination_t *out)
+{
+    const combination_info_t *const c = (index >= 0) ? combinations_info((uint16_t)index) : NULL;
+    if ((c == NULL) || (out == NULL)) {
+        return false;
+    }
+    const es_combination_t row = {c->name, params_info(c->param)->name, params_info(c->other)->name, c->why};
+    *out = row;
     return true;
 }
 

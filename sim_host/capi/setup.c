@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "firmware/app/combinations.h"
 #include "hal/hal_reset.h"
 #include "sim_host/capi/sim.h"
 
@@ -176,6 +177,13 @@ bool capi_param_refuse(es_sim_t *s, const drive_params_t *p, uint16_t culprit)
     float                     low = 0.0f;
     float                     high = 0.0f;
     drive_relation(p, culprit, &low, &high);
+    const combination_info_t *const broken = combinations_info(combinations_broken(p));
+    if ((broken != NULL) && (broken->param == culprit)) {
+        (void)capi_refuse_with(&s->error, ES_COMBINATION, "param", f->name, (double)value, params_info(broken->other)->name);
+        s->error.min = (double)params_get(p, broken->other);
+        s->error.rule = broken->why;
+        return false;
+    }
     if (value > most) {
         return capi_refuse_range(&s->error, ES_BOARD, "param", f->name, (double)value, (double)f->min, (double)most, f->unit);
     }

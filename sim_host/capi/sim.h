@@ -57,7 +57,7 @@ struct es_sim {
 void capi_inputs_default(es_sim_t *sim);
 void capi_inputs_rewind(es_sim_t *sim);
 void capi_inputs_free(es_sim_t *sim);
-/** inputs.c: hand over to plant, board and drive what holds at @p t_s. */
+/** inputs.c: pass to plant, board and drive what holds at @p t_s. */
 void capi_inputs_apply(es_sim_t *sim, double t_s);
 /** inputs.c: refuse a speed reference that would only trip the drive. */
 bool capi_reference_fits(es_sim_t *sim);
@@ -71,7 +71,7 @@ double               capi_signal_read(const es_sim_t *sim, int index);
 bool capi_param_set(es_sim_t *sim, drive_params_t *p, const char *name, double value);
 /** setup.c: refuse because the drive does not take parameter @p culprit of @p p. */
 bool capi_param_refuse(es_sim_t *sim, const drive_params_t *p, uint16_t culprit);
-/** learned.c: hand the waiting table over to the drive. */
+/** learned.c: pass the waiting table to the drive. */
 bool capi_table_give(es_sim_t *sim);
 
 /** A step at 0.1 s acts in the period that starts at 0.1 s, however that was rounded. */

@@ -13,8 +13,8 @@ const sim_effect_t effect_current_gain = {
     .signature = "Second electrical order proportional to the current; nothing without load.",
     .confused_with = {"torque_constant", "cogging"},
     .shown_by = {{"staircase_load", ""}, {"standstill_steps", ""}},
-    .told_apart =
-        "In proportion to the current, nothing at no load; a gain common to both phases looks like the torque constant.",
+    .told_apart = "In proportion to the current, nothing at no load; a gain common to both phases resembles a change of the "
+                  "torque constant.",
     .param_count = 2,
     .param =
         {

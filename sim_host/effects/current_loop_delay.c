@@ -15,8 +15,8 @@ const sim_effect_t effect_current_loop_delay = {
     .param_count = 1,
     .param =
         {
-            {"extra_periods", "", "PWM periods beyond the usual delay, whole or not.", 0.0, 0.0, SIM_DELAY_PERIODS, SIM_AMPLITUDE,
-             1.0},
+            {"extra_periods", "", "PWM periods beyond the nominal delay, whole or not.", 0.0, 0.0, SIM_DELAY_PERIODS,
+             SIM_AMPLITUDE, 1.0},
         },
     .parts = parts,
 };

@@ -10,7 +10,7 @@ const sim_effect_t effect_current_offset = {
     .name = "current_offset",
     .acts_on = "current_sensor",
     .doc = "Additive error of the phase-current sensors.",
-    .signature = "First electrical order in speed and q current, independent of load; the logged currents look controlled, the "
+    .signature = "First electrical order in speed and q current, independent of load; the logged currents appear controlled, the "
                  "voltage commands carry the evidence.",
     .confused_with = {"misalignment", "current_gain", "cogging"},
     .shown_by = {{"staircase", "at low speed"}},

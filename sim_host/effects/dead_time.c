@@ -7,7 +7,7 @@
 #define SETTLED 1e-9    /* of the link voltage: no further sweep */
 #define NEAR 1.34       /* of what all legs at a rail may move a current: from so near it may come to zero */
 #define CHANGES_MOST 24 /* of what conducts, within a step: 12 by the gates, the rest by currents that end */
-#define SOFT_LEAST 0.1  /* of what the loss moves in a step: a softer sign than this is told from a hard one */
+#define SOFT_LEAST 0.1  /* of what the loss moves in a step: a softer sign than this differs from a hard one */
 #define SOFT_PARTS 4    /* of a step with a soft sign */
 
 enum { DEAD_TIME_S, SOFT_A, BY_EDGES };
@@ -25,7 +25,7 @@ typedef struct {
     double amps;            /* per second and share of the link voltage */
     double duty[PHASES], mean[PHASES] /* over the star point */, slope_a_per_s[PHASES], begin_a[PHASES];
     double loss;
-    double rise_s[PHASES], fall_s[PHASES];           /* as told to the legs */
+    double rise_s[PHASES], fall_s[PHASES];           /* as commanded */
     double rise_dead_s[PHASES], fall_dead_s[PHASES]; /* 0: an edge of another step */
 } legs_t;
 
@@ -56,8 +56,8 @@ static legs_t make_legs(double dead_time_s, const sim_bridge_t *bridge, const do
     return x;
 }
 
-/* Time on the upper rail, as told. */
-static double told_s(const legs_t *x, int k, double from_s, double until_s)
+/* Commanded time on the upper rail. */
+static double commanded_s(const legs_t *x, int k, double from_s, double until_s)
 {
     if (!x->edges) {
         return x->duty[k] * (until_s - from_s);
@@ -70,8 +70,8 @@ static double told_s(const legs_t *x, int k, double from_s, double until_s)
 /* Current of phase @p k at @p t_s without any loss in this step: mean and ripple. */
 static double current_a(const legs_t *x, int k, double t_s)
 {
-    const double others_s = told_s(x, (k + 1) % PHASES, 0.0, t_s) + told_s(x, (k + 2) % PHASES, 0.0, t_s);
-    const double ripple_s = (2.0 * told_s(x, k, 0.0, t_s) - others_s) / 3.0 - x->mean[k] * t_s;
+    const double others_s = commanded_s(x, (k + 1) % PHASES, 0.0, t_s) + commanded_s(x, (k + 2) % PHASES, 0.0, t_s);
+    const double ripple_s = (2.0 * commanded_s(x, k, 0.0, t_s) - others_s) / 3.0 - x->mean[k] * t_s;
     return x->begin_a[k] + x->slope_a_per_s[k] * (t_s - x->from_s) + x->amps * ripple_s;
 }
 
@@ -125,7 +125,7 @@ static void leg_voltages(const double low[PHASES], const double high[PHASES], co
     }
 }
 
-/* The step from one change of what conducts to the next. @p gained_s: by which the legs are longer on the upper rail than told. */
+/* The step from one change of what conducts to the next. @p gained_s: by which the legs are longer on the upper rail than commanded. */
 static void follow_lines(const legs_t *x, double gained_s[PHASES])
 {
     double t_s = x->from_s;
@@ -134,7 +134,7 @@ static void follow_lines(const legs_t *x, double gained_s[PHASES])
     for (int k = 0; k < PHASES; k++) {
         i_a[k] = current_a(x, k, t_s);
         back[k] = x->mean[k] - x->slope_a_per_s[k] / x->amps;
-        gained_s[k] = -told_s(x, k, t_s, x->until_s);
+        gained_s[k] = -commanded_s(x, k, t_s, x->until_s);
     }
     for (int n = 0; (n < CHANGES_MOST) && (t_s < x->until_s); n++) {
         double low[PHASES];
@@ -179,7 +179,7 @@ static double soft_sign(double x, double *slope)
     return x * (27.0 + x2) * part / 9.0;
 }
 
-/* Linearly implicit steps: each takes the soft sign half way to its end, along the line that it has at its start. */
+/* Linearly implicit steps: each takes the soft sign halfway to its end, along the line that it has at its start. */
 static void soft_loss(const legs_t *x, double soft_a, double gained_s[PHASES])
 {
     const double part_s = (x->until_s - x->from_s) / SOFT_PARTS;

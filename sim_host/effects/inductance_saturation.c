@@ -7,33 +7,50 @@
 
 enum { I_SAT_A, BY_AMPLITUDE, BY_SLOPE };
 
-/* The linkage whose slope is L / (1 + x^2). */
-static double integral_wb(double i_sat_a, double l_h, double i_a, double *slope_h)
+/* L / (1 + x^2), and the linkage that has this slope. */
+static double own_slope_h(double l_h, double x)
 {
     const double end = sqrt(1.0 / SLOPE_LEAST - 1.0);
-    const double x = i_a / i_sat_a;
+    return (fabs(x) > end) ? SLOPE_LEAST * l_h : l_h / (1.0 + x * x);
+}
+static double integral_wb(double i_sat_a, double l_h, double i_a, double x)
+{
+    const double end = sqrt(1.0 / SLOPE_LEAST - 1.0);
     if (fabs(x) > end) {
-        *slope_h = SLOPE_LEAST * l_h;
         return l_h * (i_sat_a * copysign(atan(end), x) + SLOPE_LEAST * (i_a - i_sat_a * copysign(end, x)));
     }
-    *slope_h = l_h / (1.0 + x * x);
     return l_h * i_sat_a * atan(x);
 }
 
-static double linkage_wb(const double *p, double l_h, double i_a, double other_a, double *slope_h)
+/* With the current of both axes. */
+static double both_slope_h(double l_h, double x, double y)
+{
+    const double soft = 1.0 / (1.0 + x * x + y * y);
+    return l_h * ((soft > SLOPE_LEAST) ? soft : SLOPE_LEAST);
+}
+
+static double slope_h(const double *p, double l_h, double i_a, double other_a)
 {
     if (p[I_SAT_A] == 0.0) {
-        *slope_h = l_h;
+        return l_h;
+    }
+    const double x = i_a / p[I_SAT_A];
+    const double own_h = own_slope_h(l_h, x);
+    return own_h + p[BY_AMPLITUDE] * (both_slope_h(l_h, x, other_a / p[I_SAT_A]) - own_h);
+}
+
+static double linkage_wb(const double *p, double l_h, double i_a, double other_a, double *out_slope_h)
+{
+    if (p[I_SAT_A] == 0.0) {
+        *out_slope_h = l_h;
         return l_h * i_a;
     }
-    double own_slope_h;
-    double own_wb = integral_wb(p[I_SAT_A], l_h, i_a, &own_slope_h);
-    own_wb += p[BY_SLOPE] * (own_slope_h * i_a - own_wb);
     const double x = i_a / p[I_SAT_A];
-    const double y = other_a / p[I_SAT_A];
-    const double soft = 1.0 / (1.0 + x * x + y * y);
-    const double both_h = l_h * ((soft > SLOPE_LEAST) ? soft : SLOPE_LEAST);
-    *slope_h = own_slope_h + p[BY_AMPLITUDE] * (both_h - own_slope_h);
+    const double own_h = own_slope_h(l_h, x);
+    const double both_h = both_slope_h(l_h, x, other_a / p[I_SAT_A]);
+    double       own_wb = integral_wb(p[I_SAT_A], l_h, i_a, x);
+    own_wb += p[BY_SLOPE] * (own_h * i_a - own_wb);
+    *out_slope_h = own_h + p[BY_AMPLITUDE] * (both_h - own_h);
     return own_wb + p[BY_AMPLITUDE] * (both_h * i_a - own_wb);
 }
 
@@ -64,4 +81,5 @@ const sim_effect_t effect_inductance_saturation = {
              0.0, 0.0, 1.0, SIM_DETAIL, 0.0},
         },
     .linkage_wb = linkage_wb,
+    .slope_h = slope_h,
 };

@@ -13,7 +13,7 @@ const sim_effect_t effect_two_mass = {
     .acts_on = "shaft",
     .doc = "Rotor and load turn on a shaft that twists; their inertias add up to the nominal one. Dry friction and ripple act on "
            "the rotor, the load "
-           "and the effect load_torque on the load. Together with backlash the play lies in this shaft.",
+           "and the effect load_torque on the load. Together with the effect backlash the gap lies in this shaft.",
     .signature =
         "Resonance after steps of speed or load at one frequency whatever the amplitude; less inertia above the antiresonance.",
     .confused_with = {"backlash", "inertia"},

@@ -3,7 +3,7 @@
 #define TWO_PI 6.28318530717958647693
 
 void sim_coupling_start(sim_coupling_t *c, double inertia_kgm2, double load_ratio, double resonance_hz, double damping_ratio,
-                        bool has_play, double play_rad)
+                        bool has_backlash, double backlash_rad)
 {
     static const sim_coupling_t rigid;
     *c = rigid;
@@ -12,8 +12,8 @@ void sim_coupling_start(sim_coupling_t *c, double inertia_kgm2, double load_rati
     }
     const double reduced = load_ratio * (1.0 - load_ratio) * inertia_kgm2; /* (1) */
     c->on = true;
-    c->has_play = has_play;
-    c->half_play_rad = has_play ? 0.5 * play_rad : 0.0;
+    c->has_backlash = has_backlash;
+    c->half_backlash_rad = has_backlash ? 0.5 * backlash_rad : 0.0;
     c->resonance_rad_s = TWO_PI * resonance_hz;
     c->stiffness_nm_rad = reduced * c->resonance_rad_s * c->resonance_rad_s; /* (2) */
     c->damping_nms = 2.0 * damping_ratio * reduced * c->resonance_rad_s;
@@ -22,17 +22,17 @@ void sim_coupling_start(sim_coupling_t *c, double inertia_kgm2, double load_rati
     c->inv_load = 1.0 / (load_ratio * inertia_kgm2);
 }
 
-/* Both the way into the flank and the torque (3), as a way, must be positive. */
+/* Both the travel into the flank and the torque (3), expressed as travel, must be positive. */
 double sim_coupling_depth(const sim_coupling_t *c, int side, double twist_rad, double twist_rad_s)
 {
-    const double way = side * twist_rad - c->half_play_rad;
-    const double push = way + side * twist_rad_s * c->relax_s;
-    return (way < push) ? way : push;
+    const double travel = side * twist_rad - c->half_backlash_rad;
+    const double push = travel + side * twist_rad_s * c->relax_s;
+    return (travel < push) ? travel : push;
 }
 
 int sim_coupling_side(const sim_coupling_t *c, double twist_rad, double twist_rad_s)
 {
-    if (!c->has_play || (sim_coupling_depth(c, 1, twist_rad, twist_rad_s) > 0.0)) {
+    if (!c->has_backlash || (sim_coupling_depth(c, 1, twist_rad, twist_rad_s) > 0.0)) {
         return 1;
     }
     return (sim_coupling_depth(c, -1, twist_rad, twist_rad_s) > 0.0) ? -1 : 0;
@@ -40,5 +40,5 @@ int sim_coupling_side(const sim_coupling_t *c, double twist_rad, double twist_ra
 
 double sim_coupling_torque(const sim_coupling_t *c, int side, double twist_rad, double twist_rad_s)
 {
-    return (side == 0) ? 0.0 : c->stiffness_nm_rad * (twist_rad - side * c->half_play_rad) + c->damping_nms * twist_rad_s;
+    return (side == 0) ? 0.0 : c->stiffness_nm_rad * (twist_rad - side * c->half_backlash_rad) + c->damping_nms * twist_rad_s;
 }

@@ -1,13 +1,13 @@
 /**
  * @file  sim_host/plant/coupling.h
- * @brief The shaft between rotor and load: a damped spring, perhaps with play.
+ * @brief The shaft between rotor and load: a damped spring, optionally with backlash.
  *
  *     J_load = r J,  J_rotor = (1 - r) J,  mu = r (1 - r) J                                              (1)
  *     k = mu w0^2,  d = 2 zeta mu w0,  w0 = 2 pi f_res                                                   (2)
- *     torque = k (twist - side play/2) + d twist'   on the flank `side` (+1, -1) that is in contact      (3)
+ *     torque = k (twist - side backlash/2) + d twist'   on the flank `side` (+1, -1) that is in contact      (3)
  *
- * f_res and zeta belong to the free-free mode, in which rotor and load swing against each other. With play a flank only
- * pushes: contact begins where the twist arrives at it and ends where (3) would pull. Without play contact never ends.
+ * f_res and zeta belong to the free-free mode, in which rotor and load swing against each other. With backlash a flank only
+ * pushes: contact begins where the twist arrives at it and ends where (3) would pull. Without backlash contact never ends.
  */
 #ifndef SIM_HOST_PLANT_COUPLING_H
 #define SIM_HOST_PLANT_COUPLING_H
@@ -16,8 +16,8 @@
 
 typedef struct {
     bool   on;
-    bool   has_play;
-    double half_play_rad;
+    bool   has_backlash;
+    double half_backlash_rad;
     double stiffness_nm_rad, damping_nms;
     double relax_s;             /**< damping / stiffness. */
     double inv_rotor, inv_load; /**< 1 / inertia. */
@@ -27,7 +27,7 @@ typedef struct {
 
 /** Off when there is no load or no resonance. */
 void sim_coupling_start(sim_coupling_t *c, double inertia_kgm2, double load_ratio, double resonance_hz, double damping_ratio,
-                        bool has_play, double play_rad);
+                        bool has_backlash, double backlash_rad);
 /** Depth of contact with the flank @p side (+1 or -1), rad; positive: contact. */
 double sim_coupling_depth(const sim_coupling_t *c, int side, double twist_rad, double twist_rad_s);
 /** Flank in contact, 0: none. */

@@ -1,6 +1,6 @@
 /**
  * @file  sim_host/plant/delay.h
- * @brief Delay line of the bridge: duties of the last periods, looked at a whole or broken number of periods later.
+ * @brief Delay line of the bridge: duties of the last periods, read a whole or fractional number of periods later.
  */
 #ifndef SIM_HOST_PLANT_DELAY_H
 #define SIM_HOST_PLANT_DELAY_H
@@ -10,8 +10,8 @@
 typedef struct {
     double past[SIM_DELAY_PERIODS + 2][3];
     int    newest;
-    int    whole; /**< Periods... */
-    double part;  /**< ...and the part of one, [0, 1). */
+    int    whole; /**< Whole periods of the delay. */
+    double part;  /**< Fraction of a period beyond those, [0, 1). */
 } sim_delay_t;
 
 void sim_delay_start(sim_delay_t *d, double periods);

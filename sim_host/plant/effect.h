@@ -31,12 +31,12 @@ typedef struct {
 typedef struct {
     double pwm_hz, dc_link_v;
     double from_s, length_s; /**< The step, from the start of its PWM period. */
-    double begin_a[3];       /**< Phase currents at its start... */
-    double end_a[3];         /**< ...and at its end, were there no effect on the voltage. */
+    double begin_a[3];       /**< Phase currents at the start of the step. */
+    double end_a[3];         /**< Phase currents at its end, if no effect acted on the voltage. */
     double inverse_h;        /**< Inverse inductance, mean of the axes. */
 } sim_bridge_t;
 
-/** Parts that the usual machine does not have. All 0: it has none of them. */
+/** Parts that the nominal machine does not have. All 0: none of them. */
 typedef struct {
     double delay_periods;       /**< The bridge follows the duties this much later, up to SIM_DELAY_PERIODS; fractions count. */
     double current_lag_s;       /**< Time constant of the current measurement. */
@@ -44,8 +44,8 @@ typedef struct {
     double damping_ratio;       /**< Of this resonance. */
     double load_ratio;          /**< Inertia of the load over the total, [0, 1). */
     double load_friction_share; /**< Of the viscous friction, on the load. */
-    double play_rad;            /**< Total play of the shaft... */
-    bool   has_play;            /**< ...which then can push but not pull, even with a play of 0. */
+    double backlash_rad;        /**< Total backlash of the shaft. */
+    bool   has_backlash;        /**< The shaft can push but not pull, even with a backlash of 0. */
 } sim_parts_t;
 
 /** What a parameter is, for whoever searches it or reports it. */
@@ -81,20 +81,22 @@ typedef struct {
     const char        *acts_on; /**< For people: "torque", "current_sensor", ... */
     const char        *doc;
     const char        *signature;                            /**< How it shows in a log. */
-    const char        *confused_with[SIM_EFFECT_NEIGHBOURS]; /**< Effects that look alike; NULL: no more. */
+    const char        *confused_with[SIM_EFFECT_NEIGHBOURS]; /**< Similar effects; NULL: no more. */
     sim_shown_by_t     shown_by[SIM_EFFECT_NEIGHBOURS];      /**< Experiments that make it identifiable. */
-    const char        *told_apart;                           /**< What separates it from those that look alike. */
+    const char        *told_apart;                           /**< What separates it from the similar effects. */
     bool               scenario_only; /**< Never the explanation of a log: a sum of others, or a fault on purpose. */
     bool               at_load;       /**< torque_nm acts on the load, where that is not one piece with the rotor. */
     int                param_count;
     sim_effect_param_t param[SIM_EFFECT_PARAMS];
 
-    /** Parameter @p p is off when every parameter has its off value; otherwise the effect acts. */
+    /** Parameter @p p is off when every parameter has its off value; else the effect acts. */
     void (*model)(const double *p, sim_model_t *m);     /**< Change the machine before the start. */
     void (*parts)(const double *p, sim_parts_t *parts); /**< Add parts before the start. */
     /** Flux linkage of an axis of nominal inductance @p l_h from its own current and that of the other axis, and the
      *  inductance against which the own one changes. One effect at most. */
     double (*linkage_wb)(const double *p, double l_h, double i_a, double other_a, double *slope_h);
+    /** This slope_h alone, where that is cheaper; NULL: linkage_wb is asked. */
+    double (*slope_h)(const double *p, double l_h, double i_a, double other_a);
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft); /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s); /**< Size of a torque that opposes any motion, >= 0. */
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);

@@ -1,15 +1,30 @@
 #include "sim_host/plant/encoder.h"
 
-#include "sim_host/plant/frame.h"
+#define TURN (2.0 * SIM_PI)
+#define ROUNDING 1e-12 /* relative: more than an angle and its quotient are rounded by */
+
+/** The turn of the index that the measured angle is in. */
+static void take_turn(sim_plant_t *s, int64_t turn)
+{
+    const double low = (double)turn * TURN - s->origin_rad;
+    const double margin = ROUNDING * (TURN + fabs((double)turn * TURN) + fabs(s->origin_rad));
+    s->index_turn = turn;
+    s->turn_low_rad = low + margin;
+    s->turn_high_rad = low + TURN - margin;
+}
 
 void sim_encoder_start(sim_plant_t *s, double edges_per_rev)
 {
-    s->index_turn = sim_whole_below(sim_encoder_angle(s) * (0.5 / SIM_PI));
+    const int64_t turn = sim_whole_below(sim_encoder_angle(s) * (0.5 / SIM_PI));
     s->index_seen = s->model.encoder_absolute != 0.0;
     s->origin_rad = s->index_seen ? 0.0 : sim_encoder_angle(s);
+    take_turn(s, turn);
+    s->count_rad = (s->model.counts_per_rev > 0.0) ? 2.0 * SIM_PI / s->model.counts_per_rev : 0.0;
+    s->first_count = 0.0;
     s->edge_pitch_rad = 2.0 * SIM_PI / edges_per_rev;
     s->edge_cell = sim_whole_below(sim_encoder_angle(s) / s->edge_pitch_rad);
     s->edge_count = s->edge_cell;
+    s->seen_count = 0;
 }
 
 static double wrapped(double angle)
@@ -18,27 +33,46 @@ static double wrapped(double angle)
     return (a < 0.0) ? 0.0 : a;
 }
 
-static void note_index(sim_plant_t *s, double angle)
+/** The last edge of a step between two cells. */
+static void take_edge(sim_plant_t *s, const sim_seen_step_t *step, int64_t from, int64_t to)
 {
-    const int64_t turn = sim_whole_below((angle + s->origin_rad) * (0.5 / SIM_PI));
-    if (turn != s->index_turn) {
-        const int64_t passed = (turn > s->index_turn) ? turn : (turn + 1);
-        s->index_turn = turn;
-        s->index_seen = true;
-        s->index_rad = wrapped((double)passed * 2.0 * SIM_PI - s->origin_rad);
-    }
+    const double travel = step->after_rad - step->before_rad;
+    s->edge_count = (to > from) ? to : (to + 1);
+    const double part = (travel != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - step->before_rad) / travel : 1.0;
+    s->edge_time_s = step->t0_s + step->h_s * ((part < 0.0) ? 0.0 : ((part > 1.0) ? 1.0 : part));
 }
 
-void sim_encoder_note(sim_plant_t *s, double angle_before, double t0_s, double h)
+/* Backwards to the newest step that ended in another cell than the one before it. */
+void sim_plant_find_edge(sim_plant_t *s)
 {
-    const double  angle = sim_encoder_angle(s);
-    const int64_t cell = sim_whole_below(angle / s->edge_pitch_rad);
-    if (cell != s->edge_cell) {
-        s->edge_count = (cell > s->edge_cell) ? cell : (cell + 1);
-        const double way = angle - angle_before;
-        const double part = (way != 0.0) ? ((double)s->edge_count * s->edge_pitch_rad - angle_before) / way : 1.0;
-        s->edge_time_s = t0_s + h * ((part < 0.0) ? 0.0 : ((part > 1.0) ? 1.0 : part));
-        s->edge_cell = cell;
-        note_index(s, angle);
+    int           last = s->seen_count - 1;
+    int64_t       cell = (last >= 0) ? sim_whole_below(s->seen[last].after_rad / s->edge_pitch_rad) : s->edge_cell;
+    const int64_t now = cell;
+    for (; last >= 0; last--) {
+        const int64_t before = (last > 0) ? sim_whole_below(s->seen[last - 1].after_rad / s->edge_pitch_rad) : s->edge_cell;
+        if (before != cell) {
+            take_edge(s, &s->seen[last], before, cell);
+            break;
+        }
+    }
+    s->edge_cell = now;
+    s->seen_count = 0;
+}
+
+void sim_encoder_note_index(sim_plant_t *s, const sim_seen_step_t *step)
+{
+    sim_plant_find_edge(s);
+    const int64_t cell = sim_whole_below(step->after_rad / s->edge_pitch_rad);
+    if (cell == s->edge_cell) {
+        return;
+    }
+    take_edge(s, step, s->edge_cell, cell);
+    s->edge_cell = cell;
+    const int64_t turn = sim_whole_below((step->after_rad + s->origin_rad) * (0.5 / SIM_PI));
+    if (turn != s->index_turn) {
+        const int64_t passed = (turn > s->index_turn) ? turn : (turn + 1);
+        take_turn(s, turn);
+        s->index_seen = true;
+        s->index_rad = wrapped((double)passed * 2.0 * SIM_PI - s->origin_rad);
     }
 }

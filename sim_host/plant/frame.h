@@ -13,7 +13,7 @@
 #define SIM_SQRT3 1.73205080756887729353
 
 /* Keeps what only some effects need out of the code that every step runs. */
-#define SIM_APART __attribute__((noinline))
+#define SIM_NOINLINE __attribute__((noinline))
 #define SIM_WITHIN inline __attribute__((always_inline)) /* and this is that code */
 
 /** Three values without common part from their vector in the frame of the stator, and the vector of any three. */

@@ -6,7 +6,7 @@
 
 #define PIECES_MAX 8 /* zero crossings of speed and currents within one step, and some to spare */
 
-SIM_APART static void distort(const sim_plant_t *s, double from_s, double h, double v[3])
+SIM_NOINLINE static void distort(const sim_plant_t *s, double from_s, double h, double v[3])
 {
     double inv_d = s->inv_ld;
     double inv_q = s->inv_lq;
@@ -143,15 +143,16 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
 }
 
 /* With saturation the slopes of the linkages, and with them R/L, go with the current: steps for the largest to come. */
-SIM_APART static int steps_in(const sim_plant_t *s, double length_s)
+SIM_NOINLINE static int steps_in(const sim_plant_t *s, double length_s)
 {
     const double part = length_s / s->period_s;
     double       need = s->substeps * part;
     if ((s->saturation != NULL) && (s->model.substeps == 0.0)) {
-        const double        volt_s = s->outside.dc_link_v / SIM_SQRT3 * length_s;
-        const sim_state_t   then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
-        const sim_linkage_t f = sim_linkage(s, &then);
-        const double        decay = s->model.resistance_ohm * ((f.inv_d > f.inv_q) ? f.inv_d : f.inv_q) * length_s / 0.4;
+        const double      volt_s = s->outside.dc_link_v / SIM_SQRT3 * length_s;
+        const sim_state_t then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
+        const double      inv_d = 1.0 / sim_slope(s, s->model.ld_h, then.id_a, then.iq_a);
+        const double      inv_q = 1.0 / sim_slope(s, s->model.lq_h, then.iq_a, then.id_a);
+        const double      decay = s->model.resistance_ohm * ((inv_d > inv_q) ? inv_d : inv_q) * length_s / 0.4;
         need = (decay > need) ? decay : need;
     }
     need = ceil(need);
@@ -177,7 +178,7 @@ static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, dou
     }
 }
 
-SIM_APART static void period_with_parts(sim_plant_t *s, const double duty[3], bool armed)
+SIM_NOINLINE static void period_with_parts(sim_plant_t *s, const double duty[3], bool armed)
 {
     const double change_s = s->delay.part * s->period_s;
     const double rest_s = s->period_s - change_s;

@@ -40,8 +40,8 @@ double sim_lag_step(const sim_lag_t *lag, const sim_lag_input_t *in, double y)
 {
     const double a = in->slope0 * lag->h_s;
     const double b = in->slope1 * lag->h_s;
-    const double way = in->u1 - in->u0;
-    const double c[POWERS] = {in->u0, a, 3.0 * way - 2.0 * a - b, a + b - 2.0 * way};
+    const double rise = in->u1 - in->u0;
+    const double c[POWERS] = {in->u0, a, 3.0 * rise - 2.0 * a - b, a + b - 2.0 * rise};
     double       next = lag->weight[0] * y;
     for (int j = 0; j < POWERS; j++) {
         next += lag->weight[j + 1] * c[j];

@@ -11,6 +11,18 @@ sim_linkage_t sim_linkage(const sim_plant_t *s, const sim_state_t *x)
     return f;
 }
 
+double sim_slope(const sim_plant_t *s, double l_h, double i_a, double other_a)
+{
+    const sim_effect_t *const e = s->saturation->effect;
+    const double *const       p = s->saturation->p;
+    double                    slope_h = 0.0;
+    if (e->slope_h != NULL) {
+        return e->slope_h(p, l_h, i_a, other_a);
+    }
+    (void)e->linkage_wb(p, l_h, i_a, other_a, &slope_h);
+    return slope_h;
+}
+
 double sim_saturated_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, const sim_linkage_t *f)
 {
     return s->torque_per_amp * ((s->model.psi_wb + h->q_wb + f->d_wb) * x->iq_a + (h->d_wb - f->q_wb) * x->id_a);
@@ -18,9 +30,12 @@ double sim_saturated_torque(const sim_plant_t *s, const sim_state_t *x, const si
 
 double sim_motor_torque(const sim_plant_t *s, const sim_state_t *x)
 {
+    if (s->kind == SIM_PLAIN) {
+        return sim_plain_torque(s, x);
+    }
     const sim_flux_t h = sim_flux_harmonics(s, x);
     if (s->saturation == NULL) {
-        return sim_plain_torque(s, x, &h);
+        return sim_harmonic_torque(s, x, &h);
     }
     const sim_linkage_t f = sim_linkage(s, x);
     return sim_saturated_torque(s, x, &h, &f);

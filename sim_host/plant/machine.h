@@ -15,6 +15,10 @@ typedef struct {
     double did, diq, dw, dtheta;
 } sim_rate_t;
 
+typedef struct {
+    double d, q;
+} sim_dq_t;
+
 /** Flux linkages of the axes from the currents, and the inverse of their slopes. */
 typedef struct {
     double d_wb, q_wb, inv_d, inv_q;
@@ -26,7 +30,7 @@ typedef struct {
     double friction_sign; /**< +1, -1, 0: no friction. */
     double drag_nm;       /**< Load and, where it does not depend on speed, friction with its sign. */
     bool   stuck;         /**< The shaft stands: the rotor, where a coupling is on. */
-    double brake_sign;    /**< The same for the brake of a load behind a coupling. */
+    double brake_sign;    /**< +1, -1, 0: direction of the brake of a load behind a coupling. */
     bool   load_stuck;
     int    side; /**< Flank of the coupling in contact, 0: none. */
 } sim_step_t;
@@ -34,7 +38,8 @@ typedef struct {
 /** +1, -1, or 0 at standstill. */
 static inline double sim_direction_of(double speed) { return (speed > 0.0) ? 1.0 : ((speed < 0.0) ? -1.0 : 0.0); }
 
-/** With saturation; and the torque that follows from it. */
+/** With saturation: the slope of the linkage of an axis; all of both axes; and the torque that follows from it. */
+double        sim_slope(const sim_plant_t *s, double l_h, double i_a, double other_a);
 sim_linkage_t sim_linkage(const sim_plant_t *s, const sim_state_t *x);
 double        sim_saturated_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h, const sim_linkage_t *f);
 /** Torque of the motor, saturated or not. */
@@ -46,7 +51,7 @@ double sim_load_torque(const sim_plant_t *s, const sim_state_t *x, const sim_loa
 
 static SIM_WITHIN double sim_friction_nm(const sim_plant_t *s, double speed_abs, sim_machine_kind_t kind)
 {
-    double sum = ((kind == SIM_WITH_PARTS) && s->coupling.on) ? 0.0 : s->outside.load_brake_nm;
+    double sum = (kind == SIM_COUPLED) ? 0.0 : s->outside.load_brake_nm;
     for (int i = 0; i < s->friction_count; i++) {
         sum += s->friction[i]->effect->friction_nm(s->friction[i]->p, speed_abs);
     }
@@ -62,7 +67,14 @@ static SIM_WITHIN sim_flux_t sim_flux_harmonics(const sim_plant_t *s, const sim_
     return h;
 }
 
-static SIM_WITHIN double sim_plain_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
+/* Without flux harmonics and saturation. */
+static SIM_WITHIN double sim_plain_torque(const sim_plant_t *s, const sim_state_t *x)
+{
+    const sim_model_t *const m = &s->model;
+    return s->torque_per_amp * (m->psi_wb * x->iq_a + (m->ld_h - m->lq_h) * x->id_a * x->iq_a);
+}
+
+static SIM_WITHIN double sim_harmonic_torque(const sim_plant_t *s, const sim_state_t *x, const sim_flux_t *h)
 {
     const sim_model_t *const m = &s->model;
     return s->torque_per_amp * ((m->psi_wb + h->q_wb) * x->iq_a + h->d_wb * x->id_a + (m->ld_h - m->lq_h) * x->id_a * x->iq_a);
@@ -73,7 +85,7 @@ static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_
                                           sim_machine_kind_t kind)
 {
     const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s};
-    const bool        coupled = (kind == SIM_WITH_PARTS) && s->coupling.on;
+    const bool        coupled = kind == SIM_COUPLED;
     const double      load = coupled ? coupling_nm : s->outside.load_torque_nm;
     double            sum = motor_nm - s->model.viscous_nms * x->speed_rad_s - load;
     for (int i = 0; i < s->torque_count; i++) {
@@ -84,38 +96,50 @@ static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_
     return sum;
 }
 
-static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *step, const sim_state_t *x, double coupling_nm,
-                                       sim_machine_kind_t kind)
+/** The voltage of a step in the frame of a rotor that has moved by this electrical angle since its start. */
+static SIM_WITHIN sim_dq_t sim_turned_voltage(const sim_step_t *step, double moved)
+{
+    const double m2 = moved * moved;
+    const double c = 1.0 - m2 * (0.5 - m2 * (1.0 / 24.0));
+    const double n = moved * (1.0 - m2 * (1.0 / 6.0 - m2 * (1.0 / 120.0)));
+    return (sim_dq_t){step->vd_v * c + step->vq_v * n, step->vq_v * c - step->vd_v * n};
+}
+
+/** (1) and (2). @return the torque (3). */
+static SIM_WITHIN double sim_current_rates(const sim_plant_t *s, const sim_state_t *x, sim_dq_t v, sim_machine_kind_t kind,
+                                           sim_rate_t *r)
 {
     const sim_model_t *const m = &s->model;
-    const double             moved = m->pole_pairs * (x->theta_m_rad - step->theta0_rad);
-    const double             m2 = moved * moved;
-    const double             c = 1.0 - m2 * (0.5 - m2 * (1.0 / 24.0));
-    const double             n = moved * (1.0 - m2 * (1.0 / 6.0 - m2 * (1.0 / 120.0)));
-    const double             vd = step->vd_v * c + step->vq_v * n;
-    const double             vq = step->vq_v * c - step->vd_v * n;
     const double             we = m->pole_pairs * x->speed_rad_s;
-    const sim_flux_t         h = (kind == SIM_PLAIN) ? (sim_flux_t){0.0, 0.0} : sim_flux_harmonics(s, x);
-
-    sim_rate_t r;
-    double     motor_nm;
-    if ((kind != SIM_WITH_PARTS) || (s->saturation == NULL)) {
-        r.did = (vd - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) * s->inv_ld;
-        r.diq = (vq - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) * s->inv_lq;
-        motor_nm = sim_plain_torque(s, x, &h);
-    } else {
-        const sim_linkage_t f = sim_linkage(s, x);
-        r.did = (vd - m->resistance_ohm * x->id_a + we * (f.q_wb - h.d_wb)) * f.inv_d;
-        r.diq = (vq - m->resistance_ohm * x->iq_a - we * (f.d_wb + m->psi_wb + h.q_wb)) * f.inv_q;
-        motor_nm = sim_saturated_torque(s, x, &h, &f);
+    if (kind == SIM_PLAIN) {
+        r->did = (v.d - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a)) * s->inv_ld;
+        r->diq = (v.q - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb)) * s->inv_lq;
+        return sim_plain_torque(s, x);
     }
+    const sim_flux_t h = sim_flux_harmonics(s, x);
+    if ((kind == SIM_WITH_HOOKS) || ((kind == SIM_COUPLED) && (s->saturation == NULL))) {
+        r->did = (v.d - m->resistance_ohm * x->id_a + we * (m->lq_h * x->iq_a - h.d_wb)) * s->inv_ld;
+        r->diq = (v.q - m->resistance_ohm * x->iq_a - we * (m->ld_h * x->id_a + m->psi_wb + h.q_wb)) * s->inv_lq;
+        return sim_harmonic_torque(s, x, &h);
+    }
+    const sim_linkage_t f = sim_linkage(s, x);
+    r->did = (v.d - m->resistance_ohm * x->id_a + we * (f.q_wb - h.d_wb)) * f.inv_d;
+    r->diq = (v.q - m->resistance_ohm * x->iq_a - we * (f.d_wb + m->psi_wb + h.q_wb)) * f.inv_q;
+    return sim_saturated_torque(s, x, &h, &f);
+}
+
+static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *step, const sim_state_t *x, sim_dq_t v,
+                                       double coupling_nm, sim_machine_kind_t kind)
+{
+    sim_rate_t   r;
+    const double motor_nm = sim_current_rates(s, x, v, kind, &r);
     if (step->stuck) {
         r.dw = 0.0;
         r.dtheta = 0.0;
     } else {
         double torque;
         if (kind == SIM_PLAIN) {
-            torque = motor_nm - m->viscous_nms * x->speed_rad_s - step->drag_nm;
+            torque = motor_nm - s->model.viscous_nms * x->speed_rad_s - step->drag_nm;
         } else {
             torque = sim_shaft_torque(s, x, motor_nm, coupling_nm, kind) -
                      step->friction_sign * sim_friction_nm(s, fabs(x->speed_rad_s), kind);
@@ -124,6 +148,21 @@ static SIM_WITHIN sim_rate_t sim_rates(const sim_plant_t *s, const sim_step_t *s
         r.dtheta = x->speed_rad_s;
     }
     return r;
+}
+
+/** Rates in the course of a step: the frame has moved along with the rotor. */
+static SIM_WITHIN sim_rate_t sim_later_rates(const sim_plant_t *s, const sim_step_t *step, const sim_state_t *x,
+                                             double coupling_nm, sim_machine_kind_t kind)
+{
+    const double moved = s->model.pole_pairs * (x->theta_m_rad - step->theta0_rad);
+    return sim_rates(s, step, x, sim_turned_voltage(step, moved), coupling_nm, kind);
+}
+
+/** At its start. */
+static SIM_WITHIN sim_rate_t sim_first_rates(const sim_plant_t *s, const sim_step_t *step, const sim_state_t *x,
+                                             double coupling_nm, sim_machine_kind_t kind)
+{
+    return sim_rates(s, step, x, (sim_dq_t){step->vd_v, step->vq_v}, coupling_nm, kind);
 }
 
 #endif

@@ -5,15 +5,17 @@
 
 #include "sim_host/plant/encoder.h"
 #include "sim_host/plant/frame.h"
+#include "sim_host/plant/machine.h"
 
 #define BRIDGE_STEPS 2 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 
-static bool has_shaft(const sim_parts_t *x) { return (x->resonance_hz > 0.0) || x->has_play; }
+static bool has_shaft(const sim_parts_t *x) { return (x->resonance_hz > 0.0) || x->has_backlash; }
 
 static bool is_other_shaft(const sim_parts_t *a, const sim_parts_t *b)
 {
     return (a->resonance_hz != b->resonance_hz) || (a->load_ratio != b->load_ratio) || (a->damping_ratio != b->damping_ratio) ||
-           (a->load_friction_share != b->load_friction_share) || (a->has_play != b->has_play) || (a->play_rad != b->play_rad);
+           (a->load_friction_share != b->load_friction_share) || (a->has_backlash != b->has_backlash) ||
+           (a->backlash_rad != b->backlash_rad);
 }
 
 /* @return the name of an effect for which there is no place beside another one, or NULL. */
@@ -113,7 +115,7 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->period_s = 1.0 / s->model.pwm_hz;
     if (s->model.rotor_locked == 0.0) { /* what hangs on a locked rotor does not show */
         sim_coupling_start(&s->coupling, s->model.inertia_kgm2, s->parts.load_ratio, s->parts.resonance_hz,
-                           s->parts.damping_ratio, s->parts.has_play, s->parts.play_rad);
+                           s->parts.damping_ratio, s->parts.has_backlash, s->parts.backlash_rad);
         share_friction(s);
     }
     sim_delay_start(&s->delay, s->parts.delay_periods);
@@ -123,7 +125,13 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->inv_inertia = s->coupling.on ? s->coupling.inv_rotor : 1.0 / s->model.inertia_kgm2;
     s->torque_per_amp = 1.5 * s->model.pole_pairs;
     const bool hooks = (s->flux_count > 0) || (s->torque_count > 0) || (s->friction_count > 0);
-    s->kind = ((s->saturation != NULL) || s->coupling.on) ? SIM_WITH_PARTS : (hooks ? SIM_WITH_HOOKS : SIM_PLAIN);
+    if (s->coupling.on) {
+        s->kind = SIM_COUPLED;
+    } else if (s->saturation != NULL) {
+        s->kind = SIM_SATURATING;
+    } else {
+        s->kind = hooks ? SIM_WITH_HOOKS : SIM_PLAIN;
+    }
     s->x.theta_m_rad = s->model.initial_angle_rad;
     sim_frame_turn(s);
     s->x.speed_rad_s = (s->model.rotor_locked != 0.0) ? 0.0 : s->model.initial_speed_rad_s;
@@ -142,5 +150,7 @@ void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
     const double n = s->sine_e;
     sim_to_phases(s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c, i_abc);
 }
+
+double sim_plant_torque(const sim_plant_t *s) { return sim_motor_torque(s, &s->at_read); }
 
 double sim_plant_load_speed(const sim_plant_t *s) { return s->coupling.on ? s->load.speed_rad_s : s->x.speed_rad_s; }

@@ -9,10 +9,10 @@
  *
  * Amplitude-invariant frame, d on the magnets. h_d, h_q: flux harmonics, 0 without that effect. With saturation the
  * flux linkages of the axes take the place of Ld id and Lq iq, their slopes that of Ld and Lq on the left. With a shaft
- * that is not stiff (coupling.h) J is that of the rotor, load, brake and a share of B act on the load, the rest on the rotor.
+ * that is not stiff (coupling.h) J is that of the rotor, load, brake and a share of B act on the load, the remainder on the rotor.
  * Integration: fixed-step RK4 in the rotor frame; the phase voltage is constant over a step and turned by the small
  * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
- * speed passes zero ends there, and the shaft stays when the rest of the torque is below the friction.
+ * speed passes zero ends there, and the shaft stays when the remaining torque is below the friction.
  *
  * plant.c starts it, inverter.c makes a period of steps, step.c one step of runge_kutta over the rates of machine;
  * encoder.c follows the angle as it goes, sensors.c reads at the start of a period.
@@ -60,12 +60,21 @@ typedef struct {
     double              p[SIM_EFFECT_PARAMS];
 } sim_acting_t;
 
-/** How much the step has to look at. */
+/** Which features the step has to handle. */
 typedef enum {
     SIM_PLAIN,      /**< No effect acts on torque, friction or flux. */
     SIM_WITH_HOOKS, /**< Some do. */
-    SIM_WITH_PARTS  /**< Saturation or a coupling, too. */
+    SIM_SATURATING, /**< Saturation, too. */
+    SIM_COUPLED     /**< A load behind a coupling, with or without saturation. */
 } sim_machine_kind_t;
+
+#define SIM_STEPS_KEPT 32
+
+/** One integration step as the encoder saw it. */
+typedef struct {
+    double before_rad, after_rad; /**< Measured angle, unwrapped. */
+    double t0_s, h_s;
+} sim_seen_step_t;
 
 typedef struct {
     sim_model_t         model;
@@ -76,8 +85,8 @@ typedef struct {
     double              time_s;
     double              period_s;
     int                 substeps;
-    double              sine_e, cosine_e;            /**< Of the electrical angle now, turned along from step to step... */
-    int                 turns_left;                  /**< ...and computed anew after so many. */
+    double              sine_e, cosine_e;            /**< Sine and cosine of the electrical angle, rotated from step to step. */
+    int                 turns_left;                  /**< Rotations left until they are computed again. */
     double              inv_ld, inv_lq, inv_inertia; /**< A step does not divide. */
     double              torque_per_amp;              /**< 1.5 p. */
     sim_machine_kind_t  kind;
@@ -87,8 +96,8 @@ typedef struct {
     double              lagging_a[2]; /**< Currents behind the filter of the measurement, alpha and beta. */
     const sim_acting_t *saturation;   /**< NULL: none. */
     double              vdc_filtered_v, vdc_gain;
-    double              torque_nm; /**< (3) at the last start of a period. */
-    double              load_nm;   /**< What the torque sensor reads. */
+    sim_state_t         at_read; /**< At the last start of a period. */
+    double              load_nm; /**< What the torque sensor reads. */
 
     int          acting_count;
     sim_acting_t acting[SIM_EFFECTS_MAX];
@@ -97,14 +106,18 @@ typedef struct {
     const sim_acting_t *torque[SIM_EFFECTS_MAX], *friction[SIM_EFFECTS_MAX], *flux[SIM_EFFECTS_MAX], *voltage[SIM_EFFECTS_MAX],
         *current[SIM_EFFECTS_MAX], *angle[SIM_EFFECTS_MAX];
 
-    double  edge_pitch_rad; /**< Angle between two encoder edges. */
-    int64_t edge_cell;      /**< floor(measured angle / pitch). */
-    int64_t edge_count;     /**< Position of the last edge passed, and when. */
-    double  edge_time_s;
-    double  origin_rad; /**< Angle that the encoder reads as 0: 0 for an absolute one. */
-    int64_t index_turn; /**< floor(measured angle / turn). */
-    bool    index_seen; /**< The index pulse has been passed... */
-    double  index_rad;  /**< ...and what the encoder read then, [0, 2 pi). */
+    double          count_rad, first_count; /**< Angle of a count of the reading; first count of the present turn. */
+    double          edge_pitch_rad;         /**< Angle between two encoder edges. */
+    sim_seen_step_t seen[SIM_STEPS_KEPT];   /**< Steps whose edges nobody has asked for yet: sim_plant_find_edge. */
+    int             seen_count;
+    int64_t         edge_cell;  /**< floor(measured angle / pitch), before these steps. */
+    int64_t         edge_count; /**< Position of the last edge passed, and when. */
+    double          edge_time_s;
+    double          origin_rad;                  /**< Angle that the encoder reads as 0: 0 for an absolute one. */
+    int64_t         index_turn;                  /**< floor(measured angle / turn). */
+    double          turn_low_rad, turn_high_rad; /**< Within these the measured angle is in this turn for sure. */
+    bool            index_seen;                  /**< The index pulse has been passed. */
+    double          index_rad;                   /**< Encoder reading at the index pulse, [0, 2 pi). */
 } sim_plant_t;
 
 /**
@@ -119,6 +132,10 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
 void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed);
 /** Sample the sensors now; draws noise. */
 void sim_plant_read(sim_plant_t *s, sim_reading_t *out);
+/** Bring edge_cell, edge_count and edge_time_s up to now. Steps only keep what this needs: a drive asks once in many of them. */
+void sim_plant_find_edge(sim_plant_t *s);
+/** Torque of the motor, (3), when the sensors were sampled last. */
+double sim_plant_torque(const sim_plant_t *s);
 /** True phase currents, A. */
 void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3]);
 /** Speed of the load: the rotor's, where they are one piece. */

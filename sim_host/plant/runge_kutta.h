@@ -13,7 +13,7 @@ typedef struct {
     sim_load_t  load;
 } sim_whole_t;
 
-/** The machine with saturation or a coupling. */
+/** With a coupling. */
 sim_whole_t sim_whole_runge_kutta(const sim_plant_t *s, const sim_step_t *step, double h);
 
 static SIM_WITHIN sim_state_t sim_ahead(const sim_state_t *x, const sim_rate_t *r, double h)
@@ -32,24 +32,19 @@ static SIM_WITHIN sim_rate_t sim_mean_rate(const sim_rate_t *k1, const sim_rate_
     return mean;
 }
 
+/** Of a machine that turns as one piece. */
 static SIM_WITHIN sim_state_t sim_four_stages(const sim_plant_t *s, const sim_step_t *step, double h, sim_machine_kind_t kind)
 {
     const sim_state_t *const x = &s->x;
-    const sim_rate_t         k1 = sim_rates(s, step, x, 0.0, kind);
+    const sim_rate_t         k1 = sim_first_rates(s, step, x, 0.0, kind);
     const sim_state_t        x2 = sim_ahead(x, &k1, 0.5 * h);
-    const sim_rate_t         k2 = sim_rates(s, step, &x2, 0.0, kind);
+    const sim_rate_t         k2 = sim_later_rates(s, step, &x2, 0.0, kind);
     const sim_state_t        x3 = sim_ahead(x, &k2, 0.5 * h);
-    const sim_rate_t         k3 = sim_rates(s, step, &x3, 0.0, kind);
+    const sim_rate_t         k3 = sim_later_rates(s, step, &x3, 0.0, kind);
     const sim_state_t        x4 = sim_ahead(x, &k3, h);
-    const sim_rate_t         k4 = sim_rates(s, step, &x4, 0.0, kind);
+    const sim_rate_t         k4 = sim_later_rates(s, step, &x4, 0.0, kind);
     const sim_rate_t         mean = sim_mean_rate(&k1, &k2, &k3, &k4);
     return sim_ahead(x, &mean, h);
-}
-
-/* The usual machine gets code without hooks: half the time of the general one. */
-static SIM_WITHIN sim_state_t sim_runge_kutta(const sim_plant_t *s, const sim_step_t *step, double h)
-{
-    return (s->kind == SIM_PLAIN) ? sim_four_stages(s, step, h, SIM_PLAIN) : sim_four_stages(s, step, h, SIM_WITH_HOOKS);
 }
 
 #endif

@@ -10,6 +10,19 @@ static double convert(double x, double lsb, double range)
     return (y > range) ? range : ((y < -range) ? -range : y);
 }
 
+/** The reading of an angle in counts of this turn: whole numbers, so that wrapping is exact. */
+static double counted(sim_plant_t *s, double angle)
+{
+    const double per_turn = s->model.counts_per_rev;
+    const double n = (double)sim_whole_below(angle / s->count_rad);
+    double       count = n - s->first_count;
+    if ((count < 0.0) || (count >= per_turn)) { /* in another turn than at the last reading */
+        s->first_count = per_turn * (double)sim_whole_below(n / per_turn);
+        count = n - s->first_count;
+    }
+    return count;
+}
+
 void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
 {
     const sim_model_t *const m = &s->model;
@@ -34,14 +47,12 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
 
     double angle = sim_encoder_angle(s);
     if (m->counts_per_rev > 0.0) {
-        const double count = 2.0 * SIM_PI / m->counts_per_rev;
-        const double n = (double)sim_whole_below(angle / count);
-        angle = (n - m->counts_per_rev * (double)sim_whole_below(n / m->counts_per_rev)) * count; /* wrapped as counts: exact */
+        angle = counted(s, angle) * s->count_rad;
     } else {
         angle -= 2.0 * SIM_PI * (double)sim_whole_below(angle * (0.5 / SIM_PI));
     }
     out->theta_m_rad = ((angle < 0.0) || (angle >= 2.0 * SIM_PI)) ? 0.0 : angle;
 
-    s->torque_nm = sim_motor_torque(s, &s->x);
+    s->at_read = s->x;
     s->load_nm = s->outside.load_torque_nm + sim_direction_of(sim_plant_load_speed(s)) * s->outside.load_brake_nm;
 }

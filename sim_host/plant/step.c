@@ -9,7 +9,7 @@
 /* A flank is met this part of a step late rather than early, so that the next step begins in the new state. */
 #define FLANK_LATE 1e-4
 
-/** Which way does friction act, and does it hold? */
+/** Direction of the friction, and whether it holds the shaft. */
 static SIM_WITHIN void judge_friction(const sim_plant_t *s, sim_step_t *step, double coupling_nm, sim_machine_kind_t kind)
 {
     if (s->x.speed_rad_s != 0.0) {
@@ -31,14 +31,14 @@ static SIM_WITHIN void judge_rigid(const sim_plant_t *s, sim_step_t *step, sim_m
     step->drag_nm = s->outside.load_torque_nm + step->friction_sign * s->outside.load_brake_nm;
 }
 
-/** The same behind a coupling: friction on the rotor, the brake on the load. */
+/** judge_rigid with a coupling: friction on the rotor, the brake on the load. */
 static void judge_coupled(const sim_plant_t *s, sim_step_t *step)
 {
     const double brake_nm = s->outside.load_brake_nm;
     step->side = sim_coupling_side(&s->coupling, s->load.twist_rad, s->x.speed_rad_s - s->load.speed_rad_s);
     const double coupling_nm = sim_through_coupling(s, &s->x, &s->load, step->side);
     if (s->friction_count > 0) {
-        judge_friction(s, step, coupling_nm, SIM_WITH_PARTS);
+        judge_friction(s, step, coupling_nm, SIM_COUPLED);
     }
     if (brake_nm > 0.0) {
         step->brake_sign = sim_direction_of(s->load.speed_rad_s);
@@ -57,7 +57,7 @@ static double flank_time(const sim_plant_t *s, const sim_step_t *step, const sim
     const double                rate = s->x.speed_rad_s - s->load.speed_rad_s;
     const double                rate_y = y->x.speed_rad_s - y->load.speed_rad_s;
     double                      first = h;
-    for (int side = -1; c->has_play && (side <= 1); side += 2) {
+    for (int side = -1; c->has_backlash && (side <= 1); side += 2) {
         const double before = sim_coupling_depth(c, side, s->load.twist_rad, rate);
         const double after = sim_coupling_depth(c, side, y->load.twist_rad, rate_y);
         const bool   changes = (step->side == 0) ? (after > 0.0) : ((step->side == side) && (after <= 0.0));
@@ -100,16 +100,12 @@ static double coupled_step(sim_plant_t *s, sim_step_t *step, double h, bool last
     return done;
 }
 
-static SIM_WITHIN sim_state_t one_piece(const sim_plant_t *s, const sim_step_t *step, double h, bool saturates)
-{
-    return saturates ? sim_whole_runge_kutta(s, step, h).x : sim_runge_kutta(s, step, h);
-}
-
-/** The same where all that turns is one piece. @return its end. */
-static SIM_WITHIN sim_state_t rigid_step(const sim_plant_t *s, sim_step_t *step, double h, double *time_done, bool saturates)
+/** One step where rotor and load are one piece. @return the state at its end. */
+static SIM_WITHIN sim_state_t rigid_step(const sim_plant_t *s, sim_step_t *step, double h, double *time_done,
+                                         sim_machine_kind_t kind)
 {
     double      done = h;
-    sim_state_t y = one_piece(s, step, h, saturates);
+    sim_state_t y = sim_four_stages(s, step, h, kind);
     if (!step->stuck && (y.speed_rad_s * step->friction_sign < 0.0)) {
         const double w0 = s->x.speed_rad_s;
         done = h * w0 / (w0 - y.speed_rad_s); /* 0 when it would start backwards: friction holds it */
@@ -117,7 +113,7 @@ static SIM_WITHIN sim_state_t rigid_step(const sim_plant_t *s, sim_step_t *step,
             step->stuck = true;
             done = h;
         }
-        y = one_piece(s, step, done, saturates);
+        y = sim_four_stages(s, step, done, kind);
         y.speed_rad_s = 0.0;
     }
     *time_done = done;
@@ -126,7 +122,9 @@ static SIM_WITHIN sim_state_t rigid_step(const sim_plant_t *s, sim_step_t *step,
 
 sim_still_t sim_stator_view(const sim_plant_t *s, const sim_step_t *step)
 {
-    const sim_rate_t  r = sim_rates(s, step, &s->x, 0.0, SIM_WITH_PARTS); /* of the currents; no torque needed */
+    sim_rate_t r;
+    (void)sim_current_rates(s, &s->x, sim_turned_voltage(step, s->model.pole_pairs * (s->x.theta_m_rad - step->theta0_rad)),
+                            (s->saturation != NULL) ? SIM_SATURATING : SIM_WITH_HOOKS, &r);
     const double      we = s->model.pole_pairs * s->x.speed_rad_s;
     const double      did = r.did - we * s->x.iq_a; /* turned along with the frame */
     const double      diq = r.diq + we * s->x.id_a;
@@ -137,7 +135,7 @@ sim_still_t sim_stator_view(const sim_plant_t *s, const sim_step_t *step)
     return v;
 }
 
-SIM_APART static void filter_currents(sim_plant_t *s, const sim_still_t *before, const sim_still_t *after, double h)
+SIM_NOINLINE static void filter_currents(sim_plant_t *s, const sim_still_t *before, const sim_still_t *after, double h)
 {
     sim_lag_t lag;
     sim_lag_prepare(&lag, s->parts.current_lag_s, h);
@@ -147,28 +145,55 @@ SIM_APART static void filter_currents(sim_plant_t *s, const sim_still_t *before,
     }
 }
 
-SIM_APART static double move_with_parts(sim_plant_t *s, const double v_ab[2], double h, bool last)
+/** Judge and do a step of a machine that turns as one piece. @return time done. */
+static SIM_WITHIN double move_rigid(sim_plant_t *s, sim_step_t *step, double h, sim_machine_kind_t kind)
 {
-    const bool  filters = s->parts.current_lag_s > 0.0;
-    sim_step_t  step = sim_step_begin(s, v_ab);
-    sim_still_t before = {{0.0, 0.0}, {0.0, 0.0}};
-    double      done;
-    if (s->coupling.on) {
-        judge_coupled(s, &step);
-    } else {
-        judge_rigid(s, &step, SIM_WITH_PARTS);
+    double done;
+    judge_rigid(s, step, kind);
+    s->x = rigid_step(s, step, h, &done, kind);
+    sim_frame_turn_by(s, s->model.pole_pairs * (s->x.theta_m_rad - step->theta0_rad));
+    return done;
+}
+
+SIM_NOINLINE static double move_with_hooks(sim_plant_t *s, sim_step_t *step, double h)
+{
+    return move_rigid(s, step, h, SIM_WITH_HOOKS);
+}
+
+SIM_NOINLINE static double move_saturating(sim_plant_t *s, sim_step_t *step, double h)
+{
+    return move_rigid(s, step, h, SIM_SATURATING);
+}
+
+SIM_NOINLINE static double move_coupled(sim_plant_t *s, sim_step_t *step, double h, bool last)
+{
+    judge_coupled(s, step);
+    const double done = coupled_step(s, step, h, last);
+    sim_frame_turn_by(s, s->model.pole_pairs * (s->x.theta_m_rad - step->theta0_rad));
+    return done;
+}
+
+/* The plain machine gets code without hooks, in line: half the time of the general one. */
+static SIM_WITHIN double move(sim_plant_t *s, sim_step_t *step, double h, bool last)
+{
+    switch (s->kind) {
+    case SIM_PLAIN:
+        return move_rigid(s, step, h, SIM_PLAIN);
+    case SIM_WITH_HOOKS:
+        return move_with_hooks(s, step, h);
+    case SIM_SATURATING:
+        return move_saturating(s, step, h);
+    default:
+        return move_coupled(s, step, h, last);
     }
-    if (filters) {
-        before = sim_stator_view(s, &step);
-    }
-    if (s->coupling.on) {
-        done = coupled_step(s, &step, h, last);
-    } else {
-        s->x = rigid_step(s, &step, h, &done, s->saturation != NULL);
-    }
-    sim_frame_turn_by(s, s->model.pole_pairs * (s->x.theta_m_rad - step.theta0_rad));
-    if (filters && (done > 0.0)) {
-        const sim_still_t after = sim_stator_view(s, &step);
+}
+
+SIM_NOINLINE static double move_and_filter(sim_plant_t *s, sim_step_t *step, double h, bool last)
+{
+    const sim_still_t before = sim_stator_view(s, step);
+    const double      done = move(s, step, h, last);
+    if (done > 0.0) {
+        const sim_still_t after = sim_stator_view(s, step);
         filter_currents(s, &before, &after, done);
     }
     return done;
@@ -177,16 +202,8 @@ SIM_APART static double move_with_parts(sim_plant_t *s, const double v_ab[2], do
 double sim_step_piece(sim_plant_t *s, const double v_ab[2], double h, bool last, double t0_s)
 {
     const double before = sim_encoder_angle(s);
-    double       done;
-    if ((s->kind == SIM_WITH_PARTS) || (s->parts.current_lag_s > 0.0)) {
-        done = move_with_parts(s, v_ab, h, last);
-    } else {
-        sim_step_t step = sim_step_begin(s, v_ab);
-        judge_rigid(s, &step, SIM_WITH_HOOKS);
-        const sim_state_t y = rigid_step(s, &step, h, &done, false);
-        s->x = y;
-        sim_frame_turn_by(s, s->model.pole_pairs * (y.theta_m_rad - step.theta0_rad));
-    }
+    sim_step_t   step = sim_step_begin(s, v_ab);
+    const double done = (s->parts.current_lag_s > 0.0) ? move_and_filter(s, &step, h, last) : move(s, &step, h, last);
     sim_encoder_note(s, before, t0_s, done);
     return done;
 }

@@ -12,7 +12,7 @@ typedef struct {
     double i[2], slope[2];
 } sim_still_t;
 
-/** A step under this voltage, not yet judged: friction does not act, the shaft is free. */
+/** A step under this voltage, before friction is decided: friction does not act, the shaft is free. */
 static SIM_WITHIN sim_step_t sim_step_begin(const sim_plant_t *s, const double v_ab[2])
 {
     const double     c = s->cosine_e;

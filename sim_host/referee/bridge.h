@@ -19,7 +19,7 @@
 void referee_bridge_period(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm,
                            double t_s);
 
-/** The same with the average inverter for part of a period. */
+/** Advance the machine by part of a period, with the average inverter. */
 void referee_bridge_average(referee_machine_t *machine, referee_vector_t wanted_v, double link_v, double load_torque_nm,
                             double t_s, double length_s);
 

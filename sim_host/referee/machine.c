@@ -6,21 +6,21 @@
 void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p)
 {
     *self = (referee_machine_t){.p = p};
-    const bool   play = p->backlash_f_res_hz > 0.0;
-    const bool   shaft = !play && (p->two_mass_f_res_hz > 0.0);
-    const double f_res_hz = play ? p->backlash_f_res_hz : p->two_mass_f_res_hz;
-    const double ratio = play ? p->backlash_load_ratio : p->two_mass_load_ratio;
-    const double damping = play ? p->backlash_damping_ratio : p->two_mass_damping_ratio;
+    const bool   backlash = p->backlash_f_res_hz > 0.0;
+    const bool   shaft = !backlash && (p->two_mass_f_res_hz > 0.0);
+    const double f_res_hz = backlash ? p->backlash_f_res_hz : p->two_mass_f_res_hz;
+    const double ratio = backlash ? p->backlash_load_ratio : p->two_mass_load_ratio;
+    const double damping = backlash ? p->backlash_damping_ratio : p->two_mass_damping_ratio;
 
     self->motor_inertia_kgm2 = p->motor_inertia_kgm2;
-    if (play || shaft) { /* free-free resonance: w^2 = k (1/J_m + 1/J_l), damping_ratio of that mode */
+    if (backlash || shaft) { /* free-free resonance: w^2 = k (1/J_m + 1/J_l), damping_ratio of that mode */
         const double w_rad_s = 2.0 * REFEREE_PI * f_res_hz;
         self->load_inertia_kgm2 = p->motor_inertia_kgm2 * ratio;
         self->motor_inertia_kgm2 = p->motor_inertia_kgm2 - self->load_inertia_kgm2;
         const double reduced_kgm2 = self->motor_inertia_kgm2 * self->load_inertia_kgm2 / p->motor_inertia_kgm2;
         self->stiffness_nm_rad = w_rad_s * w_rad_s * reduced_kgm2;
         self->damping_nms = 2.0 * damping * w_rad_s * reduced_kgm2;
-        self->half_gap_rad = play ? (0.5 * p->backlash_gap_rad) : 0.0;
+        self->half_gap_rad = backlash ? (0.5 * p->backlash_gap_rad) : 0.0;
     }
     self->l_mean_h = 0.5 * (p->motor_ld_h + p->motor_lq_h);
     self->l_swing_h = 0.5 * (p->motor_ld_h - p->motor_lq_h);

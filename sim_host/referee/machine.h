@@ -27,7 +27,7 @@ typedef struct {
     double resistance_ohm, dry_friction_nm, burst_nm, burst_left_s;
     /* state */
     double           theta_rad, speed_rad_s;           /**< Of the rotor, not wrapped. */
-    double           load_theta_rad, load_speed_rad_s; /**< The same as the rotor's with one mass. */
+    double           load_theta_rad, load_speed_rad_s; /**< Angle and speed of the load; those of the rotor with one mass. */
     referee_vector_t i_a;                              /**< Stationary frame. */
     referee_vector_t i_filtered_a;                     /**< Behind the filter of the current sensors. */
     double           torque_nm;                        /**< Of the air gap, in the last step. */

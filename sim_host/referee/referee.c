@@ -6,9 +6,10 @@
 #include "sim_host/referee/bridge.h"
 #include "sim_host/referee/controller.h"
 #include "sim_host/referee/machine.h"
+#include "sim_host/referee/other_drive.h"
 #include "sim_host/referee/sensors.h"
 
-enum { ABI_VERSION = 1, MOST_DELAY = 8 };
+enum { ABI_VERSION = 2, MOST_DELAY = 8 };
 
 static const char *const PARAMETER_NAMES[] = {
 #define REFEREE_PARAMETER(group, name, initial) #group "." #name,
@@ -88,6 +89,9 @@ static int first_bad(const double *values, const referee_parameters_t *p)
     if (p->drive_speed_periods < 1.0) {
         return (int)(&p->drive_speed_periods - &p->motor_pole_pairs) + 1;
     }
+    if (p->other_computation_periods != 0.0 && p->other_computation_periods != 1.0) {
+        return (int)(&p->other_computation_periods - &p->motor_pole_pairs) + 1;
+    }
     const double delay = p->current_loop_delay_extra_periods;
     if (delay < 0.0 || delay > MOST_DELAY - 2) {
         return (int)(&p->current_loop_delay_extra_periods - &p->motor_pole_pairs) + 1;
@@ -95,13 +99,23 @@ static int first_bad(const double *values, const referee_parameters_t *p)
     return 0;
 }
 
+/* What the controller, either of the two, has to show. */
 typedef struct {
-    referee_parameters_t p;
-    referee_machine_t    machine;
-    referee_controller_t controller;
-    referee_noise_t      noise;
-    referee_vector_t     queue[MOST_DELAY]; /* voltages asked for; [0] is the newest */
-    double               filtered_link_v, dip_left_s;
+    referee_vector_t ref_a, i_a, v_v;
+    double           speed_rad_s, theta_m_rad;
+} shown_t;
+
+typedef struct {
+    referee_parameters_t  p;
+    referee_machine_t     machine;
+    referee_controller_t  controller;
+    referee_other_drive_t other;
+    referee_noise_t       noise;
+    referee_vector_t      queue[MOST_DELAY]; /* voltages asked for; [0] is the newest */
+    double                filtered_link_v, dip_left_s;
+    shown_t               shown;
+    double                sum[SIGNALS]; /* since the last row */
+    size_t                summed;
 } session_t;
 
 static double link_voltage(session_t *self, double t_s, double ts_s)
@@ -126,8 +140,8 @@ static void act(session_t *self, double link_v, double load_nm, double t_s, doub
 {
     const referee_parameters_t *const p = &self->p;
     const double                      extra = p->current_loop_delay_extra_periods;
-    const int                         whole = (int)extra;
-    const double                      part = extra - whole;
+    const int                         whole = (int)extra + ((p->other_in_use != 0.0) ? (int)p->other_computation_periods - 1 : 0);
+    const double                      part = extra - floor(extra);
     const referee_vector_t            newer = self->queue[1 + whole];
     const referee_vector_t            older = self->queue[1 + whole + ((part > 0.0) ? 1 : 0)];
     if (part > 0.0 && p->bridge_edges == 0.0) {
@@ -139,29 +153,74 @@ static void act(session_t *self, double link_v, double load_nm, double t_s, doub
     referee_bridge_period(&self->machine, mean, link_v, load_nm, t_s);
 }
 
-static void write_row(session_t *self, const referee_sample_t *sample, double speed_ref_rad_s, double load_nm, double *row)
+/* One control period of the drive: the voltage that it asks for. */
+static referee_vector_t control(session_t *self, const referee_sample_t *sample, const referee_wish_t *wish)
+{
+    if (self->p.other_in_use == 0.0) {
+        const referee_controller_t *const c = &self->controller;
+        const referee_vector_t            v_v = referee_controller_step(&self->controller, sample, wish);
+        self->shown = (shown_t){c->ref_a, c->i_a, c->v_v, c->speed_rad_s, sample->theta_m_rad};
+        return v_v;
+    }
+    const referee_other_drive_t *const o = &self->other;
+    const referee_vector_t             v_v = referee_other_drive_step(&self->other, sample, wish);
+    const double                       theta_m_rad = o->theta_m_rad - (self->p.other_angle_delay_s * o->speed_rad_s);
+    self->shown = (shown_t){o->ref_a, o->i_a, o->v_v, o->speed_rad_s, theta_m_rad};
+    return v_v;
+}
+
+static const int MEANS[] = {SIGNAL_speed_rad_s, SIGNAL_id_a, SIGNAL_iq_a, SIGNAL_vd_v, SIGNAL_vq_v, SIGNAL_vdc_v};
+
+enum { MEAN_SIGNALS = sizeof MEANS / sizeof MEANS[0] };
+
+static void measure(session_t *self, const referee_sample_t *sample, double speed_ref_rad_s, double load_nm, double *row)
 {
     const referee_parameters_t *const p = &self->p;
     const referee_machine_t *const    m = &self->machine;
     row[SIGNAL_speed_ref_rad_s] = speed_ref_rad_s;
-    row[SIGNAL_speed_rad_s] = self->controller.speed_rad_s;
+    row[SIGNAL_speed_rad_s] = self->shown.speed_rad_s;
     row[SIGNAL_theta_m_rad] = sample->theta_m_rad;
-    row[SIGNAL_id_ref_a] = self->controller.ref_a.x;
-    row[SIGNAL_iq_ref_a] = self->controller.ref_a.y;
-    row[SIGNAL_id_a] = self->controller.i_a.x;
-    row[SIGNAL_iq_a] = self->controller.i_a.y;
+    row[SIGNAL_id_ref_a] = self->shown.ref_a.x;
+    row[SIGNAL_iq_ref_a] = self->shown.ref_a.y;
+    row[SIGNAL_id_a] = self->shown.i_a.x;
+    row[SIGNAL_iq_a] = self->shown.i_a.y;
     row[SIGNAL_ia_a] = sample->ia_a;
     row[SIGNAL_ib_a] = sample->ib_a;
-    row[SIGNAL_vd_v] = self->controller.v_v.x;
-    row[SIGNAL_vq_v] = self->controller.v_v.y;
+    row[SIGNAL_vd_v] = self->shown.v_v.x;
+    row[SIGNAL_vq_v] = self->shown.v_v.y;
     row[SIGNAL_vdc_v] = self->filtered_link_v + (p->sensor_vdc_noise_v * referee_noise_normal(&self->noise));
     row[SIGNAL_load_torque_nm] = load_nm + (p->sensor_load_noise_nm * referee_noise_normal(&self->noise));
+    row[SIGNAL_valpha_v] = self->queue[0].x;
+    row[SIGNAL_vbeta_v] = self->queue[0].y;
+    row[SIGNAL_drive_theta_m_rad] = self->shown.theta_m_rad;
     row[SIGNAL_true_speed_rad_s] = m->speed_rad_s;
     row[SIGNAL_true_theta_m_rad] = m->theta_rad;
     row[SIGNAL_true_ia_a] = m->i_a.x;
     row[SIGNAL_true_ib_a] = -0.5 * m->i_a.x + (0.5 * REFEREE_SQRT_3 * m->i_a.y);
     row[SIGNAL_true_torque_nm] = m->torque_nm;
     row[SIGNAL_true_load_speed_rad_s] = m->load_speed_rad_s;
+}
+
+static void add_up(session_t *self)
+{
+    const shown_t *const now = &self->shown;
+    const double values[MEAN_SIGNALS] = {now->speed_rad_s, now->i_a.x, now->i_a.y, now->v_v.x, now->v_v.y, self->filtered_link_v};
+    for (int k = 0; k < MEAN_SIGNALS; k++) {
+        self->sum[MEANS[k]] += values[k];
+    }
+    self->summed++;
+}
+
+static void write_row(session_t *self, const referee_sample_t *sample, double speed_ref_rad_s, double load_nm, double *row)
+{
+    measure(self, sample, speed_ref_rad_s, load_nm, row);
+    if (self->p.run_mean != 0.0) {
+        for (int k = 0; k < MEAN_SIGNALS; k++) {
+            row[MEANS[k]] = self->sum[MEANS[k]] / (double)self->summed;
+            self->sum[MEANS[k]] = 0.0;
+        }
+        self->summed = 0U;
+    }
 }
 
 int referee_run(const double *parameters, const referee_inputs_t *inputs, size_t periods, size_t decimate, double *log)
@@ -179,7 +238,9 @@ int referee_run(const double *parameters, const referee_inputs_t *inputs, size_t
     self.filtered_link_v = self.p.bridge_dc_link_v;
     referee_noise_seed(&self.noise, (uint64_t)fabs(self.p.run_seed));
     referee_machine_init(&self.machine, &self.p);
-    referee_controller_init(&self.controller, &self.p, referee_sensors_sample(&self.machine, &self.noise).theta_m_rad);
+    const double start_rad = referee_sensors_sample(&self.machine, &self.noise).theta_m_rad;
+    referee_controller_init(&self.controller, &self.p, start_rad);
+    referee_other_drive_init(&self.other, &self.p, start_rad);
 
     for (size_t n = 0; n < periods; n++) {
         const double           t_s = self.p.run_clock_s + ((double)n * ts_s);
@@ -187,7 +248,8 @@ int referee_run(const double *parameters, const referee_inputs_t *inputs, size_t
         const referee_wish_t   wish = {inputs->speed_ref_rad_s[n], inputs->id_ref_a[n], inputs->iq_ref_a[n],
                                        inputs->current_mode[n] != 0.0};
         memmove(&self.queue[1], &self.queue[0], sizeof self.queue - sizeof self.queue[0]);
-        self.queue[0] = referee_controller_step(&self.controller, &sample, &wish);
+        self.queue[0] = control(&self, &sample, &wish);
+        add_up(&self);
         if (n % decimate == 0U) {
             write_row(&self, &sample, wish.speed_ref_rad_s, inputs->load_torque_nm[n], &log[(n / decimate) * SIGNALS]);
         }

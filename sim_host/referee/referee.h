@@ -1,6 +1,6 @@
 /**
  * @file  sim_host/referee/referee.h
- * @brief A second drive simulator that shares no code with the rest, to judge what the rest concludes.
+ * @brief A second drive simulator that shares no code with the first one, to check what the tools conclude from logs.
  *
  * Stationary-frame phase model, fixed fine step, trapezoidal rule for the currents, dry friction as an impulse per step,
  * bridge as average voltage or edge by edge with dead time; the controller, encoder and logging of the measured-log

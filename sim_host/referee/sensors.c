@@ -5,8 +5,8 @@
 static double wrapped(double x_rad)
 {
     const double turn = 2.0 * REFEREE_PI;
-    const double rest = x_rad - (turn * floor(x_rad / turn));
-    return (rest < turn) ? rest : 0.0;
+    const double remainder = x_rad - (turn * floor(x_rad / turn));
+    return (remainder < turn) ? remainder : 0.0;
 }
 
 static double converted(double i_a, double gain, double offset_a, const referee_parameters_t *p, referee_noise_t *noise)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -48,7 +49,16 @@ class Order(unittest.TestCase):
         self.assertEqual(found, ["evenspin.model.parts", "evenspin.model"])
 
 
+ROOT = Path(__file__).resolve().parents[2]
+
+
 class RealOrder(unittest.TestCase):
+    def test_the_table_of_packages_in_the_manual_has_the_rows_of_the_order_from_top_to_bottom(self) -> None:
+        manual = (ROOT / "docs/architecture.md").read_text()
+        table = manual.split("| packages of `tools/src/evenspin` |", 1)[1].split("\n\n", 1)[0]
+        rows = [set(re.findall(r"`(\w+)`", line.split("|")[1])) for line in table.splitlines()[2:]]
+        self.assertEqual(rows, [set(names) for names in reversed(layers.ORDER)])
+
     def test_only_the_command_line_knows_the_blind_bench(self) -> None:
         found = list(layers.imports_of("import evenspin.blind\n", ["evenspin.blind"]))
         others = {name for names in layers.ORDER for name in names} - {"blind", "cli"}

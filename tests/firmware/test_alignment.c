@@ -1,4 +1,4 @@
-/* firmware/app/alignment.c on the bench: order, vector, damping, and what is told from the motion of a rotor. */
+/* firmware/app/alignment.c on the bench: order, vector, damping, and what the motion of a rotor shows. */
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
 #include "mock_hal_inverter.h"
@@ -227,9 +227,9 @@ void test_alignment_with_other_pole_pairs_says_how_many_there_are(void)
                 TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_RUN, drive.state, at("%u pole pairs", set));
             } else {
                 TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_FAULT, drive.state, at("%u of %u", set, true_pairs));
-                const bool told = (drive.fault == FAULT_align_pole_pairs) && (drive.fault_detail == true_pairs);
+                const bool reported = (drive.fault == FAULT_align_pole_pairs) && (drive.fault_detail == true_pairs);
                 TEST_ASSERT_TRUE_MESSAGE(
-                    told || (set >= 2U * true_pairs), /* then its damping is too strong */
+                    reported || (set >= 2U * true_pairs), /* then its damping is too strong */
                     at("%u of %u: %s, %u", set, true_pairs, faults_info((uint16_t)drive.fault)->name, drive.fault_detail));
             }
         }

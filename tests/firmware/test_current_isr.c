@@ -490,7 +490,7 @@ void test_current_isr_bad_sample_teaches_the_controllers_nothing(void)
     bench.sample.ib_a = 0.0f;
     bench_period();
 
-    assert_dq(0.0, 0.6 + 2.0 * 0.108, 0.0, 2.0 * VOLT_TOLERANCE, "two lessons so far");
+    assert_dq(0.0, 0.6 + 2.0 * 0.108, 0.0, 2.0 * VOLT_TOLERANCE, "two learned samples so far");
 }
 
 /* ---- duration ------------------------------------------------------------------------------------------------------- */

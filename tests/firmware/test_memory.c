@@ -356,7 +356,7 @@ void test_memory_write_of_every_value_up_to_the_limit_is_taken(void)
 
 /* ---- cells that do not keep or do not show what was written ---------------------------------------------------------------- */
 
-static unsigned trials(unsigned usual, unsigned all) { return (getenv("EVENSPIN_CAMPAIGN") != NULL) ? all : usual; }
+static unsigned trials(unsigned few, unsigned all) { return (getenv("EVENSPIN_CAMPAIGN") != NULL) ? all : few; }
 
 /* Any bit of any word of the page that the next save takes. */
 void test_memory_save_into_a_cell_that_is_stuck_is_not_called_a_save(void)

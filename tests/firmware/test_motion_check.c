@@ -129,7 +129,7 @@ void test_motion_check_limit_allows_two_counts_of_a_coarse_encoder(void)
     ASSERT_NO_FAULT("never judged");
 }
 
-void test_motion_check_angle_is_found_anew_after_samples_that_are_missing(void)
+void test_motion_check_angle_is_found_again_after_samples_that_are_missing(void)
 {
     drive_params_t p = watchful();
     p.lost_sample_limit = 13U; /* one more than the gap below */
@@ -347,7 +347,7 @@ void test_motion_check_drive_that_lacks_voltage_does_not_trip(void)
 void test_motion_check_speed_of_a_coarse_encoder_is_judged_over_three_counts(void)
 {
     with_checks(0.05, 0U, DRIVE_MODE_SPEED);
-    drive.set[0].setup.motion.way = UINT32_C(0x30000000); /* 3/16 of a turn */
+    drive.set[0].setup.motion.travel = UINT32_C(0x30000000); /* 3/16 of a turn */
     int k = samples_to_fault(-5.0, 0.0, 10.0, 500);
     TEST_ASSERT_TRUE_MESSAGE((k >= 235) && (k <= 238), at("%d samples", k)); /* 1.178 rad / 5 rad/s */
     with_checks(0.05, 0U, DRIVE_MODE_SPEED);

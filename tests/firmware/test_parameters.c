@@ -232,6 +232,7 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_following_error_samples,
                                     PARAM_method,
                                     PARAM_position_method,
+                                    PARAM_disturbance_observer,
                                     PARAM_speed_source,
                                     PARAM_speed_divider,
                                     PARAM_speed_inline,

@@ -70,7 +70,7 @@ void test_preemption_take_over_at_the_end_of_an_alignment_leaves_the_zero_that_w
     const angle_t  found = drive.zero.e;
     TEST_ASSERT_TRUE(drive.zero.found);
     TEST_ASSERT_TRUE(angle_size(found - drive.set[0].setup.tracking.encoder_offset) >
-                     (ANGLE_QUARTER / 4U)); /* the two can be told apart */
+                     (ANGLE_QUARTER / 4U)); /* the two can be distinguished */
     TEST_ASSERT_TRUE(length > 20U);
 
     for (uint32_t n = 1U; n <= length; n++) {

@@ -744,7 +744,7 @@ void test_protection_stall_is_a_fault_after_its_samples_and_not_before(void)
     ASSERT_FAULT(FAULT_stall, "one more");
 }
 
-void test_protection_stall_counts_anew_after_every_motion(void)
+void test_protection_stall_counts_again_after_every_motion(void)
 {
     const double move[] = {0.03, -0.03}; /* more than 1/256 turn, 0.0245 rad */
     for (size_t k = 0; k < COUNT_OF(move); k++) {

@@ -58,6 +58,30 @@ void test_speed_isr_unit_of_the_error_multiplies_both_gains(void)
     TEST_ASSERT_DOUBLE_WITHIN(AMP_TOLERANCE, -9.5493 * (KP + KI_TS), iq_ref());
 }
 
+/* The textbook controller with set-point weight b: KP (b r - y) + KI integral of (r - y); rotor at rest, r = 2 units. */
+void test_speed_isr_set_point_weight_is_that_of_the_proportional_part(void)
+{
+    const double weight[] = {0.0, 0.25, 1.0};
+    for (size_t w = 0; w < COUNT_OF(weight); w++) {
+        setUp();
+        drive_params_t p = bench_params();
+        p.speed_setpoint_weight = (float)weight[w];
+        run_inline(p);
+        bench_command(DRIVE_MODE_SPEED, 0.5, 0.0, 0.0);
+        for (int k = 0; k < 200; k++) {
+            bench_period();
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3.0 * AMP_TOLERANCE, 2.0 * (KP * weight[w] + KI_TS * k), iq_ref(),
+                                              at("weight %g, sample %d", weight[w], k));
+            bench_periods(9U);
+        }
+        bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 0.0); /* and again, from the speed there is */
+        bench_periods(20U);
+        bench_command(DRIVE_MODE_SPEED, 0.5, 0.0, 0.0);
+        bench_period();
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * AMP_TOLERANCE, 2.0 * KP * weight[w], iq_ref());
+    }
+}
+
 void test_speed_isr_sample_time_follows_the_divider(void)
 {
     drive_params_t p = bench_params();
@@ -298,7 +322,7 @@ static drive_params_t forc(void)
 static void assert_forc_learns(double reference)
 {
     const double e = GAIN * reference;
-    const double lesson = 0.6 * e;
+    const double learned = 0.6 * e;
     bench_start();
     run_inline(forc());
     bench_command(DRIVE_MODE_SPEED, reference, 0.0, 0.0);
@@ -309,12 +333,12 @@ static void assert_forc_learns(double reference)
     }
     /* floats of 38 units; 650 units times some steps of 6e-8; N is within 1e-4 of 100, which moves nothing here */
     const double tolerance = per_numeric(2e-4, 5e-3);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.45 * lesson, correction(), "sample 94");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.45 * learned, correction(), "sample 94");
     speed_period();
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.55 * lesson, correction(), "sample 95");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, 0.55 * learned, correction(), "sample 95");
     speed_period();
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, lesson, correction(), "sample 96");
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0 * AMP_TOLERANCE, KP * (e + lesson), iq_ref(), "error and correction through the PI");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, learned, correction(), "sample 96");
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0 * AMP_TOLERANCE, KP * (e + learned), iq_ref(), "error and correction through the PI");
 }
 
 void test_speed_isr_repetitive_correction_is_that_of_a_hand_calculation(void) { assert_forc_learns(15.707963); }
@@ -345,7 +369,7 @@ void test_speed_isr_lambda_at_the_output_multiplies_the_correction(void)
     TEST_ASSERT_DOUBLE_WITHIN(per_numeric(2e-4, 2e-2), 0.6 * e * pow(e, -0.4), correction());
 }
 
-/* fal(e) = e^0.6 teaches instead of e */
+/* fal(e) = e^0.6 is learned instead of e */
 void test_speed_isr_fal_at_the_input_teaches_the_bent_error(void)
 {
     const double   reference = 15.707963;

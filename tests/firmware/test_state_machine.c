@@ -706,7 +706,7 @@ void test_state_machine_fault_whose_cause_stands_comes_back(void)
     ASSERT_FAULT(FAULT_over_temperature, "still hot");
 }
 
-void test_state_machine_counters_start_anew_after_a_clear(void)
+void test_state_machine_counters_start_again_after_a_clear(void)
 {
     bench_into(DRIVE_READY);
     bench.sample_status = HAL_STALE;
@@ -744,7 +744,7 @@ void test_state_machine_configuration_fault_cannot_be_cleared(void)
     ASSERT_NO_FAULT("new parameters");
 }
 
-void test_state_machine_fault_during_calibration_starts_up_anew(void)
+void test_state_machine_fault_during_calibration_starts_up_again(void)
 {
     init(10U, ALIGNS);
     pass_to(DRIVE_OFFSET_CALIBRATION);
@@ -757,7 +757,7 @@ void test_state_machine_fault_during_calibration_starts_up_anew(void)
 }
 
 /* a drive that does not know its electrical zero would run away */
-void test_state_machine_start_after_a_fault_during_alignment_aligns_anew(void)
+void test_state_machine_start_after_a_fault_during_alignment_aligns_again(void)
 {
     init(0U, ALIGNS);
     bench_rotor(4.0, 1.0);
@@ -772,7 +772,7 @@ void test_state_machine_start_after_a_fault_during_alignment_aligns_anew(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
 }
 
-void test_state_machine_encoder_that_may_have_lost_counts_is_aligned_anew_with_the_next_start(void)
+void test_state_machine_encoder_that_may_have_lost_counts_is_aligned_again_with_the_next_start(void)
 {
     init(0U, ALIGNS);
     bench_rotor(4.0, 1.0);

@@ -105,7 +105,7 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
-        return; /* an observer has the memory of the position method */
+        return; /* these do not go together */
     }
     periods(60U);
     bench_rotor(4.0, 0.5);
@@ -149,6 +149,8 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     from_main(stop);
     from_main(clear);
     periods(30U);
+    command = (drive_command_t){.mode = DRIVE_MODE_SPEED}; /* repetitive control does not go with position mode */
+    from_main(give);
     wanted = *drive.params;
     wanted.method = (uint16_t)((method + 1U) % 4U);
     wanted.position_method = 0U;
@@ -253,7 +255,7 @@ static const member_t MEMBERS[] = {
     MEMBER(motion, SPEED),
     MEMBER(timing.speed, SPEED),
     MEMBER(rc_memory, SPEED | REST),
-    /* the observer's in the current interrupt, or the position loop's: never both (drive_make_position) */
+    /* the observer's part by the current interrupt, the position loop's by the speed interrupt (drive_build_position_memory) */
     MEMBER(observer_memory, CURRENT | SPEED | REST),
     /* the main loop's */
     MEMBER(timing.epoch, MAIN | REST),

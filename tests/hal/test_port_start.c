@@ -82,7 +82,7 @@ void test_start_the_deepest_that_the_stack_has_been_is_found_within_a_few_passes
     }
     port_stack_watch(area, 300U, 20U);
     for (uint16_t pass = 0U; pass < 20U; pass++) {
-        port_stack_look();
+        port_stack_check();
     }
     TEST_ASSERT_EQUAL_UINT16(20U, port_stack_used());
     TEST_ASSERT_EQUAL_HEX16(0U, area[19]);
@@ -90,12 +90,12 @@ void test_start_the_deepest_that_the_stack_has_been_is_found_within_a_few_passes
 
     area[150] = 7U; /* what lies below may have been skipped by a frame: the highest counts */
     for (uint16_t pass = 0U; pass < 20U; pass++) {
-        port_stack_look();
+        port_stack_check();
     }
     TEST_ASSERT_EQUAL_UINT16(151U, port_stack_used());
     area[299] = 7U;
     for (uint16_t pass = 0U; pass < 20U; pass++) {
-        port_stack_look();
+        port_stack_check();
     }
     TEST_ASSERT_EQUAL_UINT16(300U, port_stack_used());
 }

@@ -231,7 +231,7 @@ void test_alignment_settles_light_and_heavy_rotors(void)
             shaft.model.inertia_kgm2 = inertia[n];
             shaft.model.viscous_nms = 2.6e-6;
             shaft.params.speed_kp_a_per_unit *=
-                (float)fmin(1.0, inertia[n] / 7.06e-5); /* the loop as quick as with the usual rotor */
+                (float)fmin(1.0, inertia[n] / 7.06e-5); /* the loop as quick as with the nominal rotor */
             shaft.params.speed_ki_a_per_unit_s *= (float)fmin(1.0, inertia[n] / 7.06e-5);
             power_up_at(start_angle(k, 4));
             drive_start(&shaft.drive);

@@ -108,7 +108,7 @@ void test_interrupt_load_of_the_current_interrupt_beyond_its_period_is_a_fault(v
 }
 
 /* Start-up ends with a start: the figures of its interrupts are not those of the run. */
-void test_interrupt_load_figures_begin_anew_with_a_start(void)
+void test_interrupt_load_figures_begin_again_with_a_start(void)
 {
     rig_param("offset_calibration_periods", 500.0);
     rig_step("isr_load_cyc", 9000.0, 0.07, 2000.0);

@@ -269,6 +269,33 @@ void test_protection_load_that_drives_it_too_fast_backwards_stops_the_drive(void
     assert_trips("over_speed", 70, 160);
 }
 
+/* A tenth of the inertia: 59 000 rad/s^2, 59 in a speed period. The mean over that lags by half of it, and is known at its end at the
+ * latest: 540 + 1.5 * 59. The tracking filter alone lags by up to 310. */
+void test_protection_over_speed_ends_within_a_fifth_beyond_the_limit_whatever_accelerates(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        for (int k = 0; k < 10; k++) { /* wherever in a speed period the limit is passed */
+            rig_free();
+            rig_new();
+            rig_model("inertia_kgm2", 7.06e-6);
+            rig_param("speed_kp_a_per_unit", 0.00368);
+            rig_param("speed_ki_a_per_unit_s", 0.092);
+            rig_param("over_speed_rad_s", 540.0);
+            rig_param("speed_deviation_s", 0.0);
+            rig_input("speed_ref_rad_s", -31.4 * sign);
+            rig_step("load_torque_nm", 0.0, BREAKS_S + (1e-4 * k), -0.8 * sign);
+            rig_start();
+            rig_run(BREAKS_PERIOD);
+            for (int n = 0; (n < 1000) && (strcmp(rig_fault(), "none") == 0); n++) {
+                rig_run(1);
+            }
+            TEST_ASSERT_EQUAL_STRING("over_speed", rig_fault());
+            const double speed = sign * rig_read("true_speed_rad_s");
+            TEST_ASSERT_TRUE_MESSAGE((speed > 540.0) && (speed < 1.2 * 540.0), at("%g rad/s", speed));
+        }
+    }
+}
+
 /* id and iq of 9 A each are within their limits, but 12.7 A in a phase are not: some phase sees it within a sixth of an
  * electrical turn and a few periods of the current loop. */
 void test_protection_phase_current_beyond_its_limit_stops_the_drive(void)

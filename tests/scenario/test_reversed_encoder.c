@@ -34,6 +34,7 @@ static uint32_t cycles(double t) { return (uint32_t)(int64_t)(t * 2e8 + 0.5); }
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
     (void)memset(out, 0, sizeof *out);
+    sim_plant_find_edge(&plant);
     out->edge_count = (int32_t)-plant.edge_count; /* reversed */
     out->edge_cyc = cycles(plant.edge_time_s);
     return HAL_OK;

@@ -444,7 +444,7 @@ void test_capi_input_given_while_running_acts_at_once(void)
     TEST_ASSERT_EQUAL_DOUBLE(12.0, shown("speed_ref_rad_s"));
 }
 
-void test_capi_start_again_begins_anew(void)
+void test_capi_start_again_begins_again(void)
 {
     const double t[2] = {0.0, 0.05};
     const double v[2] = {10.0, 20.0};

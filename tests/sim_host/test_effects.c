@@ -358,7 +358,7 @@ static void flux(double theta_m, double *h_q)
     plant.x.iq_a = 2.0;
     sim_reading_t r;
     sim_plant_read(&plant, &r);
-    *h_q = plant.torque_nm / (1.5 * 4.0 * 2.0) - 6.4e-3;
+    *h_q = sim_plant_torque(&plant) / (1.5 * 4.0 * 2.0) - 6.4e-3;
 }
 
 void test_effects_flux_harmonics_are_the_sixth_electrical_order_of_the_torque_per_ampere(void)

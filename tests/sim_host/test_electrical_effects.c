@@ -108,7 +108,7 @@ void test_current_filter_turns_and_shortens_a_rotating_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -0.5 * creal(seen) + 0.5 * SQRT3 * cimag(seen), r.ib_a);
 }
 
-/* One step per period is what the usual machine gets: 0.18 of a time constant, cubic error (0.18)^4 / 384. */
+/* One step per period is what the nominal machine gets: 0.18 of a time constant, cubic error (0.18)^4 / 384. */
 void test_current_filter_needs_no_finer_steps_than_the_machine(void)
 {
     model.substeps = 0.0;
@@ -183,7 +183,7 @@ void test_saturation_makes_the_reluctance_torque_of_its_flux_linkages(void)
     (void)read_a();
     const double d = 0.3e-3 * 6.0 * atan(-4.0 / 6.0);
     const double q = 0.6e-3 * 6.0 * atan(9.0 / 6.0);
-    ASSERT_REL(1e-12, 6.0 * ((6.4e-3 + d) * 9.0 - q * -4.0), plant.torque_nm, "torque");
+    ASSERT_REL(1e-12, 6.0 * ((6.4e-3 + d) * 9.0 - q * -4.0), sim_plant_torque(&plant), "torque");
 }
 
 /* Steady state at speed: vd = R id - we psi_q(iq), vq = R iq + we (psi + psi_d(id)). */
@@ -219,6 +219,9 @@ void test_saturation_linkage_is_odd_and_its_slope_the_differential_inductance(vo
         const double wanted = L_H / (1.0 + i * i / 9.0);
         ASSERT_REL(1e-12, (wanted > 0.01 * L_H) ? wanted : 0.01 * L_H, slope, at("slope at %g A", i));
         ASSERT_REL(1e-5, slope, rise / (2.0 * h), at("difference at %g A", i));
+        const double mixed[3] = {3.0, 0.3, 0.6};
+        (void)e->linkage_wb(mixed, L_H, i, 5.0, &slope);
+        TEST_ASSERT_EQUAL_DOUBLE(slope, e->slope_h(mixed, L_H, i, 5.0)); /* alone it is the same */
         TEST_ASSERT_EQUAL_DOUBLE(-e->linkage_wb(own, L_H, i, 5.0, &ignored), e->linkage_wb(own, L_H, -i, 5.0, &ignored));
     }
 }
@@ -236,7 +239,7 @@ void test_saturation_by_slope_lowers_the_reluctance_torque_of_each_axis(void)
     (void)read_a();
     const double ld_h = 0.3e-3 / (1.0 + 16.0 / 36.0);
     const double lq_h = 0.6e-3 / (1.0 + 81.0 / 36.0);
-    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + (ld_h - lq_h) * -36.0), plant.torque_nm, "torque");
+    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + (ld_h - lq_h) * -36.0), sim_plant_torque(&plant), "torque");
 }
 
 void test_saturation_by_slope_steps_as_the_integral_does(void)
@@ -286,7 +289,7 @@ void test_saturation_by_amplitude_lowers_the_reluctance_torque(void)
     plant.x.iq_a = 9.0;
     (void)read_a();
     const double soft = 1.0 / (1.0 + 97.0 / 36.0);
-    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + -0.3e-3 * soft * -36.0), plant.torque_nm, "torque");
+    ASSERT_REL(1e-12, 6.0 * (6.4e-3 * 9.0 + -0.3e-3 * soft * -36.0), sim_plant_torque(&plant), "torque");
 }
 
 void test_saturation_by_amplitude_ends_at_the_same_current_as_without(void)

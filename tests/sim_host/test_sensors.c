@@ -124,6 +124,43 @@ void test_sensors_edge_has_one_position_whichever_way_it_is_passed(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.0e-4 + (plant.x.theta_m_rad + 1e-3 - 7.0 * COUNT) / 10.0, plant.edge_time_s);
 }
 
+#define TO_AND_FRO 2000
+
+static void note_edges(double speed, int every, int64_t *count, double *time_s)
+{
+    double duty[3];
+    turn_at(speed, 3.7 * COUNT);
+    machine_duties(0.0, 0.0, duty);
+    for (int k = 0; k < TO_AND_FRO; k++) {
+        plant.outside.load_torque_nm = 2e6 * cos(0.006 * k); /* through zero and back, twice */
+        sim_plant_period(&plant, duty, true);
+        if (((k + 1) % every) == 0) {
+            sim_plant_find_edge(&plant);
+            count[k] = plant.edge_count;
+            time_s[k] = plant.edge_time_s;
+        }
+    }
+}
+
+/* A drive asks once in many steps; the edge is the one that asking after every step finds, through reversals, too. */
+void test_sensors_edge_is_the_same_however_seldom_it_is_asked_for(void)
+{
+    static const int    EVERY[] = {7, 45, 400};
+    static const double SPEED[] = {0.3, 7.0, 60.0, -60.0};
+    static int64_t      count[TO_AND_FRO], seldom_count[TO_AND_FRO];
+    static double       time_s[TO_AND_FRO], seldom_time_s[TO_AND_FRO];
+    for (size_t s = 0; s < COUNT_OF(SPEED); s++) {
+        note_edges(SPEED[s], 1, count, time_s);
+        for (size_t e = 0; e < COUNT_OF(EVERY); e++) {
+            note_edges(SPEED[s], EVERY[e], seldom_count, seldom_time_s);
+            for (int k = EVERY[e] - 1; k < TO_AND_FRO; k += EVERY[e]) {
+                TEST_ASSERT_EQUAL_INT64(count[k], seldom_count[k]);
+                TEST_ASSERT_EQUAL_DOUBLE(time_s[k], seldom_time_s[k]);
+            }
+        }
+    }
+}
+
 void test_sensors_without_an_edge_its_time_stands(void)
 {
     turn_at(0.1, 0.5 * COUNT);

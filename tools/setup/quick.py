@@ -4,7 +4,7 @@
 
 Changed is what differs from REVISION (by default the commit at which this branch left its upstream; without one, the
 last commit), and what git does not know yet.
-C       The host preset is built, and the tests run whose programs that made anew.
+C       The host preset is built, and the tests run whose programs that made again.
 Python  Test files that import a changed module, directly or through others, in the order of that distance: as many as
         fit into SECONDS by the times of the last whole run. What does not fit is counted; `make test` runs it.
 
@@ -135,7 +135,7 @@ def rebuilt_tests(step: run_tests.Step) -> list[str]:
 def c_part(step: run_tests.Step) -> run_tests.Count:
     names = rebuilt_tests(step)
     if not names:
-        print("[quick] no C test was built anew")
+        print("[quick] no C test was built again")
         return run_tests.Count()
     pattern = "^(" + "|".join(names) + ")$"
     only = ("-R", pattern, "--output-junit", step.junit)

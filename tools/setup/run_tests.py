@@ -202,12 +202,12 @@ def coverage(step: Step) -> Count:
 
 
 def lint(step: Step) -> Count:
-    """Format and lint of C and Python, types of Python, and the layers of both."""
+    """Format and lint of C and Python, types of Python, the layers of both, and private words."""
     step.need(sys.executable, "-m", "ruff", "check", ".")
     step.need(sys.executable, "-m", "ruff", "format", "--check", ".")
     step.need(sys.executable, "-m", "mypy")
     step.need(Path(sys.executable).with_name("clang-format"), "--dry-run", "-Werror", *c_files())
-    for check in ("check_layers.py", "check_python_layers.py"):
+    for check in ("check_layers.py", "check_python_layers.py", "check_words.py"):
         step.need(sys.executable, ROOT / "tests/architecture" / check, ROOT)
     tidy(step, [file for file in c_files() if file.endswith(".c") and not file.startswith("tests/")])
     return Count()

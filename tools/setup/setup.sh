@@ -163,7 +163,7 @@ sources_changed() {
 install_package() {
     local python requirements=$VENV/.requirements installed=$VENV/.installed
 
-    # A moved or half-made environment is made anew: its scripts hold the path of the checkout.
+    # A moved or half-made environment is made again: its scripts hold the path of the checkout.
     if ! [ -e "$requirements" ] || [ "$(<"$requirements")" != "$ROOT" ] || ! "$VENV/bin/python" -c '' 2>/dev/null; then
         python=$(find_python) || { say "no Python >= 3.11 with venv and ensurepip was found"; exit 3; }
         rm -rf "$VENV"

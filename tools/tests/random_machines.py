@@ -1,5 +1,5 @@
 """Machines drawn at random, as consistent as machines are: 10 W to 5 kW, 1 to 14 pole pairs, 12 to 400 V and beyond,
-salient and not, inertias of 0.2 to 20 times that of a usual rotor of their torque."""
+salient and not, inertias of 0.2 to 20 times that of a typical rotor of their torque."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Guided calibration against machines whose numbers are known, because the simulator was told them."""
+"""Guided calibration against machines whose numbers are known, because the simulator was given them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bench_model import MODEL
 from evenspin.bench import Drive, State
 from evenspin.bench.calibrate import PROCEDURES, Calibration, calibrate, calibration_toml, inputs_of, undo
 from evenspin.bench.errors import DriveFaultError
-from evenspin.bench.hand import hand_for
+from evenspin.bench.operator import operator_for
 from evenspin.bench.origin import Origin, rests_on
 from evenspin.errors import InputError
 
@@ -26,11 +26,11 @@ def port(tmp_path: Path) -> str:
 
 
 def perform(drive: Drive, *names: str) -> Calibration:
-    hand = hand_for(drive.link.transport, lambda request: True)
-    told: list[float] = []
+    operator = operator_for(drive.link.transport, lambda request: True)
+    reported: list[float] = []
     for name in names:
-        done = calibrate(drive, hand, name, told.append)
-        assert told == [] or 0.0 <= min(told) and max(told) <= 1.0 + 1e-9
+        done = calibrate(drive, operator, name, reported.append)
+        assert reported == [] or 0.0 <= min(reported) and max(reported) <= 1.0 + 1e-9
         assert drive.state().state is State.READY
     return done
 
@@ -109,12 +109,12 @@ def test_what_rests_on_a_default_is_neither_good_nor_stored() -> None:
 def test_a_person_can_answer_for_a_default() -> None:
     with Drive.connect("sim:servo") as drive:
         drive.set({"motor_psi_wb": drive.parameters["motor_psi_wb"].default})
-        hand = hand_for(drive.link.transport, lambda request: True)
-        told = [inputs_of(drive, hand, "mechanics", known)[0] for known in ((), ("motor_psi_wb",))]
+        operator = operator_for(drive.link.transport, lambda request: True)
+        reported = [inputs_of(drive, operator, "mechanics", known)[0] for known in ((), ("motor_psi_wb",))]
         with pytest.raises(InputError, match="did you mean motor_psi_wb"):
-            inputs_of(drive, hand, "mechanics", ("motor_psi",))
+            inputs_of(drive, operator, "mechanics", ("motor_psi",))
 
-    assert [(n.origin, n.sure) for n in told] == [(Origin.DEFAULT, False), (Origin.KNOWN, True)]
+    assert [(n.origin, n.sure) for n in reported] == [(Origin.DEFAULT, False), (Origin.KNOWN, True)]
 
 
 @pytest.mark.parametrize("name", [name for name, each in PROCEDURES.items() if each.rests_on])
@@ -186,13 +186,13 @@ def test_a_calibration_is_undone(port: str, tmp_path: Path) -> None:
 
 def test_the_command_says_goal_and_moves_and_leaves_a_file(evenspin, port: str, tmp_path: Path) -> None:
     path = tmp_path / "rl.toml"
-    told = evenspin("bench", "calibrate", "rl", "--dry-run")
+    reported = evenspin("bench", "calibrate", "rl", "--dry-run")
     done = evenspin("bench", "calibrate", "rl", "--port", port, "--out", path, "--json")
     failed = evenspin(
         "bench", "calibrate", "offsets", "--port", f"{port}?current_offset.offset_a_a=0.2", "--out", tmp_path / "o.toml"
     )
 
-    assert told.status == 0 and PROCEDURES["rl"].moves in told.out
+    assert reported.status == 0 and PROCEDURES["rl"].moves in reported.out
     assert done.status == 0 and json.loads(done.out)["good"] is True and PROCEDURES["rl"].goal in done.err
     assert "motor_resistance_ohm" in path.read_text()
     assert failed.status == 1 and "NOT GOOD" in failed.out

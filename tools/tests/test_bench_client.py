@@ -375,7 +375,7 @@ def test_a_limit_beyond_the_board_is_refused_with_value_and_maximum() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "told"),
+    ("name", "value", "reported"),
     [
         ("method", 2.0, "method = forc: cannot change from pi while the bridge is on; stop first"),
         ("encoder_counts", 16.0, "encoder_counts = 16: cannot change from 4000 while the bridge is on; stop first"),
@@ -383,13 +383,13 @@ def test_a_limit_beyond_the_board_is_refused_with_value_and_maximum() -> None:
     ],
 )
 def test_what_changes_at_rest_only_is_refused_while_it_runs_and_taken_after_a_stop(
-    drive: Drive, name: str, value: float, told: str
+    drive: Drive, name: str, value: float, reported: str
 ) -> None:
     before = drive.get([name])
     drive.run_speed(20.0)
     with pytest.raises(RefusedError) as refused:
         drive.set({name: value})
-    assert told in str(refused.value)
+    assert reported in str(refused.value)
     assert drive.parameters[name].at_rest
     assert drive.state().state is State.RUN
     drive.stop()

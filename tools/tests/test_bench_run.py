@@ -10,7 +10,7 @@ import pytest
 from bench_model import MODEL
 from evenspin.bench import Drive
 from evenspin.bench.experiments import ExperimentList, experiments_toml, plan, read_experiments
-from evenspin.bench.hand import PersonHand
+from evenspin.bench.operator import PersonOperator
 from evenspin.bench.raw import read_raw
 from evenspin.bench.runner import perform, stream_octets_s
 from evenspin.compare import case_gap
@@ -160,12 +160,12 @@ def test_without_a_load_machine_what_needs_one_is_left_out(experiments: Path, mo
     asked: list[str] = []
     wanted = read_experiments(experiments)
     few = [e for e in wanted.experiments if e.name in ("load_step", "coast_down", "standstill_steps")]
-    hand = PersonHand(lambda request: not asked.append(request) and "Release" in request)
+    operator = PersonOperator(lambda request: not asked.append(request) and "Release" in request)
 
     with Drive.connect(f"sim:{model}") as drive:
         before = drive.get()
         done = perform(
-            drive, hand, ExperimentList("few", "", wanted.machine, tuple(few)), lambda *_: None, lambda _: None
+            drive, operator, ExperimentList("few", "", wanted.machine, tuple(few)), lambda *_: None, lambda _: None
         )
         assert drive.get() == before  # the controller of the log format was put back
 

@@ -161,7 +161,7 @@ def test_learning_rests_after_a_large_error():
 
 
 def learned_then_faster(memory: str) -> tuple[np.ndarray, np.ndarray]:
-    """40 turns of 40 samples teach an error tied to the angle; then a turn takes 25 and there is no error."""
+    """In 40 turns of 40 samples an error tied to the angle is learned; then a turn takes 25 and there is no error."""
     controller = blocks.RepetitiveController(0.6, 5, memory=memory, capacity=256)
     theta = 0.0
     for _ in range(40 * 40):

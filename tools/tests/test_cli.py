@@ -40,8 +40,8 @@ def test_the_same_command_gives_the_same_bytes(evenspin, scenario, tmp_path):
     for file in files:
         if file.name != "manifest.json":  # it has the time
             assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
-    told = [json.loads((tmp_path / out / "manifest.json").read_text()) for out in ("one", "two")]
-    assert told[0] | {"made_at": ""} == told[1] | {"made_at": ""}
+    reported = [json.loads((tmp_path / out / "manifest.json").read_text()) for out in ("one", "two")]
+    assert reported[0] | {"made_at": ""} == reported[1] | {"made_at": ""}
 
 
 def test_json_is_alone_on_stdout(evenspin, scenario, tmp_path):

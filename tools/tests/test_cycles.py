@@ -12,7 +12,7 @@ import pytest
 from evenspin.cycles import costs, m4
 from evenspin.cycles import measure as measuring
 from evenspin.cycles.classes import Function
-from evenspin.cycles.evidence import block_band, interrupt_band, read_listings
+from evenspin.cycles.evidence import Listed, block_band, interrupt_band, read_listings
 from evenspin.cycles.instrument import instrument
 from evenspin.cycles.layout import Layout
 from evenspin.cycles.measure import m4_counts
@@ -223,6 +223,38 @@ def test_the_model_is_as_right_for_the_repositories_that_its_costs_were_not_fitt
     assert 0.80 <= band.low < band.high <= 1.20
 
 
+def ratio_of_sums(listed: tuple[Listed, ...], cycles: int, draws: int) -> tuple[float, float]:
+    """10th and 90th percentile of model over real, of sums of core functions of one repository."""
+    chance = np.random.default_rng(cycles)
+    pools = [
+        np.array([(f.model, f.cycles) for f in listed if f.core and f.repository == name])
+        for name in sorted({f.repository for f in listed})
+    ]
+    ratios = []
+    for _ in range(draws):
+        pool = pools[chance.integers(len(pools))]
+        pool = pool[chance.integers(len(pool), size=len(pool))]  # so few of them do not say for sure what others are
+        drawn = pool[chance.integers(len(pool), size=1 + cycles // 5)]
+        ends = int(np.searchsorted(np.cumsum(drawn[:, 1]), cycles)) + 1
+        model, real = drawn[:ends].sum(axis=0)
+        ratios.append(model / real)
+    low, high = np.quantile(ratios, (0.1, 0.9))
+    return float(low), float(high)
+
+
+def test_the_band_of_an_interrupt_is_that_of_a_sum_of_functions_as_the_manual_says() -> None:
+    listed = read_listings(ROOT)
+    page = (ROOT / "docs/cycles.md").read_text()
+    lengths = [int(word) for word in re.search(r"\| sum of \|(.*)cycles \|", page)[1].split("|")]
+    stated = re.findall(r"(0\.\d\d) \.\. (1\.\d\d)", re.search(r"\| both kinds of doubt \|(.*)", page)[1])
+
+    for length, (low, high) in zip(lengths, stated, strict=True):
+        # 4000 draws: a percentile of them is sure to 0.004, and the page has two digits
+        assert ratio_of_sums(listed, length, 4000) == pytest.approx((float(low), float(high)), abs=0.011)
+
+    assert interrupt_band(listed).low == pytest.approx(float(stated[lengths.index(400)][0]), abs=0.011)
+
+
 def test_the_manual_has_the_costs_that_are_used() -> None:
     page = (ROOT / "docs/cycles.md").read_text()
     stated = {name: float(cost) for name, cost in re.findall(r"^\| `(\w+)` \| (\d+\.\d) \|", page, re.MULTILINE)}
@@ -367,4 +399,6 @@ def test_instructions_counted_are_those_that_stand_in_the_program(tmp_path: Path
     jumps = [words for words in body[: returns[0]] if re.match(r"(b|bl|blx|cbz|cbnz|b[a-z]{2})(\.n|\.w)?$", words[0])]
     assert (len(returns), jumps) == (1, [])
     assert counts["angle_sincos"] == 1 + returns[0] + 1
-    assert counts["current_isr aro"] > counts["current_isr pi"] > counts["speed_isr pi"] > counts["ctl_pi_output"]
+    # an interrupt is more than the blocks in it, and a method more than PI
+    assert counts["current_isr aro"] > counts["current_isr pi"] > counts["angle_sincos"] + counts["ctl_svm"]
+    assert counts["speed_isr crc"] > counts["speed_isr pi"] > counts["ctl_mt_step"] + counts["ctl_pi_output"]

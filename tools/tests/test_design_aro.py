@@ -152,7 +152,7 @@ def test_a_speed_loop_that_its_delays_make_unstable_fails_the_check(evenspin):
     assert "--pi-hz" in said.err
 
 
-@pytest.mark.parametrize(("words", "told"), [
+@pytest.mark.parametrize(("words", "reported"), [
     (("--cells", "0"), "--cells"),
     (("--cells", "5000"), "--cells"),
     (("--pole", "1.0"), "--pole"),
@@ -169,12 +169,12 @@ def test_a_speed_loop_that_its_delays_make_unstable_fails_the_check(evenspin):
     (("--model", "tang"), "--model"),
     (("--plot", "picture.gif"), "--plot"),
 ])  # fmt: skip
-def test_bad_input_is_one_line_that_names_the_culprit(evenspin, words, told):
+def test_bad_input_is_one_line_that_names_the_culprit(evenspin, words, reported):
     said = evenspin("design", "aro", *words)
 
     assert said.status == 2
     assert said.err.count("\n") == 1
-    assert told in said.err
+    assert reported in said.err
 
 
 def test_mechanics_that_are_not_numbers_are_refused():

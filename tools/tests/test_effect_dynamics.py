@@ -1,4 +1,4 @@
-"""Effects that change the dynamics, in the whole drive, against SciPy on the same equations written anew."""
+"""Effects that change the dynamics, in the whole drive, against SciPy on the same equations, written independently."""
 
 import math
 from dataclasses import replace

@@ -78,17 +78,17 @@ def test_two_logs_are_fitted_together():
     assert len(found.t_s) > len(identify_mechanics(runs[:1]).t_s)
 
 
-@pytest.mark.parametrize(("run", "told"), [
+@pytest.mark.parametrize(("run", "reported"), [
     (run_of(np.full(8000, T0 + B * 40.0), counts=4000, noise_nm=0.001, speed=40.0), "inertia"),
     (run_of(sequence(amplitude=5e-4), counts=4000, noise_nm=0.01, speed=40.0), "inertia"),
     (Run("locked", TS, np.full(9000, 1.0), np.zeros(9000), sequence()[:9000]), "windows"),
     (run_of(sequence()[:400], speed=40.0), "windows"),
 ])  # fmt: skip
-def test_data_that_cannot_tell_are_refused_with_the_reason(run, told):
+def test_data_that_are_not_enough_are_refused_with_the_reason(run, reported):
     with pytest.raises(InputError) as refusal:
         identify_mechanics([run])
 
-    assert told in str(refusal.value)
+    assert reported in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
 
@@ -162,7 +162,7 @@ def test_a_dry_run_moves_nothing_and_tells_the_plan(evenspin, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("words", "told"), [
+@pytest.mark.parametrize(("words", "reported"), [
     (("--run", "sim"), "MODEL"),
     (("--run", "bench", "tang2020-rig2"), "--run"),
     (("--run", "sim", "tang"), "MODEL"),
@@ -180,9 +180,9 @@ def test_a_dry_run_moves_nothing_and_tells_the_plan(evenspin, tmp_path):
     (("--run", "sim", "tang2020-rig2", "--window-s", "nan"), "--window-s"),
     (("--run", "sim", "tang2020-rig2", "--amplitude-a", "0.001"), "viscous"),
 ])  # fmt: skip
-def test_bad_input_is_one_line_that_names_the_culprit(evenspin, words, told):
+def test_bad_input_is_one_line_that_names_the_culprit(evenspin, words, reported):
     said = evenspin("identify", "mechanics", *words)
 
     assert said.status == 2
     assert said.err.count("\n") == 1
-    assert told in said.err
+    assert reported in said.err

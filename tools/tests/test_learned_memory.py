@@ -83,7 +83,7 @@ GOOD = "cell,theta_m_rad,disturbance_a\n" + "".join(f"{k},{k},0.1\n" for k in ra
 JSON = '{"format": "evenspin angle memory 1", "cells": %d, "unit": "%s", "disturbance_a": %s}'
 
 
-@pytest.mark.parametrize(("name", "text", "told"), [
+@pytest.mark.parametrize(("name", "text", "reported"), [
     ("t.csv", GOOD.replace("3,3,0.1", "3,3,nan"), "cell 3 = nan"),
     ("t.csv", GOOD.replace("3,3,0.1", "3,3,1e9"), "cell 3 = "),
     ("t.csv", GOOD.replace("3,3,0.1", "3,3,x"), ":5: disturbance_a = 'x'"),
@@ -98,14 +98,14 @@ JSON = '{"format": "evenspin angle memory 1", "cells": %d, "unit": "%s", "distur
     ("t.json", JSON % (4, "A", "[1, 2, 3, NaN]"), "numbers"),
     ("t.txt", GOOD, ".csv or .json"),
 ])  # fmt: skip
-def test_a_file_that_is_no_table_is_refused_in_one_line(tmp_path, name, text, told):
+def test_a_file_that_is_no_table_is_refused_in_one_line(tmp_path, name, text, reported):
     path = tmp_path / name
     path.write_text(text)
 
     with pytest.raises(InputError) as refusal:
         read_table(path)
 
-    assert told in str(refusal.value)
+    assert reported in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
 
@@ -138,16 +138,16 @@ def test_frozen_learning_leaves_the_table_as_it_is(evenspin, drive, tmp_path):
 
 
 def test_the_summary_tells_how_far_learning_has_come(evenspin, drive, tmp_path):
-    news = {}
+    unlearned = {}
     for duration in (0.4, 8.0):
         out = tmp_path / f"{duration:g}"
         assert evenspin("run", drive(duration, 'aro_write = "hat"'), "--out", out).status == 0
         summary = json.loads((out / "summary.json").read_text())
         assert summary["memory"]["cells"] == 200
-        news[duration] = summary["observer_news"]
+        unlearned[duration] = summary["observer_innovation"]
 
-    assert 0.4 < news[0.4] <= 1.0
-    assert 0.005 < news[8.0] < 0.3
+    assert 0.4 < unlearned[0.4] <= 1.0
+    assert 0.005 < unlearned[8.0] < 0.3
 
 
 @pytest.mark.parametrize("method", ["pi", "dob", "ro", "forc"])
@@ -159,7 +159,7 @@ def test_only_the_angle_observer_has_a_table(evenspin, drive, tmp_path, method):
 
     assert said.status == 0
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert (summary["method"], summary["observer_news"], summary["memory"]) == (method, None, None)
+    assert (summary["method"], summary["observer_innovation"], summary["memory"]) == (method, None, None)
     assert saved.status == 2
     assert saved.err.count("\n") == 1 and "--method aro" in saved.err
 

@@ -97,7 +97,7 @@ def test_a_model_beside_the_scenario_is_found(tmp_path, scenario_text):
     assert (setup.drive["pole_pairs"], setup.drive["encoder_counts"]) == (3, 8192)  # the drive knows its motor
 
 
-# A servo motor of nobody's, and what the drive has to be told about it: the same number under the drive's name.
+# A servo motor of nobody's, and what the drive has to know of it: the same number under the drive's name.
 OWN_PLANT = {
     "pole_pairs": 7,
     "resistance_ohm": 0.1,
@@ -109,7 +109,7 @@ OWN_PLANT = {
     "dc_link_v": 36.0,
     "counts_per_rev": 8192,
 }
-TOLD = {
+KNOWN = {
     "pole_pairs": 7,
     "encoder_counts": 8192,
     "motor_resistance_ohm": 0.1,
@@ -133,14 +133,14 @@ def model_file(folder, plant, head="", tail=""):
 def test_the_drive_is_told_the_motor_of_its_model(tmp_path):
     machine = load_machine(model_file(tmp_path, OWN_PLANT), SIMULATED)
 
-    assert machine.drive == TOLD
+    assert machine.drive == KNOWN
     assert machine.drive_from["motor_psi_wb"] == "[plant] psi_wb of the model"
 
 
 def test_what_the_drive_assumes_may_differ_from_the_motor(tmp_path):
     machine = load_machine(model_file(tmp_path, OWN_PLANT, tail="[drive]\nmotor_psi_wb = 4e-3"))
 
-    assert machine.drive == TOLD | {"motor_psi_wb": 4e-3}
+    assert machine.drive == KNOWN | {"motor_psi_wb": 4e-3}
     assert machine.drive_from["motor_psi_wb"] == "[drive] of the model"
 
 

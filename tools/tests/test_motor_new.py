@@ -113,9 +113,9 @@ def test_what_is_missing_is_listed_with_the_options_that_give_it(evenspin, tmp_p
 def test_estimates_hold_their_value_and_are_marked(evenspin, tmp_path: Path) -> None:
     said = evenspin("motor", "new", "x", *TEKNIC[:-4], "--out", tmp_path / "x", "--json")
     assert said.status == 0, said.err
-    told = json.loads(said.out)
-    assert told["estimated"] == ["inertia_kgm2", "viscous_nms"]
-    inertia = told["plant"]["inertia_kgm2"]
+    answer = json.loads(said.out)
+    assert answer["estimated"] == ["inertia_kgm2", "viscous_nms"]
+    inertia = answer["plant"]["inertia_kgm2"]
     assert inertia["low"] < 7.06e-6 < inertia["high"]  # the true one, which the plate did not say
     text = (tmp_path / "x" / "model.toml").read_text()
     assert "ESTIMATE" in next(line for line in text.splitlines() if line.startswith("inertia_kgm2"))
@@ -147,13 +147,13 @@ def test_the_limits_are_of_this_motor_and_its_board(evenspin, tmp_path: Path) ->
 def test_questions_take_number_and_unit_in_one_answer() -> None:
     replies = iter(["8 poles", "24", "5", "", "", "", "", "", "4,64 V/krpm", "0.36 phase", "", "x", "70.6 g cm^2", "",
                     "1000 lines", "", "", "peak", "ll-peak"])  # fmt: skip
-    told: list[str] = []
-    found = answers(lambda text: next(replies), told.append)
+    messages: list[str] = []
+    found = answers(lambda text: next(replies), messages.append)
     assert found == {
         "poles": 8.0, "supply": 24.0, "rated_current": 5.0, "ke": 4.64, "ohm_phase": 0.36, "gcm2": 70.6,
         "lines": 1000.0, "currents": "peak", "ke_as": "ll-peak",
     }  # fmt: skip
-    assert len(told) == 1 and "kgcm2" in told[0]  # what was wrong with "x"
+    assert len(messages) == 1 and "kgcm2" in messages[0]  # what was wrong with "x"
 
 
 @pytest.mark.parametrize(("field", "value"), [("kt", float("nan")), ("supply", -24.0), ("bits", 17.5), ("ohm_ll", 0.0)])

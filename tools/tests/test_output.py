@@ -209,7 +209,7 @@ def test_version_says_version_and_commit(evenspin: Call) -> None:
 
 
 def write_slowly(out: Path, ready: str, go: str) -> None:
-    """A writer in a process of its own, which waits until it is told to go on."""
+    """A writer in a process of its own, which waits until it is allowed to go on."""
     try:
         with OutputFolder(out, Origin("evenspin x")) as folder:
             (folder / "a.txt").write_text(str(os.getpid()))
@@ -246,8 +246,8 @@ def test_a_killed_writer_leaves_a_folder_that_is_found_named_and_removed(
     assert not left.alive and not (place / "out").exists()
 
     make(place / "out")  # the next run goes on, and names it
-    told = capsys.readouterr().err
-    assert str(left.path) in told and f"evenspin clean {place}" in told
+    reported = capsys.readouterr().err
+    assert str(left.path) in reported and f"evenspin clean {place}" in reported
     assert left.path.exists()
     assert str(left.path) in evenspin("clean", place, "--dry-run").out and left.path.exists()
     said = evenspin("clean", place)
@@ -282,7 +282,7 @@ def test_a_command_that_fails_before_it_writes_leaves_no_lock_and_no_folder(tmp_
 def test_without_an_exchange_of_names_the_earlier_output_is_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, evenspin: Call
 ) -> None:
-    """Killed between the two renames that stand for an exchange: the earlier output is told, and never removed."""
+    """Killed between the two renames that stand for an exchange: the earlier output is named, and never removed."""
     make(tmp_path / "out", text="old")
     monkeypatch.setattr(staging_module, "_exchange", lambda one, other: False)
     make(tmp_path / "out", text="new")
@@ -477,7 +477,7 @@ def test_a_batch_refuses_before_the_first_case(evenspin: Call, tmp_path: Path) -
 
     inside = evenspin("gap", "batch", tmp_path / "cases", "--out", tmp_path / "cases" / "out")
     assert inside.status == 2 and "outside of the input" in inside.err
-    assert evenspin("gap", "batch", case, "--out", tmp_path / "out").status == 1  # no verdict, told
+    assert evenspin("gap", "batch", case, "--out", tmp_path / "out").status == 1  # no verdict, reported
     assert evenspin("gap", "batch", case, "--out", tmp_path / "out").status == 1  # the same again
     (tmp_path / "out" / "summary.json").write_text("mine")
     changed = evenspin("gap", "batch", case, "--out", tmp_path / "out")

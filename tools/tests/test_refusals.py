@@ -103,7 +103,7 @@ def test_an_effect_parameter_is_found_under_its_own_effect(scenario):
     with pytest.raises(NativeError) as refusal:
         simulate(wrong, ("t_s",))
 
-    assert str(loaded.blame(refusal.value)).startswith(f"{scenario}:{line}: effects.cogging.amplitude_nm")
+    assert str(loaded.locate(refusal.value)).startswith(f"{scenario}:{line}: effects.cogging.amplitude_nm")
 
 
 @pytest.mark.parametrize("go_on", [lambda s: s.run(10), lambda s: s.skip(10)])

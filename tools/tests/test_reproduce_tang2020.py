@@ -302,18 +302,18 @@ def test_a_rising_load_is_one_change(tmp_path):
     assert load_scenario(tmp_path / "s.toml").setup.event_times_s == (0.5, 1.5)
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
+@pytest.mark.parametrize(("old", "new", "reported"), [
     ("load_rise_s = 0.03", "load_rise_s = -1.0", "s.toml:12: event.load_rise_s = -1.0"),
     ("load_rise_s = 0.03", 'load_rise_s = "slow"', "s.toml:12: event.load_rise_s"),
     ("load_torque_nm = 4.4\n", "", "load_rise_s = 0.03: must be beside a load"),
 ])  # fmt: skip
-def test_a_rise_that_makes_no_sense_is_refused_with_its_line(tmp_path, old, new, told):
+def test_a_rise_that_makes_no_sense_is_refused_with_its_line(tmp_path, old, new, reported):
     (tmp_path / "s.toml").write_text(RISING.replace(old, new))
 
     with pytest.raises(InputError) as refusal:
         load_scenario(tmp_path / "s.toml")
 
-    assert told in str(refusal.value)
+    assert reported in str(refusal.value)
 
 
 # ---- the command ---------------------------------------------------------------------------------------------------
@@ -346,19 +346,19 @@ def test_a_failed_band_gives_status_one_and_its_numbers(evenspin, monkeypatch):
     assert said.err.startswith("1 required checks failed, first: ro, 100 rpm")
 
 
-@pytest.mark.parametrize(("words", "told"), [
+@pytest.mark.parametrize(("words", "reported"), [
     (("tang2020", "--method", "forc"), "--method"),
     (("tang2020", "--set", "first"), "--set"),
     (("guo2024", "--method", "aro"), "--method"),
     (("guo2024", "--sweep"), "--sweep"),
     (("tang2020", "--json", "none/t.json"), "--json"),
 ])  # fmt: skip
-def test_options_of_another_paper_are_refused(evenspin, words, told):
+def test_options_of_another_paper_are_refused(evenspin, words, reported):
     said = evenspin("reproduce", *words)
 
     assert said.status == 2
     assert said.err.count("\n") == 1
-    assert told in said.err
+    assert reported in said.err
 
 
 def test_off_runs_are_shared_where_only_the_observer_is_detuned():

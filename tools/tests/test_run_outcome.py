@@ -133,17 +133,17 @@ def test_torque_tied_to_the_angle_is_no_oscillation(tmp_path, order, amplitude):
 
 
 def test_a_turn_longer_than_the_memory_of_ro_is_told(scenario, scenario_text):
-    told = []
+    reported = []
     for rpm in (90.0, 110.0):  # 6144 samples at 10 kHz are one turn at 97.66 r/min
         text = scenario_text.replace('"forc"', '"ro"').replace("speed_rpm = 300.0", f"speed_rpm = {rpm}")
         text = text.replace("duration_s = 0.5", "duration_s = 2.5")
         scenario.write_text(text)
         setup = load_scenario(scenario).setup
         record = simulate(setup)
-        told.append((summary_of(setup, record, "float")["notice"], abs(record["compensation_a"]).max() > 0.0))
+        reported.append((summary_of(setup, record, "float")["notice"], abs(record["compensation_a"]).max() > 0.0))
 
-    assert told[0][0].startswith("ro is off: a turn at 90 r/min") and told[1][0] == ""
-    assert [learned for _, learned in told] == [False, True]
+    assert reported[0][0].startswith("ro is off: a turn at 90 r/min") and reported[1][0] == ""
+    assert [learned for _, learned in reported] == [False, True]
 
 
 def test_motor_data_in_use_come_with_their_origin(tmp_path):

@@ -153,7 +153,7 @@ def test_what_does_not_fit_together_is_blamed_on_a_line(scenario):
     with pytest.raises(NativeError) as refusal:
         simulate(loaded.setup)
 
-    assert str(loaded.blame(refusal.value)).startswith(f"{scenario}:8: drive.rc_q_centre = 0.9: must be ")
+    assert str(loaded.locate(refusal.value)).startswith(f"{scenario}:8: drive.rc_q_centre = 0.9: must be ")
 
 
 def test_every_set_of_the_paper_runs_without_a_fault():

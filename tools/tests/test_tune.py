@@ -172,8 +172,8 @@ def test_the_file_is_taken_by_a_drive_a_model_and_a_run(evenspin, tmp_path: Path
     out = tmp_path / "drive.toml"
     said = evenspin("tune", model, "--goal", "quiet", "--no-methods", "--out", out, "--json")
     assert said.status == 0, said.err
-    told = json.loads(said.out)
-    assert told["good"] and told["margins"]["speed"]["phase_deg"] >= GOALS["quiet"].speed_margin_deg
+    answer = json.loads(said.out)
+    assert answer["good"] and answer["margins"]["speed"]["phase_deg"] >= GOALS["quiet"].speed_margin_deg
     written(model, 'drive_file = "drive.toml"\n' + LIGHT)
     values = tomllib.loads(out.read_text())["drive"]
     assert load_machine(model).drive["speed_kp_a_per_unit"] == values["speed_kp_a_per_unit"]

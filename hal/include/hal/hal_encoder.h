@@ -8,7 +8,7 @@
 #include "hal/hal_types.h"
 
 typedef struct {
-    int32_t  edge_count; /**< Position of the newest edge, counts; wraps at 2^32. The same whichever way the edge is passed. */
+    int32_t  edge_count; /**< Position of the newest edge, counts; wraps at 2^32. Independent of the direction of the motion. */
     uint32_t edge_cyc;   /**< When it was passed, on hal_clock_cyc. */
     bool     index_seen; /**< The index pulse has been passed since start-up. */
     float    index_rad;  /**< Shaft angle at which it was passed last, rad, [0, 2 pi). */

@@ -36,7 +36,7 @@ hal_status_t hal_inverter_arm(void);
 void hal_inverter_disarm(void);
 /** First hardware fault since the last hal_inverter_clear_fault. Any context. */
 hal_inverter_fault_t hal_inverter_fault(void);
-/** Forget the hardware fault and set the power stage up anew; the fault comes back if its cause stands. From the main loop, disarmed;
+/** Forget the hardware fault and set the power stage up again; the fault comes back if its cause stands. From the main loop, disarmed;
  *  up to 10 ms. */
 void hal_inverter_clear_fault(void);
 

@@ -13,7 +13,7 @@
  * copies and an index.
  *
  * No load or store of memory that others can see moves across hal_order(), in either direction. One core needs no more than that.
- * Cost     none with gcc and clang. With TI's compiler a call of a function that it cannot look into, about 10 cycles; so it must
+ * Cost     none with gcc and clang. With TI's compiler a call of a function that it cannot inline, about 10 cycles; so it must
  *          not be linked with link-time optimisation (--opt_level=4), which could. Not tried: there is no such compiler here.
  */
 #ifndef HAL_HAL_ORDER_H

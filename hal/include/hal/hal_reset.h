@@ -15,7 +15,7 @@ typedef enum {
     HAL_RESET_OTHER
 } hal_reset_t;
 
-/** The same from the start of the program on. Any context. */
+/** Cause of the last reset; constant while the program runs. Any context. */
 hal_reset_t hal_reset_cause(void);
 
 #endif

@@ -35,12 +35,13 @@ static int start(void *self, const double *p, num_t *memory, int cells)
 
 static void step(void *self, const double *in, double *out)
 {
-    const ctl_dq_t meas = {capi_signal_in(in[0]), capi_signal_in(in[1])};
-    const ctl_dq_t ref = {capi_signal_in(in[2]), capi_signal_in(in[3])};
-    const ctl_dq_t last = {capi_signal_in(in[5]), capi_signal_in(in[6])};
-    const num_t    speed = capi_signal_in(in[4]);
-    const ctl_dq_t v = capi_usable(in, 7) ? ctl_deadbeat_step_unchecked(self, meas, ref, speed, last)
-                                          : ctl_deadbeat_step(self, &meas, &ref, speed, &last);
+    ctl_deadbeat_t *const d = self;
+    const ctl_dq_t        meas = {capi_signal_in(in[0]), capi_signal_in(in[1])};
+    const ctl_dq_t        ref = {capi_signal_in(in[2]), capi_signal_in(in[3])};
+    const ctl_dq_t        last = {capi_signal_in(in[5]), capi_signal_in(in[6])};
+    const num_t           speed = capi_signal_in(in[4]);
+    const ctl_dq_t        v = capi_usable(in, 7) ? ctl_deadbeat_step_unchecked(&d->params, &d->state, meas, ref, speed, last)
+                                                 : ctl_deadbeat_step(d, &meas, &ref, speed, &last);
     out[0] = capi_out(v.d);
     out[1] = capi_out(v.q);
 }

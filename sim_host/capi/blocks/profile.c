@@ -60,7 +60,7 @@ static void step(void *self, const double *in, double *out)
 static void reset(void *self, const double *in, double *out)
 {
     (void)out;
-    ctl_profile_reset(&((profile_t *)self)->profile, position_in(in[0]));
+    ctl_profile_reset(&((profile_t *)self)->profile.state, position_in(in[0]));
 }
 
 const capi_block_t block_profile = {

@@ -2,7 +2,7 @@
 #ifndef TESTS_CONTROL_GOLDEN_ANGLE_MEMORY_H
 #define TESTS_CONTROL_GOLDEN_ANGLE_MEMORY_H
 
-/* the motions, told apart by their number of cells; noise of 2^jitter steps of the angle */
+/* the motions, distinguished by their number of cells; noise of 2^jitter steps of the angle */
 typedef struct { uint16_t cells, samples; uint32_t step; uint16_t jitter; } golden_am_path_t;
 static const golden_am_path_t GOLDEN_AM_PATH[15] = {
     {60U, 700U, 2863311U, 21U},

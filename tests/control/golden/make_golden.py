@@ -295,25 +295,25 @@ def make_svm() -> list[str]:
 
 
 def make_pi() -> list[str]:
-    """Outputs as k_p e + k_i sum(e over the samples that taught); which ones taught is decided by the limits."""
+    """Outputs as k_p e + k_i sum(e over the samples that were integrated); which ones is decided by the limits."""
     kp, ki = Fraction(5, 4), Fraction(1, 8)
     parts = []
     for name, outward in (("HOLD", False), ("OUTWARD", True)):
         values = noise(31)
-        taught: list[Fraction] = []
+        integrated: list[Fraction] = []
         out = []
         for k in range(200):
             drift = Fraction(3, 4) if (k // 50) % 2 == 0 else Fraction(-3, 4)
             e = Fraction(next(values)) * 2 + drift
             able = Fraction(2) if (k // 20) % 3 else Fraction(1)  # what the actuator can do: less than the limit of 3
-            wanted = ki * sum(taught) + kp * e
+            wanted = ki * sum(integrated) + kp * e
             proposed = max(Fraction(-3), min(Fraction(3), wanted))
             done = max(-able, min(able, proposed))
             out.append(float(proposed))
             limited = done != wanted
             inward = (wanted - done) * e < 0
             if not limited or (outward and inward):
-                taught.append(e)
+                integrated.append(e)
         parts.append(vector(f"GOLDEN_PI_{name}", "proposals in exact fractions; see make_pi for the input", out))
     return parts
 
@@ -488,8 +488,8 @@ def run(case: Case) -> list[float]:
     """
     values = noise(41)
     e = [next(values) * 4.0 for _ in range(case.samples)]
-    taught = [fal(x, case.alpha, case.delta) for x in e] if case.fal_at == 1 else e
-    shifted = {k - case.lead: case.gain * x for k, x in enumerate(taught)}
+    learned = [fal(x, case.alpha, case.delta) for x in e] if case.fal_at == 1 else e
+    shifted = {k - case.lead: case.gain * x for k, x in enumerate(learned)}
     y: dict[int, float] = {}
     u = []
     for k in range(case.samples):
@@ -661,7 +661,7 @@ def make_angle_memory() -> list[str]:
             parts.append(
                 count + vector(f"GOLDEN_AM_{name}_{write}", "what it leaves, gain 3/8, forgetting 15/16", memory)
             )
-    what = "the motions, told apart by their number of cells; noise of 2^jitter steps of the angle"
+    what = "the motions, distinguished by their number of cells; noise of 2^jitter steps of the angle"
     return [table("GOLDEN_AM_PATH", what, "uint16_t cells, samples; uint32_t step; uint16_t jitter;", rows), *parts]
 
 

@@ -488,7 +488,7 @@ void test_ctl_deadbeat_reset_forgets_all_but_the_count(void)
     samples(50, -2.0, 6.0);
     deadbeat.state.rejected = 5U;
 
-    ctl_deadbeat_reset(&deadbeat);
+    ctl_deadbeat_reset(&deadbeat.state);
 
     TEST_ASSERT_EQUAL_UINT32(5U, deadbeat.state.rejected);
     const ctl_dq_t lost = {NOT_FINITE[0], NOT_FINITE[0]};
@@ -594,7 +594,7 @@ void test_ctl_deadbeat_raw_is_the_same_for_numbers(void)
         const num_t    w = num_of(4.0 * noise_next(&noise));
         const ctl_dq_t want = ctl_deadbeat_step(&twin, &i, &r, w, &v);
 
-        const ctl_dq_t got = ctl_deadbeat_step_unchecked(&deadbeat, i, r, w, v);
+        const ctl_dq_t got = ctl_deadbeat_step_unchecked(&deadbeat.params, &deadbeat.state, i, r, w, v);
 
         ASSERT_SAME_BITS(want, got);
         ASSERT_SAME_BITS(twin.state.predicted, deadbeat.state.predicted);
@@ -609,7 +609,7 @@ void test_ctl_deadbeat_raw_is_bounded_and_recovers_whatever_comes(void)
         const bool     nasty = (k % 100) < 50;
         const ctl_dq_t i = {nasty ? noise_nasty(&noise) : num_of(0.1), nasty ? noise_nasty(&noise) : num_of(0.2)};
         const ctl_dq_t r = {num_of(0.1), num_of(0.2)};
-        const ctl_dq_t out = ctl_deadbeat_step_unchecked(&deadbeat, i, r, num_of(1.0), r);
+        const ctl_dq_t out = ctl_deadbeat_step_unchecked(&deadbeat.params, &deadbeat.state, i, r, num_of(1.0), r);
 
         ASSERT_BOUNDED_AT(100.0, out.d, at("sample %d", k));
         ASSERT_BOUNDED_AT(100.0, out.q, at("sample %d", k));

@@ -228,11 +228,11 @@ void test_ctl_park_and_inverse_replace_each_component_that_is_not_finite_by_zero
 
 void test_ctl_park_cuts_a_sine_beyond_one(void)
 {
-    const ctl_rotor_t wild = {num_of(3.0), num_of(-7.0)};
+    const ctl_rotor_t outside = {num_of(3.0), num_of(-7.0)};
     const ctl_ab_t    in = {num_of(4.0), num_of(2.0)};
     ctl_dq_t          out;
 
-    TEST_ASSERT_TRUE(ctl_park(&in, &wild, &out));
+    TEST_ASSERT_TRUE(ctl_park(&in, &outside, &out));
 
     ASSERT_NUM_WITHIN(0.0, -2.0, out.d);
     ASSERT_NUM_WITHIN(0.0, -6.0, out.q);

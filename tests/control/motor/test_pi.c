@@ -20,7 +20,7 @@ static void start(ctl_pi_anti_windup_t anti_windup)
     TEST_ASSERT_EQUAL(CTL_OK, ctl_pi_init(&pi, &p).status);
 }
 
-/* One sample with an actuator that does what it is told up to +-able. */
+/* One sample with an actuator that does what is commanded up to +-able. */
 static double sample(double err, double able)
 {
     const num_t u = ctl_pi_output(&pi, num_of(err));

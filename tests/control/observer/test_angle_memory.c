@@ -398,7 +398,7 @@ static void turn(int passes, int direction, double (*shape)(double))
     for (int k = 0; k <= passes * (int)CELLS * 3; k++) {
         const double position = direction * k / 3.0;
         see(place(position + 0.1), shape(position + 0.1));
-        ctl_angle_memory_look(&memory);
+        ctl_angle_memory_update_quality(&memory);
     }
 }
 static double constant(double position)
@@ -596,7 +596,7 @@ void test_ctl_angle_memory_news_is_the_mean_size_of_what_is_new(void)
     start_writing(CTL_WRITE_ONE);
     for (int k = 0; k < 1500; k++) {
         ctl_angle_memory_write(&memory, place(k), num_of((k & 1) ? -3.0 : 3.0), (num_t)0); /* learns nothing: all stays new */
-        ctl_angle_memory_look(&memory);
+        ctl_angle_memory_update_quality(&memory);
     }
 
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0, value_of(memory.state.change));
@@ -614,7 +614,7 @@ void test_ctl_angle_memory_after_a_skipped_sample_goes_on_along_a_line_from_it(v
     TEST_ASSERT_DOUBLE_WITHIN(1e-5, 4.0 * value_of(memory.params.gain), cell(3));
 }
 
-void test_ctl_angle_memory_after_a_skipped_sample_hats_and_all_points_begin_anew(void)
+void test_ctl_angle_memory_after_a_skipped_sample_hats_and_all_points_begin_again(void)
 {
     for (int w = (int)CTL_WRITE_ALL; w <= (int)CTL_WRITE_HAT; w++) {
         start_writing((ctl_write_t)w);

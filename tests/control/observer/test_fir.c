@@ -235,7 +235,7 @@ void test_ctl_fir_delays_every_sine_by_what_it_declares(void)
     for (uint16_t order = 0; order <= CTL_FIR_ORDER_MAX; order++) {
         const ctl_fir_params_t p = designed(order, 0.1);
         for (size_t f = 0; f < COUNT_OF(FREQUENCIES); f++) {
-            /* a phase of more than half a cycle cannot be told from one of less */
+            /* a phase of more than half a cycle cannot be distinguished from one of less */
             if ((order / 2.0 * FREQUENCIES[f]) < 0.5) {
                 double gain = 0.0;
                 start(&p);

@@ -175,7 +175,7 @@ static double learn_open_loop(double speed_rad_s, double turns, double from, dou
     for (int k = 0; k < samples; k++) {
         const double theta = from + (way * k);
         const double out = step(theta, speed_rad_s, shape(theta - (way * age)));
-        ctl_observer_look(&observer);
+        ctl_observer_update_quality(&observer);
         if (k >= (samples - last_turn)) {
             worst = fmax(worst, fabs(out - shape(theta + (way * ahead))));
         }
@@ -787,6 +787,31 @@ void test_ctl_observer_on_hold_learns_nothing_and_goes_on_compensating(void)
     }
 }
 
+/* Forgetting is part of learning: on hold what was learned stays, turn after turn, in every kind. */
+void test_ctl_observer_on_hold_forgets_nothing_either(void)
+{
+    for (int kind = (int)CTL_OBSERVER_DOB; kind <= (int)CTL_OBSERVER_ARO; kind++) {
+        ctl_observer_params_t p = params_of((ctl_observer_kind_t)kind);
+        p.memory.gain = num_of(0.5);
+        p.memory.forgetting = num_of(0.9);
+        start(&p);
+        ctl_observer_target(&observer, num_of(speed_of(1000) / SPEED_UNIT));
+        for (int k = 0; k < 8000; k++) {
+            (void)step(TWO_PI * k / 1000.0, speed_of(1000), 1.0);
+        }
+        ctl_observer_hold(&observer, true);
+        static double held[1000];
+        for (int k = 0; k < 5000; k++) {
+            const double now = step(TWO_PI * k / 1000.0, speed_of(1000), 0.0);
+            if (k >= 1000) {
+                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, held[k % 1000], now, at("kind %d, sample %d", kind, k));
+            }
+            held[k % 1000] = now;
+            TEST_ASSERT_TRUE_MESSAGE(now > 0.5, at("kind %d, sample %d", kind, k));
+        }
+    }
+}
+
 void test_ctl_observer_dob_on_hold_stays_where_it_is(void)
 {
     start_kind(CTL_OBSERVER_DOB);
@@ -958,7 +983,7 @@ void test_ctl_observer_target_tells_the_rounding_of_two_encoders_from_torque_ove
 {
     static const uint32_t ENCODERS[] = {ENCODER, 10000U};
     for (size_t e = 0; e < COUNT_OF(ENCODERS); e++) {
-        int told = 0;
+        int compared = 0;
         int found = 0;
         start_with_encoder(ENCODERS[e], 0.1);
         for (int i = 100; i <= 5000; i++) {
@@ -967,11 +992,11 @@ void test_ctl_observer_target_tells_the_rounding_of_two_encoders_from_torque_ove
             if (want >= 0) {
                 const bool got = is_synchronous(((i % 2) == 0) ? rpm : -rpm);
                 TEST_ASSERT_EQUAL_INT_MESSAGE(want, got, at("%g rpm, %u counts", rpm, (unsigned)ENCODERS[e]));
-                told++;
+                compared++;
                 found += got ? 1 : 0;
             }
         }
-        TEST_ASSERT_TRUE(told > 2000);
+        TEST_ASSERT_TRUE(compared > 2000);
         TEST_ASSERT_TRUE(found > 30);
     }
 }
@@ -1021,39 +1046,39 @@ void test_ctl_observer_at_a_synchronous_speed_uses_its_memory_and_does_not_write
 
 /* ---- quality ----------------------------------------------------------------------------------------------------------- */
 
-void test_ctl_observer_news_falls_from_1_to_nearly_0(void)
+void test_ctl_observer_innovation_ratio_falls_from_1_to_nearly_0(void)
 {
     ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
     p.memory.gain = num_of(0.25);
     start(&p);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer)); /* nothing was seen */
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer)); /* nothing was seen */
 
     (void)learn_open_loop(RUN_RAD_S, 1.5, 0.0, NULL);
-    const double early = value_of(ctl_observer_news(&observer));
+    const double early = value_of(ctl_observer_innovation_ratio(&observer));
     (void)learn_open_loop(RUN_RAD_S, 20.0, 0.0, NULL);
-    const double late = value_of(ctl_observer_news(&observer));
+    const double late = value_of(ctl_observer_innovation_ratio(&observer));
 
     TEST_ASSERT_TRUE_MESSAGE((early > 0.5) && (early <= 1.0), at("%g", early));
     TEST_ASSERT_TRUE_MESSAGE((late > 0.0) && (late < 0.02), at("%g", late));
 }
 
-void test_ctl_observer_news_is_new_over_seen_and_at_most_1(void)
+void test_ctl_observer_innovation_ratio_is_new_over_seen_and_at_most_1(void)
 {
     observer.state.seen = num_of(0.5);
     observer.state.memory.state.change = num_of(0.125);
-    ASSERT_NUM_WITHIN(FIXED_STEP, 0.25, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(FIXED_STEP, 0.25, ctl_observer_innovation_ratio(&observer));
     observer.state.memory.state.change = num_of(3.0);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer));
 }
 
-void test_ctl_observer_news_of_dob_and_ro_is_1(void)
+void test_ctl_observer_innovation_ratio_of_dob_and_ro_is_1(void)
 {
     start_kind(CTL_OBSERVER_DOB);
     (void)learn_open_loop(RUN_RAD_S, 2.0, 0.0, NULL);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer));
     start_kind(CTL_OBSERVER_RO);
     (void)learn_open_loop(RUN_RAD_S, 2.0, 0.0, NULL);
-    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_news(&observer));
+    ASSERT_NUM_WITHIN(0.0, 1.0, ctl_observer_innovation_ratio(&observer));
 }
 
 /* ---- what is not a number ---------------------------------------------------------------------------------------------- */
@@ -1200,7 +1225,7 @@ void test_ctl_observer_output_stays_within_the_limit_whatever_comes(void)
 
                 ASSERT_BOUNDED_AT(0.75, ctl_observer_step(&observer, angle, noise_nasty(&noise), noise_nasty(&noise)),
                                   at("kind %d, sample %d", kind, k));
-                ASSERT_BOUNDED_AT(1.0, ctl_observer_news(&observer), at("kind %d, sample %d", kind, k));
+                ASSERT_BOUNDED_AT(1.0, ctl_observer_innovation_ratio(&observer), at("kind %d, sample %d", kind, k));
             }
             TEST_ASSERT_TRUE(observer.state.rejected > 1000U);
         }
@@ -1242,7 +1267,7 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         (void)is_synchronous(2000.0);
         ctl_observer_hold(&observer, true);
         observer.state.rejected = 7U;
-        observer.state.rest_way = num_of(3.0);
+        observer.state.rest_travel = num_of(3.0);
         observer.state.rest_left = 77U;
         observer.state.step_slow = num_of(1.0);
 
@@ -1256,7 +1281,7 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, observer.state.turn_samples);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.seen));
         TEST_ASSERT_EQUAL_UINT32(0U, observer.state.rest_left);
-        TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.rest_way));
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.rest_travel));
         TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(observer.state.step_slow));
         ctl_observer_target(&observer, num_of(speed_of(1000) / SPEED_UNIT));
         for (int k = 0; k < 1000; k++) {
@@ -1484,10 +1509,11 @@ void test_ctl_observer_fast_path_gives_the_same_bits(void)
     }
 }
 
-/* Meter and observer in one step: kinds, a pause of the observer, and jumps of the angle. */
+/* Meter and observer in one step: kinds, a pause of the observer, jumps of the angle, and a part of the torque that is fed forward. */
 void test_ctl_disturbance_step_is_the_meter_and_then_the_observer(void)
 {
-    for (int kind = 0; kind < 3; kind++) {
+    for (int variant = 0; variant < 6; variant++) {
+        const int          kind = variant % 3;
         ctl_meter_params_t m = {.speed_per_rad = num_of(1.0), .torque_per_16 = num_of(0.5), .a22 = num_of(0.99)};
         m.fir1.order = 3U;
         m.fir2.order = 2U;
@@ -1501,6 +1527,7 @@ void test_ctl_disturbance_step_is_the_meter_and_then_the_observer(void)
         TEST_ASSERT_EQUAL(CTL_OK, ctl_meter_init(&gauge, &m).status);
         ctl_meter_t           twin_gauge = gauge;
         ctl_observer_params_t p = params_of((ctl_observer_kind_t)kind);
+        p.feeds = variant > 2;
         start(&p);
         ctl_observer_target(&observer, num_of(0.5));
         ctl_observer_t twin = observer;
@@ -1523,11 +1550,12 @@ void test_ctl_disturbance_step_is_the_meter_and_then_the_observer(void)
             const num_t   ref = num_of(noise_next(&noise));
             const num_t   speed = num_of(0.5);
             const angle_t theta = angle_at((0.008 * k) + ((k > 2000) ? 1.0 : 0.0) + ((k > 2500) ? 2.0 : 0.0));
-            const num_t   torque = ctl_meter_torque_unchecked(&twin_gauge, theta, ref);
+            const num_t   fed = p.feeds ? num_of(0.25 * ((k % 40) - 20)) : (num_t)0;
+            const num_t   torque = ctl_meter_torque_unchecked(&twin_gauge, theta, num_sub(ref, fed));
             if (observes) {
                 want = ctl_observer_step_unchecked(&twin, theta, speed, torque);
             }
-            const num_t seen = ctl_disturbance_step_unchecked(&gauge, &observer, observes, theta, speed, ref, &got);
+            const num_t seen = ctl_disturbance_step_unchecked(&gauge, &observer, observes, theta, speed, ref, fed, &got);
             ASSERT_NUM_WITHIN_AT(0.0, value_of(torque), seen, at("kind %d, torque of sample %d", kind, k));
             ASSERT_NUM_WITHIN_AT(0.0, value_of(want), got, at("kind %d, sample %d", kind, k));
         }
@@ -1537,7 +1565,7 @@ void test_ctl_disturbance_step_is_the_meter_and_then_the_observer(void)
 
 void test_ctl_observer_fast_path_is_for_a_plain_aro_after_its_fast_start(void)
 {
-    for (int option = 0; option < 8; option++) {
+    for (int option = 0; option < 9; option++) {
         ctl_observer_params_t p =
             params_of((option == 1) ? CTL_OBSERVER_RO : ((option == 2) ? CTL_OBSERVER_DOB : CTL_OBSERVER_ARO));
         p.memory.write = (option == 3) ? CTL_WRITE_ALL : CTL_WRITE_ONE;
@@ -1545,6 +1573,7 @@ void test_ctl_observer_fast_path_is_for_a_plain_aro_after_its_fast_start(void)
         p.remove_mean = option == 5;
         p.rest_torque = num_of((option == 6) ? 1.0 : 0.0);
         p.rest_step = num_of((option == 7) ? 0.01 : 0.0);
+        p.feeds = option == 8;
         p.fast_samples = 100U;
         start(&p);
         for (int k = 0; k < 200; k++) {

@@ -114,7 +114,7 @@ void test_ctl_ilc_at_standstill_learns_nothing(void)
     }
 }
 
-/* there and back: a point is taught when it is reached, once per pass */
+/* there and back: a point learns when it is reached, once per pass */
 void test_ctl_ilc_reversal_teaches_each_pass_once(void)
 {
     for (uint32_t k = 0U; k <= 10U; k++) {
@@ -225,7 +225,7 @@ void test_ctl_ilc_reset_keeps_or_forgets_the_contents(void)
     ctl_ilc_reset(&ilc, true);
     assert_cell(9U, 5.0 * GAIN * wave(9U), "kept");
     (void)step(20U * STEP, 1.0); /* a first sample passes nothing */
-    assert_cell(20U, 5.0 * GAIN * wave(20U), "not taught");
+    assert_cell(20U, 5.0 * GAIN * wave(20U), "not learned");
 
     ctl_ilc_reset(&ilc, false);
     for (uint32_t cell = 0U; cell < CELLS; cell++) {

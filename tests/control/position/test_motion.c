@@ -91,6 +91,25 @@ void test_ctl_position_difference_has_no_seam_at_a_turn(void)
     }
 }
 
+void test_ctl_float_of_long_is_the_nearest_float(void)
+{
+    uint64_t seed = 1U;
+    for (uint32_t k = 0U; k < 4100U; k++) {
+        seed = (seed * UINT64_C(6364136223846793005)) + UINT64_C(1442695040888963407);
+        const unsigned bits = k % 41U;
+        int64_t        x = (int64_t)((seed >> 20) & ((UINT64_C(1) << bits) - 1U));
+        x += (k % 3U) == 0U ? (INT64_C(1) << bits) - x - 1 - (int64_t)((seed >> 17) & 3U) : 0; /* ends and halves */
+        x = ((k & 64U) != 0U) ? -x : x;
+        const volatile float want = (float)x; /* the compiler's own conversion */
+        const volatile float got = ctl_float_of_long(x);
+        if (want != got) {
+            TEST_FAIL_MESSAGE(at("%ld * 65536 + %u", (long)(x >> 16), (unsigned)(x & 0xFFFF)));
+        }
+    }
+    TEST_ASSERT_EQUAL_FLOAT(1099511627776.0f, ctl_float_of_long(INT64_C(1) << 40));
+    TEST_ASSERT_EQUAL_FLOAT(-1099511627776.0f, ctl_float_of_long(-(INT64_C(1) << 40)));
+}
+
 void test_ctl_position_difference_is_cut_at_nineteen_turns(void)
 {
     const double limit = 19.0 * TWO_PI;

@@ -96,7 +96,7 @@ void test_ctl_profile_stands_where_it_was_reset_to(void)
 {
     ctl_setpoint_t s;
     (void)run_to(3 * CTL_ONE_TURN, 3000);
-    ctl_profile_reset(&profile, -7 * CTL_ONE_TURN + 3);
+    ctl_profile_reset(&profile.state, -7 * CTL_ONE_TURN + 3);
 
     TEST_ASSERT_EQUAL_INT64(0, watch(-7 * CTL_ONE_TURN + 3, &s));
     TEST_ASSERT_TRUE(s.done);
@@ -111,7 +111,7 @@ void test_ctl_profile_long_motion_takes_the_time_of_a_trapezoid(void)
 {
     const int64_t ways[] = {CTL_ONE_TURN, 10 * CTL_ONE_TURN, 5000000000LL, -CTL_ONE_TURN, -12345678901LL};
     for (size_t k = 0; k < COUNT_OF(ways); k++) {
-        ctl_profile_reset(&profile, 0);
+        ctl_profile_reset(&profile.state, 0);
         const double time = fabs((double)ways[k]) / (double)SPEED + (double)SPEED / (double)ACCEL;
 
         /* ramps and cruise are cut to whole samples each, and that it is done shows one sample later */
@@ -142,7 +142,7 @@ void test_ctl_profile_short_motion_takes_the_time_of_a_triangle(void)
 {
     const int64_t ways[] = {ACCEL * 9, ACCEL * 100, ACCEL * 5000, -ACCEL * 2500, SPEED * SPEED / ACCEL};
     for (size_t k = 0; k < COUNT_OF(ways); k++) {
-        ctl_profile_reset(&profile, 0);
+        ctl_profile_reset(&profile.state, 0);
         const double time = 2.0 * sqrt(fabs((double)ways[k]) / (double)ACCEL);
 
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, time + 1.0, (double)run_to(ways[k], 10000), at("way %lld", (long long)ways[k]));
@@ -204,7 +204,7 @@ void test_ctl_profile_tiny_ways_end_exactly(void)
     for (uint16_t smooth = 1U; smooth <= 64U; smooth = (uint16_t)(smooth + 21U)) {
         start(SPEED, ACCEL, smooth);
         for (size_t k = 0; k < COUNT_OF(ways); k++) {
-            ctl_profile_reset(&profile, 12345);
+            ctl_profile_reset(&profile.state, 12345);
             TEST_ASSERT_TRUE(run_to(12345 + ways[k], 80) <= 10 + (int)smooth);
         }
     }
@@ -341,7 +341,7 @@ void test_ctl_profile_target_at_the_other_end_of_the_world_is_no_trouble(void)
     const ctl_position_t targets[] = {INT64_MAX, INT64_MIN, INT64_MAX / 2, INT64_MIN / 2};
     for (size_t k = 0; k < COUNT_OF(targets); k++) {
         ctl_setpoint_t s;
-        ctl_profile_reset(&profile, 0);
+        ctl_profile_reset(&profile.state, 0);
         for (int i = 0; i < 1000; i++) {
             (void)watch(targets[k], &s);
         }
@@ -355,7 +355,7 @@ void test_ctl_profile_target_at_the_other_end_of_the_world_is_no_trouble(void)
 void test_ctl_profile_way_that_does_not_fit_is_still_bounded(void)
 {
     ctl_setpoint_t s;
-    ctl_profile_reset(&profile, INT64_MAX - 5);
+    ctl_profile_reset(&profile.state, INT64_MAX - 5);
     for (int i = 0; i < 300; i++) {
         const int64_t before = profile.state.last;
         s = ctl_profile_step(&profile, -6);
@@ -471,7 +471,7 @@ void test_ctl_profile_shift_is_the_same_motion_from_another_zero(void)
             (void)ctl_profile_step(&profile, CTL_ONE_TURN);
         }
         ctl_profile_t moved = profile;
-        ctl_profile_shift(&moved, shifts[n]);
+        ctl_profile_shift(&moved.state, shifts[n]);
         for (int k = 0; k < 600; k++) {
             const ctl_setpoint_t a = ctl_profile_step(&profile, CTL_ONE_TURN);
             const ctl_setpoint_t b = ctl_profile_step(&moved, CTL_ONE_TURN - shifts[n]);

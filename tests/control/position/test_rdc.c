@@ -200,7 +200,7 @@ void test_ctl_rdc_reset_forgets_the_integral_and_keeps_the_count(void)
     (void)ctl_rdc_step(&rdc, &rest, NOT_FINITE[0], (num_t)0);
     TEST_ASSERT_EQUAL_UINT32(1U, rdc.state.rejected);
 
-    ctl_rdc_reset(&rdc);
+    ctl_rdc_reset(&rdc.state);
 
     TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(rdc.state.x1));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(rdc.state.robust));
@@ -371,7 +371,7 @@ void test_ctl_rdc_raw_is_the_same_for_numbers(void)
         const num_t speed_error = num_of(noise_next(&noise));
 
         TEST_ASSERT_TRUE_MESSAGE(ctl_rdc_step(&twin, &c, error, speed_error) ==
-                                     ctl_rdc_step_unchecked(&rdc, &c, error, speed_error),
+                                     ctl_rdc_step_unchecked(&rdc.params, &rdc.state, &c, error, speed_error),
                                  at("sample %d", k));
         const ctl_rdc_params_t *const q = &rdc.params;
         const num_t measure = num_mac(num_mac(num_mul(q->p_row[0], rdc.state.x1), q->p_row[1], error), q->p_row[2], speed_error);

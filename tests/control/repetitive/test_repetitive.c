@@ -371,7 +371,7 @@ void test_ctl_rc_clear_in_order_0_looks_at_whole_samples_only(void)
     TEST_ASSERT_EQUAL_INT(0, impulse_survives(40.9, 41.1));
 }
 
-void test_ctl_rc_clear_learns_anew_after_a_change(void)
+void test_ctl_rc_clear_learns_again_after_a_change(void)
 {
     ctl_rc_params_t p = valid_params();
     double          answer = 0.0;
@@ -653,7 +653,7 @@ void test_ctl_rc_memory_stops_at_its_limit_and_leaves_it_at_once(void)
             (void)step(-1.0, 20.0);
         }
         TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(1.5, step(-1.0, 20.0),
-                                         at("lead %u", lead)); /* one lesson below, not hidden behind windup */
+                                         at("lead %u", lead)); /* one learned sample below, not hidden behind windup */
         for (int k = 0; k < 400; k++) {
             TEST_ASSERT_TRUE(step(-1.0, 20.0) >= -2.0);
         }

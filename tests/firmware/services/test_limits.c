@@ -1,4 +1,4 @@
-/* What a client may ask of the drive: within the board's maxima, the limits in force and the bridge's state, and told where the
+/* What a client may ask of the drive: within the board's maxima, the limits in force and the bridge's state, and where the client learns the
  * limit lies when it is not. */
 #include <math.h>
 

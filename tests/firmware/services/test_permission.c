@@ -157,7 +157,7 @@ void test_permission_timeout_stops_an_alignment_too(void)
     TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
 }
 
-/* ---- what the client is told ---------------------------------------------------------------------------------------------- */
+/* ---- what the client learns ----------------------------------------------------------------------------------------------- */
 
 void test_permission_flags_tell_why_the_board_started_and_whether_the_zero_is_known(void)
 {

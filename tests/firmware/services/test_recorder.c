@@ -204,7 +204,7 @@ void test_recorder_fault_that_stands_is_none_that_appears(void)
 void test_recorder_by_hand_triggers_now_and_only_then(void)
 {
     recorder_config_t c = PLAIN;
-    c.trigger = RECORDER_BY_HAND;
+    c.trigger = RECORDER_MANUAL;
     recorder_start(&r, &c);
     see_many(1.0f, 50U);
     TEST_ASSERT_EQUAL_INT(RECORDER_WAITING, r.status);

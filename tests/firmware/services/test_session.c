@@ -320,7 +320,7 @@ void test_session_long_set_is_taken_over_as_a_whole(void)
     }
 }
 
-void test_session_set_that_was_begun_anew_forgets_the_first_beginning(void)
+void test_session_set_that_was_begun_again_forgets_the_first_beginning(void)
 {
     master();
     codec_writer_t *const w = line_begin(LINK_set);

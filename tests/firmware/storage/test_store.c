@@ -407,3 +407,158 @@ void test_store_a_step_writes_few_blocks(void)
         TEST_ASSERT_TRUE((flash.changes - before) <= STORE_BLOCKS_PER_STEP);
     }
 }
+
+/* ---- reads fail ------------------------------------------------------------------------------------------------------------- */
+
+static void two_sets(void)
+{
+    setUp();
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_TABLE, 50U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 1U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 2U));
+}
+
+/* One read in the middle of everything that fails, with any words, and not again: each is tried again. */
+void test_store_one_failed_read_anywhere_costs_no_set_when_loading(void)
+{
+    two_sets();
+    const uint32_t before = flash.reads;
+    TEST_ASSERT_EQUAL_UINT16(2U, stored(STORE_PARAMETERS, 1U, 2U));
+    const uint32_t all = flash.reads - before;
+    TEST_ASSERT_TRUE(all > 30U);
+    for (uint32_t k = 0U; k < all; k++) {
+        flash.bad_read = (int32_t)(flash.reads + k);
+        TEST_ASSERT_EQUAL_UINT16(2U, stored(STORE_PARAMETERS, 1U, 2U));
+        TEST_ASSERT_TRUE(flash.reads > (uint32_t)flash.bad_read);
+    }
+}
+
+/* The save is done or says that it failed, and what is stored is then the new or the old set; the other part stays. */
+void test_store_one_failed_read_anywhere_in_a_save_leaves_the_new_set_or_the_old_one_and_says_which(void)
+{
+    static flash_cells_t before;
+    two_sets();
+    before = flash.cells;
+    const store_t  ready = store;
+    const uint32_t from = flash.reads;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
+    const uint32_t all = flash.reads - from;
+    unsigned       failed = 0U;
+    for (uint32_t k = 0U; k < all; k++) {
+        flash.cells = before;
+        store = ready;
+        flash.bad_read = (int32_t)(flash.reads + k);
+        const hal_status_t done = save(STORE_PARAMETERS, 3U);
+        failed += (done != HAL_OK) ? 1U : 0U;
+        flash.bad_read = -1;
+        power_up();
+        const uint16_t now = stored(STORE_PARAMETERS, 2U, 3U);
+        TEST_ASSERT_TRUE_MESSAGE(now != UINT16_MAX, "neither the old set nor the new one");
+        TEST_ASSERT_TRUE_MESSAGE((done != HAL_OK) || (now == 3U), "a save that was said to be done is not there");
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(50U, stored(STORE_TABLE, 99U, 50U), "the other part");
+        TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 4U));
+        TEST_ASSERT_EQUAL_UINT16(4U, stored(STORE_PARAMETERS, 3U, 4U));
+    }
+    TEST_ASSERT_TRUE_MESSAGE(failed > 0U, "no read of a save counts");
+}
+
+/* A block that can never be read again, anywhere in the storage: the newest set that reads whole, or a refusal; never a mix. And a
+ * save goes elsewhere. */
+void test_store_a_block_that_cannot_be_read_any_more_costs_a_set_at_the_most(void)
+{
+    static flash_cells_t before;
+    two_sets();
+    before = flash.cells;
+    for (int32_t block = 0; block < (int32_t)(FLASH_PAGES * FLASH_BLOCKS); block++) {
+        flash.cells = before;
+        power_up();
+        flash.dead_block = block;
+        const uint16_t now = stored(STORE_PARAMETERS, 1U, 2U);
+        TEST_ASSERT_TRUE_MESSAGE(now != UINT16_MAX, "both sets lost with one block");
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(50U, stored(STORE_TABLE, 99U, 50U), "the other part stands in three sets");
+        TEST_ASSERT_TRUE((save(STORE_PARAMETERS, 3U) == HAL_OK) || (save(STORE_PARAMETERS, 3U) == HAL_OK));
+        TEST_ASSERT_EQUAL_UINT16(3U, stored(STORE_PARAMETERS, 2U, 3U));
+        flash.dead_block = -1;
+    }
+}
+
+/* ---- a commit with a bit that reads 0 or 1 ------------------------------------------------------------------------------------ */
+
+/* In page 0: its block, a set of the table alone, one of both parts, and the one in whose commit the power went. */
+#define COMMIT_AT (4U + (8U + 36U + 12U) + SET_WORDS + SET_WORDS - 8U)
+
+/* The commit of set 2 has all but one cell, which reads 0 or 1. */
+static void cut_in_the_commit(uint32_t seed)
+{
+    setUp();
+    flash.chance = seed;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_TABLE, 50U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 1U));
+    flash.until_power_fails = SET_BLOCKS - 2; /* all but commit and confirm */
+    flash.torn = true;
+    (void)save(STORE_PARAMETERS, 2U);
+    power_up();
+    for (uint16_t i = 0U; i < 4U; i++) {
+        flash.cells.word[0][COMMIT_AT + i] = flash.cells.meant[0][COMMIT_AT + i];
+        flash.cells.unsure[0][COMMIT_AT + i] = 0U;
+    }
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(0xE5C3U, flash.cells.word[0][COMMIT_AT], "the magic number of a commit");
+    flash.cells.unsure[0][COMMIT_AT] = 4U;
+}
+
+/* From now on it never reads as committed. */
+static void lose_the_commit(void)
+{
+    for (uint16_t i = 0U; i < 4U; i++) {
+        flash.cells.word[0][COMMIT_AT + i] = 0U;
+        flash.cells.unsure[0][COMMIT_AT + i] = 0U;
+    }
+}
+
+void test_store_a_set_that_was_loaded_is_the_one_at_the_next_power_up_whatever_its_commit_reads(void)
+{
+    unsigned seen = 0U;
+    for (uint32_t seed = 1U; seed <= 60U; seed++) {
+        cut_in_the_commit(seed);
+        if (stored(STORE_PARAMETERS, 1U, 2U) == 2U) {
+            seen++;
+            lose_the_commit();
+            power_up();
+            TEST_ASSERT_EQUAL_UINT16(2U, stored(STORE_PARAMETERS, 1U, 2U));
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(seen >= 20U, "a commit that was cut has to read as one now and then");
+}
+
+void test_store_a_set_that_a_save_has_copied_from_is_the_one_at_the_next_power_up(void)
+{
+    unsigned seen = 0U;
+    for (uint32_t seed = 1U; seed <= 60U; seed++) {
+        cut_in_the_commit(seed);
+        fill(given, 51U, (uint16_t)STORE_TABLE);
+        TEST_ASSERT_EQUAL_INT(HAL_OK, store_begin(&store, STORE_TABLE, 0U, T_WORDS, give, given));
+        if (store.source.at == (uint16_t)(COMMIT_AT + 8U - SET_WORDS)) {
+            seen++;
+            lose_the_commit();
+            power_up(); /* and the save never got any further */
+            TEST_ASSERT_EQUAL_UINT16(2U, stored(STORE_PARAMETERS, 1U, 2U));
+        }
+    }
+    TEST_ASSERT_TRUE_MESSAGE(seen >= 20U, "a commit that was cut has to read as one now and then");
+}
+
+/* Also where nothing is copied from it, since its table does not read any more. */
+void test_store_the_newest_set_is_made_sure_of_before_a_save_begins(void)
+{
+    unsigned stays = 0U;
+    for (uint32_t seed = 1U; seed <= 60U; seed++) {
+        cut_in_the_commit(seed);
+        flash.cells.word[0][COMMIT_AT - 4U - 36U] ^= 1U;
+        fill(given, 3U, (uint16_t)STORE_PARAMETERS);
+        TEST_ASSERT_EQUAL_INT(HAL_OK, store_begin(&store, STORE_PARAMETERS, TAG, P_WORDS, give, given));
+        lose_the_commit();
+        power_up();
+        stays += (stored(STORE_PARAMETERS, 1U, 2U) == 2U) ? 1U : 0U;
+    }
+    TEST_ASSERT_TRUE_MESSAGE(stays >= 40U, "of 60, and one of eight did not read as committed to begin with");
+}

@@ -52,6 +52,15 @@ static hal_status_t reads(uint16_t page, uint16_t offset, uint16_t *words, uint1
             words[i] = (uint16_t)((words[i] & (uint16_t)~flash.stuck) ^ (flash.unsteady & some_bits()));
         }
     }
+    flash.reads++;
+    const int32_t first = (int32_t)((page * FLASH_BLOCKS) + (offset / HAL_STORAGE_BLOCK_WORDS));
+    const int32_t last = (int32_t)((page * FLASH_BLOCKS) + ((offset + count - 1U) / HAL_STORAGE_BLOCK_WORDS));
+    if ((flash.bad_read == (int32_t)(flash.reads - 1U)) || ((flash.dead_block >= first) && (flash.dead_block <= last))) {
+        for (uint16_t i = 0U; i < count; i++) {
+            words[i] = some_bits();
+        }
+        lost = true;
+    }
     return lost ? HAL_SENSOR_FAULT : HAL_OK;
 }
 
@@ -152,6 +161,8 @@ void flash_start(void)
     flash.page_words = FLASH_WORDS;
     flash.until_power_fails = -1;
     flash.until_error = -1;
+    flash.bad_read = -1;
+    flash.dead_block = -1;
     hal_storage_pages_Stub(pages);
     hal_storage_page_words_Stub(page_words);
     hal_storage_read_Stub(reads);

@@ -3,7 +3,7 @@
  * @brief A model of flash with error correction behind the stubs of hal_storage, which loses power at a block or an erase.
  *
  * Pages are erased as a whole, blocks of four words programmed once and aligned; a test fails when that is not kept. A block
- * in which the power went, and the cells of a page whose erase was cut, read one way or the other, anew at every read; and
+ * in which the power went, and the cells of a page whose erase was cut, read one way or the other, again at every read; and
  * with `ecc` such a block may be reported as not correctable instead. The same words may be programmed again over a block
  * that was cut, which then is sound.
  */
@@ -37,6 +37,9 @@ typedef struct {
     uint16_t      odd_page, odd_word; /* a cell of which... */
     uint16_t      stuck;              /* ...these bits read 0 whatever was written... */
     uint16_t      unsteady;           /* ...and these read one way or the other */
+    uint32_t      reads;              /* calls so far */
+    int32_t       bad_read;           /* the call that fails, with any words; negative: none */
+    int32_t       dead_block;         /* block of the whole storage that cannot be read any more; negative: none */
     uint32_t      chance;
 } flash_t;
 

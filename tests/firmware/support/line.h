@@ -43,7 +43,7 @@ extern hal_reset_t    line_reset;    /* why the board starts; power-up after lin
 
 /** Board, storage, services; the drive is ready and does not run by itself. */
 void line_start(void);
-/** Power off and on: everything but the storage starts anew. */
+/** Power off and on: everything but the storage starts again. */
 void line_restart(void);
 /** Periods with a pass of the main loop after each. */
 void line_run(uint32_t periods);

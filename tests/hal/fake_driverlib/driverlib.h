@@ -1,6 +1,6 @@
 /**
  * @file  tests/hal/fake_driverlib/driverlib.h
- * @brief The part of TI's driverlib for the F2837xD that the port uses, written down anew for the host: names, arguments
+ * @brief The part of TI's driverlib for the F2837xD that the port uses, rewritten for the host: names, arguments
  *        and values are those of the library (C2000Ware 26.01), the bodies record and imitate (fake_chip.c).
  *
  * Only what the port uses stands here: a call that is not in this list does not compile, and has to be looked up first.

@@ -4,7 +4,7 @@
 
 #include "hal/f28379d/board.h"
 
-#define LOG_MAX 200000 /* then it starts anew: the virtual chip runs for long */
+#define LOG_MAX 200000 /* then it starts again: the virtual chip runs for long */
 
 typedef struct {
     const char *name;

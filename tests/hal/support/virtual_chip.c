@@ -70,6 +70,7 @@ static uint32_t wrapped(int64_t count)
 
 static void encoder_pins(void)
 {
+    sim_plant_find_edge(&plant);
     const bool upwards = plant.edge_count == plant.edge_cell; /* the last edge leads to where it stands now */
     chip.qep_position = wrapped(encoder_reversed ? (-plant.edge_cell - 1) : plant.edge_cell);
     chip.qep_direction = (upwards != encoder_reversed) ? 1 : -1;

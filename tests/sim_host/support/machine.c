@@ -64,6 +64,7 @@ void machine_voltage(double alpha_v, double beta_v, int periods)
     for (int k = 0; k < periods; k++) {
         sim_plant_period(&plant, duty, true);
     }
+    sim_plant_find_edge(&plant);
 }
 
 void machine_dq_voltage(double d_v, double q_v, int periods)
@@ -80,6 +81,7 @@ void machine_coast(int periods)
     for (int k = 0; k < periods; k++) {
         sim_plant_period(&plant, none, false);
     }
+    sim_plant_find_edge(&plant);
 }
 
 const char *at(const char *format, ...)

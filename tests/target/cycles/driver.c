@@ -264,7 +264,7 @@ static void position(void)
     const ctl_src_params_t     sp = {0.03f, 0x3F000000U, 4.0f};
     const ctl_profile_params_t pp = {(int64_t)1 << 22, (int64_t)1 << 14, 16U, 1.0e-3f, 1.0e-3f};
     need(ctl_profile_init(&profile, &pp), "profile");
-    ctl_profile_reset(&profile, 0);
+    ctl_profile_reset(&profile.state, 0);
     need(ctl_ilc_init(&ilc, &ip, memory, 720U), "ilc");
     angle_t at = 0U;
     for (uint32_t k = 0U; k < 6000U; k++) {
@@ -422,18 +422,22 @@ static void run(const variant_t *v)
         }
     }
     if (v->deadbeat != 0U) {
+        static ctl_deadbeat_t deadbeat;
+        need(ctl_deadbeat_init(&deadbeat, &drive.setup->current.deadbeat), "deadbeat");
         for (uint32_t k = 0U; k < 4000U; k++) {
             const ctl_dq_t m = {4.0f * noise(), 4.0f * noise()}, r = {4.0f * noise(), 4.0f * noise()},
                            u = {4.0f * noise(), 4.0f * noise()};
-            MEASURE("ctl_deadbeat_step", (void)ctl_deadbeat_step(&drive.current.deadbeat, &m, &r, 100.0f, &u));
+            MEASURE("ctl_deadbeat_step", (void)ctl_deadbeat_step(&deadbeat, &m, &r, 100.0f, &u));
         }
     }
     if (v->position == 3U) {
+        static ctl_rdc_t rdc;
+        need(ctl_rdc_init(&rdc, &drive.setup->position.rdc), "rdc");
         for (uint32_t k = 0U; k < 4000U; k++) {
             const ctl_setpoint_t s = {(ctl_position_t)k * 9000000, 30.0f * noise(), 4.0f * noise(), false};
-            MEASURE("ctl_rdc_step", (void)ctl_rdc_step(&drive.position.rdc, &s, noise(), noise()));
-            MEASURE("ctl_friction", (void)ctl_friction(&drive.position.rdc.params.friction, 3.0f * noise()));
-            MEASURE("ctl_harmonics", (void)harmonics_at(&drive.position.rdc.params.harmonics, (ctl_position_t)k * 9000000));
+            MEASURE("ctl_rdc_step", (void)ctl_rdc_step(&rdc, &s, noise(), noise()));
+            MEASURE("ctl_friction", (void)ctl_friction(&rdc.params.friction, 3.0f * noise()));
+            MEASURE("ctl_harmonics", (void)harmonics_at(&rdc.params.harmonics, (ctl_position_t)k * 9000000));
         }
     }
 }
@@ -538,7 +542,7 @@ static void change_all_that_may(void)
         p.current_controller = (uint16_t)(v / 28U);
         p.rc_order = (uint16_t)(1U + (v % 3U));
         if (drive_make_setup(&p, &scratch) != (uint16_t)PARAM_COUNT) {
-            continue; /* an observer of the torque has the memory of the position method */
+            continue; /* these do not go together */
         }
         begin_with(&p, 1U);
         for (unsigned k = 0U; k < WHOLE_SETS; k++) {
@@ -574,6 +578,7 @@ static void change_shapes(void)
             p->offset_calibration_periods = 0U;
             p->align_periods = 0U;
             p->method = (uint16_t)method;
+            p->current_controller = (uint16_t)large;
             p->aro_cells = (large != 0U) ? 2048U : 200U;
             p->position_cells = (large != 0U) ? 2048U : 100U;
             p->position_method = (uint16_t)(((method < 4U) && (large != 0U)) ? method : 0U);

@@ -59,7 +59,7 @@ static void ask(frame_t *f)
 
 int services_cases(drive_t *drive, void (*note)(const char *name, uint64_t cost))
 {
-    static const uint16_t  DEAR[12] = {SIGNAL_rejected_count, SIGNAL_observer_news,
+    static const uint16_t  DEAR[12] = {SIGNAL_rejected_count, SIGNAL_observer_innovation,
                                        SIGNAL_position_rad,   SIGNAL_position_ref_rad,
                                        SIGNAL_speed_rad_s,    SIGNAL_rc_period_samples,
                                        SIGNAL_compensation_a, SIGNAL_iq_a,

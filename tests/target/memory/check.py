@@ -3,7 +3,7 @@
     check.py <root of the repository> [--record] [--quiet]
 
 Prints the ways to the deepest stack, the sections against the regions of linker/*.cmd, and the words of every file.
-Limits and recorded words are in tests/budget/memory.toml; --record writes the words anew. Exit status 1 when something
+Limits and recorded words are in tests/budget/memory.toml; --record writes the words again. Exit status 1 when something
 does not fit, 77 when arm-none-eabi-gcc is not installed.
 """
 
@@ -31,7 +31,7 @@ INLINING = ("-fno-inline-functions", "-fno-inline-small-functions", "-fno-inline
 WITHOUT = ("-DEVENSPIN_NO_TEXTS",)  # as firmware/CMakeLists.txt says for the chip
 PLACED = re.compile(r"^\s*([.\w:]+)\s*: ([^:]*?)(?=^\s*[.\w:]+\s*: |^\})", re.MULTILINE | re.DOTALL)
 FILE_SLACK = 1.2  # a file may grow by a fifth and...
-FILE_MORE = 150  # ...so many words before it is recorded anew; a new file may have as many
+FILE_MORE = 150  # ...so many words before it is recorded again; a new file may have as many
 SECTION_SLACK = 1.05
 
 
@@ -112,7 +112,7 @@ def main(arguments: list[str]) -> int:
         try:
             depths = stack.depths([stack.read_graph(work)])
         except stack.Unknown as why:
-            print(f"the depth of the stack cannot be told: {why}")
+            print(f"the depth of the stack cannot be determined: {why}")
             return 1
         parts = list(sizes.parts(root, work, objects))
     sections = sizes.by_section(parts)

@@ -39,7 +39,7 @@ FRAME = re.compile(r"\\n(\d+) bytes \((\w+)")
 
 
 class Unknown(Exception):
-    """The depth cannot be told."""
+    """The depth cannot be determined."""
 
 
 @dataclass(slots=True)

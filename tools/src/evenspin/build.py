@@ -44,9 +44,9 @@ def _of_checkout(root: Path) -> tuple[str, str] | None:
     """Only of a repository whose top is this folder: never of one in which the package happens to lie."""
     if not (root / ".git").exists() or not (root / "tools" / "src" / "evenspin").is_dir():
         return None
-    commit = _git(root, "rev-parse", "--short=12", "HEAD")
-    date = _git(root, "log", "-1", "--format=%cI", "HEAD")
+    head = _git(root, "log", "-1", "--abbrev=12", "--format=%h %cI", "HEAD")
     changes = _git(root, "status", "--porcelain", "--untracked-files=no")
+    commit, _, date = (head or "").partition(" ")
     if not commit or not date or changes is None:
         return None
     return commit + ("+changes" if changes else ""), date

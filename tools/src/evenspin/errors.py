@@ -1,4 +1,4 @@
-"""What can go wrong, told in one line: where, what was given, what is allowed, what to try next."""
+"""User-facing errors, one line each: where, what was given, what is allowed, what to try next."""
 
 from __future__ import annotations
 

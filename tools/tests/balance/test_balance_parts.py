@@ -8,8 +8,10 @@ from pathlib import Path
 import balance_recordings as recordings
 import numpy as np
 import pytest
+from evenspin.balance.analysis import analyse
 from evenspin.balance.angle_zero import at_zero, find_zero
 from evenspin.balance.controller import find_controller
+from evenspin.balance.judge_friction import name_friction
 from evenspin.balance.log_reader import read_log
 from evenspin.balance.motion import motion_of, speed_lag
 from evenspin.balance.nominal_model import Line, read_nominal
@@ -17,6 +19,7 @@ from evenspin.balance.regression import fit, inflation
 from evenspin.balance.ripple_simulation import CURRENT_LOOP_S, PWM_HZ, Plant, _prepare
 from evenspin.balance.smoothing import Smoother
 from evenspin.balance.time_grid import grid_of
+from evenspin.balance.verdict import Verdict
 from evenspin.balance.windings import suggest
 
 T_S = 1e-3 * np.arange(8000)
@@ -175,3 +178,16 @@ def test_a_model_in_newton_metres_becomes_amperes() -> None:
     assert nominal.inertia_as2 == pytest.approx(7.06e-5 / (1.5 * 4 * 6.4e-3))
     assert nominal.pole_pairs == 4
     assert replace(nominal, coulomb_a=0.1).friction(np.array([-1.0, 2.0])) == pytest.approx([-0.1, 0.1])
+
+
+def test_an_effect_without_an_interval_of_the_whole_log_is_held_against_and_does_not_end_the_work() -> None:
+    log = read_log(recordings.REAL / "acc_current.csv.gz")
+    analysis = analyse(log, None, None, None)
+    assert analysis.friction is not None
+    lost = {name: half for name, half in analysis.friction.half.items() if not name.startswith("coulomb_friction")}
+    verdict = Verdict()
+
+    name_friction(replace(analysis, friction=replace(analysis.friction, half=lost)), verdict)
+
+    assert "coulomb_friction" not in verdict.names
+    assert any(effect == "coulomb_friction" and "whole log" in why for effect, why in verdict.against)

@@ -15,7 +15,7 @@ from evenspin.balance.plausibility import check_against
 from evenspin.errors import EvenspinError
 
 INERTIA_AS2 = 1.9e-4  # of the free run of the real motor, by energy
-MODEL = SimpleNamespace(inertia_as2=INERTIA_AS2, viscous_as=0.0)
+MODEL = SimpleNamespace(inertia_as2=INERTIA_AS2, viscous_as=0.0, kt_nm_per_a=1.0, pole_pairs=12, windings=lambda: None)
 FREE, SLOW, ROLLING = "acc_current.csv.gz", "speed_test.csv.gz", "rolling_1.csv.gz"
 COLUMNS = ("t_s", "theta_m_rad", "speed_rad_s", "iq_a")
 

@@ -61,7 +61,7 @@ def test_a_mix_of_forty_has_all_kinds(quick: None, tmp_path: Path) -> None:
     ("words", "said"),
     [
         (["--effects", "coging"], "did you mean cogging"),
-        (["--kind", "triple"], "mix or one of single"),
+        (["--kind", "quadruple"], "mix or one of single"),
         (["--kind", "single=x"], "NAME=NUMBER"),
         (["--kind", "single=2", "--count", "3"], "2 as in --kind"),
         (["--kind", "pair", "--effects", "cogging"], "two or more"),

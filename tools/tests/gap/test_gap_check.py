@@ -224,7 +224,7 @@ def test_a_locked_rotor_that_turns_is_said(case: Path) -> None:
 
     change_record(case, turning, "standstill_steps")
 
-    assert any("the rotor is said to be locked" in line for line in checked_case(case)[1])
+    assert any("the rotor is stated to be locked" in line for line in checked_case(case)[1])
 
 
 @pytest.mark.parametrize(

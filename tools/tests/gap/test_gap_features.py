@@ -1,4 +1,4 @@
-"""What a record is boiled down to, and the algebra that weighs it."""
+"""What a record is reduced to, and the algebra that weighs it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from evenspin.effects.cogging import slot_order
 from evenspin.effects.hypothesis import by_roles
 from evenspin.gap.evidence import OUTLIER_SIGMAS, Judge, Noise, robust_cost
 from evenspin.gap.features import SIGNALS, FeatureSet
+from evenspin.gap.forward import READ, Forward
 from evenspin.gap.layout import Bins, Layout, Stretch, layout_of
 from evenspin.gap.screening import probe_points
+from evenspin.log.case import read_case
 from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 
@@ -170,20 +172,20 @@ def test_a_column_is_found_with_its_amount_and_a_fair_interval():
         y = 0.8 * column[:, 0] + random.normal(0.0, 0.5 * math.sqrt(1.5), 400)  # two probes behind a model add a half
         fit = judge().fit(y, np.zeros((400, len(SIGMA))), column)
         amounts.append((fit.amount[0], math.sqrt(fit.covariance[0, 0])))
-    got, told = np.array(amounts).T
+    got, reported = np.array(amounts).T
 
     assert np.mean(got) == pytest.approx(0.8, abs=4.0 * np.std(got) / math.sqrt(200))
-    assert np.mean(told) == pytest.approx(np.std(got), rel=0.25)  # 200 draws: 5 %; the soft loss: some per cent
+    assert np.mean(reported) == pytest.approx(np.std(got), rel=0.25)  # 200 draws: 5 %; the soft loss: some per cent
 
 
 def test_a_few_wild_residuals_do_not_move_the_amount():
     random = np.random.default_rng(3)
     column = random.normal(size=(400, 1))
     y = 0.8 * column[:, 0] + random.normal(0.0, 0.5, 400)
-    wild = y.copy()
-    wild[:10] += 500.0
+    outliers = y.copy()
+    outliers[:10] += 500.0
 
-    fit = judge().fit(wild, np.zeros((400, len(SIGMA))), column)
+    fit = judge().fit(outliers, np.zeros((400, len(SIGMA))), column)
 
     assert fit.amount[0] == pytest.approx(judge().fit(y, np.zeros((400, len(SIGMA))), column).amount[0], abs=0.06)
 
@@ -307,3 +309,17 @@ def test_the_second_order_of_a_misalignment_is_probed_beside_the_first_to_which_
     assert misalignment.to_params(second) == pytest.approx(
         {"amplitude_nm": 0.04, "phase_rad": 0.0, "second_rel": 1.0, "phase2_rad": 0.0}
     )
+
+
+def test_what_no_feature_needs_is_not_simulated_and_no_feature_changes():
+    """Where a coasting rotor has become slow nothing is compared."""
+    forward = Forward(read_case(Path(__file__).parents[3] / "tests" / "data" / "foreign_drive" / "example_clean"), 1)
+    unit = unit_of({}, None, 3, 0.25)
+    whole = [replay.run(READ, unit) for replay in forward.replays]
+
+    rows = {replay.name: len(record) for replay, record in zip(forward.replays, forward.simulate(unit), strict=True)}
+
+    assert rows["coast_down"] < 0.5 * len(forward.case.experiments["coast_down"])
+    assert rows["staircase"] == len(forward.case.experiments["staircase"])
+    assert np.array_equal(forward.features(unit), forward.reduced(whole))
+    forward.close()

@@ -19,7 +19,7 @@ from evenspin.gap import investigate as core
 from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
-from evenspin.gap.intervals import Interval, Intervals, _of_effect, with_model_share
+from evenspin.gap.intervals import Interval, Intervals, of_effect, with_model_share
 from evenspin.gap.outcome import Validation
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
@@ -223,11 +223,11 @@ def test_the_report_shows_warnings_before_the_story(result: CaseResult) -> None:
 
 
 def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: CaseResult) -> None:
-    spots = ranked(result.subjects, result.residual_before, result.residual_after)
+    ranks = ranked(result.subjects, result.residual_before, result.residual_after)
     heat = heat_map(result.subjects, result.residual_before, result.residual_after)
 
-    assert sum(spot.share for spot in spots) == pytest.approx(1.0)
-    assert spots[0].signal in ("iq_a", "speed_rad_s")  # friction is a torque
+    assert sum(rank.share for rank in ranks) == pytest.approx(1.0)
+    assert ranks[0].signal in ("iq_a", "speed_rad_s")  # friction is a torque
     assert np.nanmax(heat.before) > 10.0
     assert np.nanmax(heat.after) < 4.0
 
@@ -238,7 +238,7 @@ def test_the_interval_of_a_polar_pair_is_that_of_the_plane(result: CaseResult) -
     cogging = hypotheses(Scale.of(motor, 4000.0))["cogging"]
     s = 1e-3
 
-    found = {i.parameter: i for i in _of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}
+    found = {i.parameter: i for i in of_effect(cogging, np.array([0.03, 0.04]), np.diag([s**2, s**2]))}
 
     assert found["amplitude_nm"].value == pytest.approx(0.05)
     assert found["amplitude_nm"].half == pytest.approx(1.96 * s, rel=1e-3)
@@ -420,7 +420,7 @@ def test_confidence_falls_as_what_is_left_nears_the_limit_of_noise(result: CaseR
 
 
 def test_more_than_noise_is_said_before_it_makes_a_verdict_unknown() -> None:
-    """Times the cost of healthy units: known effects of another simulator left 1.37, foreign ones without a line 2."""
+    """Times the cost of healthy units: known effects of another simulator left 1.37, unknown ones without a line 2."""
     expected = ExpectedCost(7000.0, 300.0)
 
     assert not expected.is_significant(7000.0 + 6 * 299.0)

@@ -256,3 +256,61 @@ def main_or_exit(words: list[str]) -> None:
         main(words)
     except SystemExit as ended:
         assert ended.code in (0, None)
+
+
+def test_a_model_file_tells_the_pole_pairs_and_counts_that_a_recording_leaves_open(tmp_path: Path) -> None:
+    path = log_of(
+        tmp_path,
+        **{
+            "t_ms": 1e3 * DRIVE.t,
+            "erpm": PAIRS * DRIVE.rpm,
+            "iq": DRIVE.iq,
+            "Position [counts]": DRIVE.theta * 4096 / TURN,
+        },
+    )
+    model = tmp_path / "model.toml"
+    plant = {"pole_pairs": PAIRS, "psi_wb": 0.02, "viscous_nms": 1e-5, "counts_per_rev": 4096}
+    model.write_text('name = "m"\n[plant]\n' + "".join(f"{key} = {value}\n" for key, value in plant.items()))
+
+    main_or_exit(["gap", str(path), "--model", str(model), "--out", str(tmp_path / "out")])
+
+    read = read_map(tmp_path / "out/MAP.toml")
+    assert (read.pole_pairs, read.counts_per_turn) == (PAIRS, 4096)
+    log = np.genfromtxt(tmp_path / "out/log.csv", delimiter=",", names=True)
+    assert_allclose(log["speed_rad_s"], DRIVE.speed, atol=1e-4)
+
+
+def test_a_map_may_name_a_column_as_it_stands_in_the_header(tmp_path: Path) -> None:
+    path = log_of(tmp_path, **{"Time [s]": DRIVE.t, "Torque current [A]": DRIVE.iq, "Velocity [rad/s]": DRIVE.speed})
+    (tmp_path / "map.toml").write_text(
+        '[columns]\nt_s = {from = "Time [s]", unit = "s"}\niq_a = {from = "Torque current [A]", unit = "A"}\n'
+        'speed_rad_s = {from = "Velocity [rad/s]", unit = "rad/s"}\n'
+    )
+
+    assert_allclose(
+        import_table(read_table(path), read_map(tmp_path / "map.toml")).columns["iq_a"], DRIVE.iq, atol=1e-6
+    )
+
+
+def test_an_angle_that_starts_again_after_the_range_of_a_protocol_is_no_count(tmp_path: Path) -> None:
+    """A CAN protocol sends rad within +-12.5, which is no whole number of turns, and the number of the motor."""
+    position = np.mod(DRIVE.theta + 12.5, 25.0) - 12.5
+    path = log_of(
+        tmp_path,
+        **{
+            "time [s]": DRIVE.t,
+            "motor_id": np.full(len(DRIVE.t), 3.0),
+            "position": position,
+            "velocity [rad/s]": DRIVE.speed,
+            "iq": DRIVE.iq,
+        },
+    )
+
+    table = read_table(path)
+    mapping = guess_map(table)
+
+    assert mapping.questions == ()
+    assert mapping.columns["theta_m_rad"].unit == "rad"
+    assert "id_a" not in mapping.columns
+    found = import_table(table, mapping).columns["theta_m_rad"]
+    assert_allclose(found - found[0], DRIVE.theta - DRIVE.theta[0], atol=0.02)

@@ -32,6 +32,6 @@ def distortion_pct(current_a: NDArray[np.complex128], theta_e_rad: Array) -> flo
     fundamental = np.sum(weight * current * rotating.conj()) / weight.sum()
     if fundamental == 0.0:
         return float("nan")
-    rest = current - fundamental * rotating
-    rms = np.sqrt(np.sum(weight * np.abs(rest) ** 2) / weight.sum())
+    residual = current - fundamental * rotating
+    rms = np.sqrt(np.sum(weight * np.abs(residual) ** 2) / weight.sum())
     return float(100.0 * rms / abs(fundamental))

@@ -48,7 +48,10 @@ def name_friction(analysis: Analysis, verdict: Verdict) -> None:
         if evidence.small:
             verdict.against.append((effect, f"less than {100.0 * SMALL:.0f} % of the current: too small to name"))
             continue
-        value, half = parameters["torque_a_equiv"], found.half[f"{evidence.effect}.torque_a_equiv"]
+        value, half = parameters["torque_a_equiv"], found.half.get(f"{evidence.effect}.torque_a_equiv")
+        if half is None:
+            verdict.against.append((effect, "it is not in the fit of the whole log, which gives its interval"))
+            continue
         if half > UNCERTAIN * abs(value):
             verdict.against.append(
                 (effect, f"{amperes(value)} +- {amperes(half)}: the interval is too wide to name it")

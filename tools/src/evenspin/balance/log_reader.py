@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,8 @@ from evenspin.plausible.finding import is_signal
 Array = NDArray[np.float64]
 
 KNOWN = {"t_s": "s", "iq_a": "A", "theta_m_rad": "rad", "speed_rad_s": "rad/s", "speed_ref_rad_s": "rad/s"}
-BESIDE = ("id_a", "ia_a", "ib_a", "id_ref_a", "iq_ref_a")  # only for a check: do they belong to iq_a and the angle?
+# Only for checks: do they belong to iq_a and the motion?
+BESIDE = ("id_a", "ia_a", "ib_a", "id_ref_a", "iq_ref_a", "vd_v", "vq_v", "load_torque_nm")
 MANY_A = 1000.0  # a drive with such a current is rare, a log in mA is not
 STEMS = {  # how such a column may be called when its name or its unit is another one
     "t_s": ("time", "t", "timestamp"),
@@ -49,6 +50,7 @@ class Log:
     period_s: float
     repairs: tuple[str, ...]
     limits: tuple[str, ...]
+    beside: Mapping[str, Array] = field(default_factory=dict)  # columns of BESIDE, which may have not-a-number
 
     @property
     def gaps_s(self) -> Array:
@@ -69,23 +71,21 @@ def read_log(path: Path) -> Log:
     beside = [name for name in BESIDE if header.count(name) == 1]
     repairs: list[str] = []
     table = rows_of(path, text, [header.index(name) for name in (*names, *beside)], repairs)
-    others = dict(zip(beside, table[:, len(names) :].T, strict=True))
-    table = table[:, : len(names)]
     _enough(path, len(table))
-    check_living(path, dict(zip(names, table.T, strict=True)))
-    check_beside(path, dict(zip(names, table.T, strict=True)) | others)
-    for name, column in zip(names, table.T, strict=True):
+    check_living(path, dict(zip(names, table.T, strict=False)))
+    check_beside(path, dict(zip((*names, *beside), table.T, strict=True)))
+    for name, column in zip((*names, *beside), table.T, strict=True):
         column[~is_signal(column, name)] = np.nan
-    table = _left_out(
-        path, table, np.asarray(np.isfinite(table).all(axis=1)), "with a value that is not a number", repairs
-    )
+    numbers = np.isfinite(table[:, : len(names)]).all(axis=1)
+    table = _left_out(path, table, np.asarray(numbers), "with a value that is not a number", repairs)
     t_s = table[:, names.index("t_s")]
     later = t_s > np.concatenate(([-np.inf], np.maximum.accumulate(t_s)[:-1]))
     table = _left_out(path, table, later, "whose time repeats or goes back", repairs)
     _enough(path, len(table))
     values = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+    others = {name: np.ascontiguousarray(table[:, len(names) + i]) for i, name in enumerate(beside)}
     period_s = float(np.median(np.diff(values["t_s"])))
-    check_units(path, values)
+    doubts = check_units(path, values, others)
     if period_s > 1.0 / LEAST_RATE_HZ:
         hint = "is the time in milliseconds or microseconds? t_s is in seconds" if period_s > 0.1 else "record faster"
         raise InputError(path, "t_s", f"{period_s:g} between rows", f"at most {1.0 / LEAST_RATE_HZ:g} s", hint)
@@ -95,7 +95,18 @@ def read_log(path: Path) -> Log:
     _say_times(values["t_s"], period_s, repairs)
     speed, reference = values.get("speed_rad_s"), values.get("speed_ref_rad_s")
     limits = _limits(values)
-    return Log(path, values["t_s"], values["iq_a"], theta, speed, reference, period_s, tuple(repairs), limits)
+    return Log(
+        path,
+        values["t_s"],
+        values["iq_a"],
+        theta,
+        speed,
+        reference,
+        period_s,
+        tuple(repairs),
+        (*doubts, *limits),
+        others,
+    )
 
 
 def _columns(path: Path, header: Sequence[str]) -> list[str]:

@@ -58,6 +58,15 @@ class Nominal:
         """None when the model is one in ampere equivalents, whose pole pairs are a stand-in."""
         return None if abs(self.kt_nm_per_a - 1.0) < 1e-4 else int(self.machine.plant["pole_pairs"])
 
+    def windings(self) -> dict[str, float] | None:
+        """Flux in V s, resistance, reactance in V s/A, per mechanical rad; None where the model does not say it."""
+        named, plant = self.machine.plant_from, self.machine.plant
+        if self.pole_pairs is None or not {"resistance_ohm", "lq_h"} <= set(named):
+            return None
+        resistance = self.machine.effects.get("winding_resistance", {}).get("factor", 1.0) * plant["resistance_ohm"]
+        flux = self.kt_nm_per_a / 1.5
+        return {"flux": flux, "resistance": resistance, "reactance": self.pole_pairs * plant["lq_h"]}
+
     def friction(self, speed_rad_s: Array) -> Array:
         """Dry friction and load, A."""
         low = np.exp(-((speed_rad_s / self.stribeck_rad_s) ** 2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
@@ -13,12 +14,18 @@ from evenspin.plausible.currents import CURRENTS, check_currents
 from evenspin.plausible.dead import is_constant, is_flicker, unusable_columns
 from evenspin.plausible.finding import ChannelError, Finding, is_signal
 from evenspin.plausible.kinematics import check_motion, check_wrap, exchanged_speed
-from evenspin.plausible.torque import ANGLE_SMOOTH_S, SMOOTH_S, acceleration_factor
+from evenspin.plausible.load import check_load_sign
+from evenspin.plausible.scales import check_scales, remark_on_inertia
+from evenspin.plausible.speed_changes import speed_changes
+from evenspin.plausible.torque import ANGLE_SMOOTH_S, SMOOTH_S, acceleration_factor, work_share
+from evenspin.plausible.windings import NEEDED, check_windings, measured_windings
 
 Array = NDArray[np.float64]
 
 REPAIR = "repair it and record again"
 SIGN = -0.7  # correlation of current and acceleration that leaves no other explanation
+FASTEST_RAD_S2 = 2e5  # of small ironless motors
+MOSTLY_BRAKES = -0.6  # share of the work
 FACTOR = 20.0  # that no inertia is off by
 MATCH = 0.1  # of a factor to that of a unit
 RPM = 60.0 / (2.0 * np.pi)
@@ -30,7 +37,10 @@ class Model(Protocol):
     @property
     def inertia_as2(self) -> float: ...
     @property
-    def viscous_as(self) -> float: ...
+    def kt_nm_per_a(self) -> float: ...
+    @property
+    def pole_pairs(self) -> int | None: ...
+    def windings(self) -> Mapping[str, float] | None: ...
 
 
 def check_living(path: Path, columns: Mapping[str, Array]) -> None:
@@ -64,8 +74,12 @@ def check_beside(path: Path, columns: Mapping[str, Array]) -> None:
         raise found.error(path)
 
 
-def check_units(path: Path, columns: Mapping[str, Array]) -> None:
-    """Angle, speed and time of one shaft, and the current that accelerates it."""
+def check_units(path: Path, columns: Mapping[str, Array], beside: Mapping[str, Array] | None = None) -> tuple[str, ...]:
+    """Angle, speed and time of one shaft, the current that accelerates it, and what voltages and load say of both.
+
+    Returns:
+        What is possible and yet worth a look, a sentence each.
+    """
     t_s, iq = columns["t_s"], columns["iq_a"]
     theta, speed = columns.get("theta_m_rad"), columns.get("speed_rad_s")
     found = None
@@ -76,6 +90,8 @@ def check_units(path: Path, columns: Mapping[str, Array]) -> None:
         found = check_wrap(theta)
     shaft = speed if speed is not None else _rate(t_s, theta)
     if found is None and shaft is not None:
+        found = _check_machine({**columns, **(beside or {}), "speed_rad_s": shaft})
+    if found is None and shaft is not None:
         factor, like = acceleration_factor(t_s, shaft, iq, SMOOTH_S if speed is not None else ANGLE_SMOOTH_S)
         if factor < 0.0 and like < SIGN:
             data = f"falls where the shaft speeds up (correlation {like:.2f} with the acceleration)"
@@ -83,27 +99,73 @@ def check_units(path: Path, columns: Mapping[str, Array]) -> None:
             found = Finding("iq_a", data, "positive where it accelerates in positive direction", hint)
     if found is not None:
         raise found.error(path)
+    return _doubts(t_s, shaft, iq) if shaft is not None else ()
 
 
-def check_against(path: Path, columns: Mapping[str, Array | None], model: Model) -> None:
-    """The inertia of a model shows the unit of what no other column shows: a current, a speed or an angle alone."""
-    t_s, iq, theta, speed = (columns[name] for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s"))
+def _doubts(t_s: Array, speed: Array, current: Array) -> tuple[str, ...]:
+    changes = speed_changes(t_s, speed, current)
+    doubts = []
+    if changes.decide and float(np.median(changes.accelerations)) > FASTEST_RAD_S2:
+        doubts.append(
+            f"the shaft accelerates with {np.median(changes.accelerations):.3g} rad/s^2, more than motors do: "
+            "is the time in seconds, and the speed in rad/s?"
+        )
+    work = work_share(speed, current)
+    if not changes.decide and work < MOSTLY_BRAKES:
+        doubts.append(
+            "the current brakes the shaft nearly all the time: unless a load drives it, the sign of iq_a is wrong"
+        )
+    return tuple(doubts)
+
+
+def _check_machine(columns: Mapping[str, Array]) -> Finding | None:
+    """Signs and exchanges that no machine allows: what voltages tell is told first, because it tells which column."""
+    found = None
+    if set(NEEDED) <= set(columns) and not any(is_constant(columns[name]) for name in NEEDED):
+        found = check_windings(columns)
+    if found is None:
+        changes = speed_changes(columns["t_s"], columns["speed_rad_s"], columns["iq_a"])
+        if changes.decide and changes.vote < 0.0:
+            data = f"flows against the change of the speed in {len(changes.slopes)} changes from one speed to another"
+            hint = "it looks like the opposite sign of iq_a, or of angle and speed: turn it (scale = -1 in MAP.toml)"
+            found = Finding("iq_a", data, "positive where it accelerates in positive direction", hint)
+    if found is None and "load_torque_nm" in columns:
+        found = check_load_sign(columns)
+    return found
+
+
+def check_against(path: Path, columns: Mapping[str, Array | None], model: Model) -> tuple[str, ...]:
+    """The numbers of a model show the units of what no other column shows; what stays in doubt is a remark."""
+    t_s, iq, theta, speed = (columns.get(name) for name in ("t_s", "iq_a", "theta_m_rad", "speed_rad_s"))
     shaft = speed if speed is not None else _rate(t_s, theta)
-    if t_s is None or iq is None or shaft is None or model.inertia_as2 <= 0.0:
-        return
-    factor, like = acceleration_factor(t_s, shaft, iq, SMOOTH_S if speed is not None else ANGLE_SMOOTH_S)
-    ratio = factor / model.inertia_as2
-    if not (like > -SIGN and ratio > 0.0):
-        return
+    if t_s is None or iq is None or shaft is None:
+        return ()
+    has_angle, has_speed = theta is not None, speed is not None
+    known = {name: column for name, column in columns.items() if column is not None}
+    ratios, sigmas = _ratios({**known, "speed_rad_s": shaft}, model)
+    found = check_scales(ratios, sigmas, model.pole_pairs or 1, has_angle, has_speed)
+    if found is None and "load_torque_nm" in known:
+        found = check_load_sign({**known, "speed_rad_s": shaft}, model.kt_nm_per_a)
+    if found is not None:
+        raise found.error(path)
+    if model.inertia_as2 <= 0.0:
+        return ()
+    ratio = ratios.get("inertia", math.nan)
+    if math.isnan(ratio):
+        factor, like = acceleration_factor(t_s, shaft, iq, SMOOTH_S if speed is not None else ANGLE_SMOOTH_S)
+        ratio = factor / model.inertia_as2 if like > -SIGN else math.nan
+    if not ratio > 0.0:
+        return ()
     units = {"iq_a in mA": 1e3}
     if theta is None:
         units |= {"speed_rad_s in r/min": 1.0 / RPM, "speed_rad_s in degrees per second": np.pi / 180.0}
-        units |= {"t_s in milliseconds": 1e3}
+        units |= {"t_s in milliseconds": 1e3, "speed_rad_s converted from r/min, though it was rad/s": RPM}
     if speed is None:
         units |= {"theta_m_rad in degrees": np.pi / 180.0, "theta_m_rad in turns": 2.0 * np.pi}
-    seen = [name for name, unit in units.items() if abs(ratio / unit - 1.0) < MATCH and not 0.2 < unit < 10.0]
+    seen = [name for name, unit in units.items() if abs(ratio / unit - 1.0) < MATCH and not 0.2 < unit < 8.0]
     if not seen and 1.0 / FACTOR < ratio < FACTOR:
-        return
+        remark = remark_on_inertia(ratio, model.pole_pairs or 1, has_angle, has_speed) if len(ratios) < 2 else None
+        return () if remark is None else (remark,)
     data = f"accelerates the shaft with {ratio:.3g} times the inertia of the model"
     hint = (
         f"the factor is that of {' or '.join(seen)}: convert it"
@@ -111,6 +173,23 @@ def check_against(path: Path, columns: Mapping[str, Array | None], model: Model)
         else "are current, speed and model in SI units?"
     )
     raise Finding("iq_a", data, "what the model's inertia asks for", hint).error(path)
+
+
+def _ratios(columns: Mapping[str, Array], model: Model) -> tuple[dict[str, float], dict[str, float]]:
+    """What the log says of the machine over what the model says, and how sure that is."""
+    ratios: dict[str, float] = {}
+    sigmas: dict[str, float] = {}
+    changes = speed_changes(columns["t_s"], columns["speed_rad_s"], columns["iq_a"])
+    if changes.decide and model.inertia_as2 > 0.0:
+        ratios["inertia"] = changes.slope / model.inertia_as2
+        sigmas["inertia"] = changes.scatter
+    windings = measured_windings(columns) if set(NEEDED) <= set(columns) else None
+    numbers = model.windings()
+    if windings is not None and numbers is not None:
+        for name, value in windings.items():
+            if numbers.get(name, 0.0) > 0.0:
+                ratios[name] = value / numbers[name]
+    return ratios, sigmas
 
 
 def _rate(t_s: Array | None, theta: Array | None) -> Array | None:

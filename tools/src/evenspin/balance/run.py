@@ -54,13 +54,14 @@ def run_balance(
     """
     nominal = read_nominal(model) if model is not None else None
     log = read_log(log_path)
+    remarks: tuple[str, ...] = ()
     if nominal is not None:
         names = ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")
-        check_against(log_path, {name: getattr(log, name) for name in names}, nominal)
+        remarks = check_against(log_path, {**{name: getattr(log, name) for name in names}, **log.beside}, nominal)
     other_columns = read_other_columns(log_path, nominal)
     analysis = analyse(log, nominal, progress, other_columns)
     verdict = judge(analysis)
-    verdict.warnings += other_columns.remarks
+    verdict.warnings += [*remarks, *other_columns.remarks]
     content = verdict_json(analysis, verdict)
     if out_dir is not None:
         _write(out_dir, analysis, verdict, content, command or f"evenspin gap {log_path}")

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from evenspin.bench.client import Drive, parse_value
 from evenspin.bench.config import read_config, shortest
 from evenspin.bench.errors import DriveFaultError
-from evenspin.bench.hand import Hand
 from evenspin.bench.numbers import Mode, State, Trigger
+from evenspin.bench.operator import Operator
 from evenspin.bench.origin import Number, check_known, rests_on
 from evenspin.errors import InputError, did_you_mean
 from evenspin.identify.estimate import linear
@@ -33,13 +33,13 @@ Array = NDArray[np.float64]
 Progress = Callable[[float], None]  # part that is done, 0 to 1
 
 TURN_RAD = 2.0 * math.pi
-LOOK_S = 1.0
+OBSERVE_S = 1.0
 OFFSET_PART = 0.005  # of the current limit: an offset beyond this makes a first-order ripple worth the care
 CALIBRATION_PERIODS = 4096
 TEST_CURRENT = (0.15, 0.30)  # of the current limit
 HOLD_S = 0.2
 STEP_ROWS = 400
-SWING_RAD = 0.3  # that tells a direction
+SWING_RAD = 0.3  # that shows a direction
 SWING_S = 0.4
 ENCODER_LIMIT_RAD = 0.035  # 2 degrees: a torque loss of 0.06 %
 TOP_PART = 0.15  # of the speed at which the back-EMF fills the dc link
@@ -93,12 +93,12 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Procedure:
-    """What a person is told before it begins."""
+    """Shown to the operator before it begins."""
 
     name: str
     goal: str
     moves: str
-    work: Callable[[Drive, Hand, Progress], Found]
+    work: Callable[[Drive, Operator, Progress], Found]
     rests_on: tuple[str, ...] = ()  # motor data of the drive that the result is calculated with
 
 
@@ -118,13 +118,13 @@ class Calibration:
 
     @property
     def lines(self) -> list[str]:
-        """What a person is told: where the numbers come from, then each verdict."""
+        """Shown to the operator afterwards: where the numbers come from, then each verdict."""
         unsure = [number for number in self.inputs if not number.sure]
-        told = [f"calculated with {number}" for number in self.inputs]
+        lines = [f"calculated with {number}" for number in self.inputs]
         for verdict in self.found.verdicts:
             assumed = ", ".join(number.name for number in unsure)
-            told.append(f"{verdict.given}; NOT GOOD: assumes the default of {assumed}" if unsure else str(verdict))
-        return [*told, *(f"{number.name}: {number.first}" for number in unsure)]
+            lines.append(f"{verdict.given}; NOT GOOD: assumes the default of {assumed}" if unsure else str(verdict))
+        return [*lines, *(f"{number.name}: {number.first}" for number in unsure)]
 
 
 def procedure(name: str) -> Procedure:
@@ -133,27 +133,29 @@ def procedure(name: str) -> Procedure:
     return PROCEDURES[name]
 
 
-def inputs_of(drive: Drive, hand: Hand, name: str, known: Collection[str] = ()) -> tuple[Number, ...]:
+def inputs_of(drive: Drive, operator: Operator, name: str, known: Collection[str] = ()) -> tuple[Number, ...]:
     """Motor data that the result of this procedure will rest on, and where they come from."""
     check_known(known)
-    return rests_on(drive, procedure(name).rests_on, hand.told(), known)
+    return rests_on(drive, procedure(name).rests_on, operator.model_parameters(), known)
 
 
-def calibrate(drive: Drive, hand: Hand, name: str, progress: Progress, known: Collection[str] = ()) -> Calibration:
+def calibrate(
+    drive: Drive, operator: Operator, name: str, progress: Progress, known: Collection[str] = ()
+) -> Calibration:
     """Do it; what was found is stored in the drive when it is good, and the motor is stopped.
 
     `known`: parameters whose default is right for this motor.
     """
     wanted = procedure(name)
     drive.need_no_fault()
-    inputs = inputs_of(drive, hand, name, known)
+    inputs = inputs_of(drive, operator, name, known)
     all_before = drive.get()
     try:
-        found = wanted.work(drive, hand, progress)
+        found = wanted.work(drive, operator, progress)
     finally:
         if not drive.link.lost:
             _halt(drive)
-            hand.lock(False)
+            operator.lock(False)
     before = {key: all_before[key] for key in found.parameters}
     done = Calibration(name, found, before, inputs)
     drive.set(found.parameters if done.good else before)
@@ -170,13 +172,13 @@ def keep(drive: Drive, done: Calibration) -> None:
 # ---- the procedures
 
 
-def _offsets(drive: Drive, hand: Hand, progress: Progress) -> Found:
+def _offsets(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """The bridge is off: what the sensors show is their offset."""
     names = ("ia_a", "ib_a", "state")
     if drive.state().state != State.READY:
         raise DriveFaultError("offsets: the drive is not ready; stop it first")
     with drive.stream(names, rate_hz=1000.0) as stream:
-        values = stream.read_rows(round(LOOK_S * 1000.0)).astype(float)
+        values = stream.read_rows(round(OBSERVE_S * 1000.0)).astype(float)
     progress(1.0)
     limit_a = OFFSET_PART * drive.get(["iq_limit_a"])["iq_limit_a"]
     offsets = values[:, :2].mean(axis=0)
@@ -193,17 +195,17 @@ def _offsets(drive: Drive, hand: Hand, progress: Progress) -> Found:
     return Found(verdicts, {}, note)
 
 
-def _encoder(drive: Drive, hand: Hand, progress: Progress) -> Found:
+def _encoder(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Direction from a push of torque, commutation angle from the direction of the back-EMF."""
     drive.find_zero()
-    with _settings(drive, speed_source="pll", method="pi"):
+    with _settings(drive, speed_source="pll", method="pi", disturbance_observer="none"):
         limit_a = drive.get(["iq_limit_a"])["iq_limit_a"]
         swing_rad, torque_a = _push(drive, limit_a)
         progress(0.3)
         forward = math.copysign(1.0, swing_rad)
-        verdicts = [Verdict(f"way of the rotor under {torque_a:.3g} A", swing_rad, "rad", 0.5 * SWING_RAD, 100.0)]
+        verdicts = [Verdict(f"travel of the rotor under {torque_a:.3g} A", swing_rad, "rad", 0.5 * SWING_RAD, 100.0)]
         if forward < 0.0:
-            note = "set encoder_reversed the other way, and calibrate again"
+            note = "set encoder_reversed to the opposite, and calibrate again"
             return Found(verdicts, {}, note)
         speed = _top_speed(drive)
         emf = []
@@ -215,7 +217,7 @@ def _encoder(drive: Drive, hand: Hand, progress: Progress) -> Found:
     flux_wb = float(np.mean(np.abs(emf)))
     offset = drive.get(["encoder_offset_rad"])["encoder_offset_rad"]
     turned = math.remainder(offset - error_rad, TURN_RAD)
-    # A direction tells only half: both are asked for the same angle.
+    # One direction is not enough: both must give the same angle.
     spread = abs(angles[0] - angles[1])
     verdicts += [
         Verdict("commutation error that was found", error_rad, "rad electrical", -1.0, 1.0),
@@ -223,12 +225,12 @@ def _encoder(drive: Drive, hand: Hand, progress: Progress) -> Found:
         Verdict("flux linkage", flux_wb, "Wb", *_range(drive, "motor_psi_wb")),
     ]
     aligned = drive.get(["align_periods"])["align_periods"] > 0.0
-    note = "the alignment in the first start finds the angle anew: encoder_offset_rad acts when align_periods = 0"
+    note = "the alignment in the first start finds the angle again: encoder_offset_rad acts when align_periods = 0"
     return Found(verdicts, {"encoder_offset_rad": turned, "motor_psi_wb": flux_wb}, note if aligned else "")
 
 
 def _push(drive: Drive, limit_a: float) -> tuple[float, float]:
-    """Torque, more and more, until the rotor has turned far enough to tell the way."""
+    """Rising torque until the rotor has turned far enough to show its direction."""
     _halt(drive)
     for part in (0.05, 0.1, 0.2, 0.4):
         torque_a = part * limit_a
@@ -239,12 +241,12 @@ def _push(drive: Drive, limit_a: float) -> tuple[float, float]:
             while len(theta) < SWING_S * 1000.0:
                 block = stream.read(1.0)
                 theta += block.values[:, 0].tolist() if block is not None else []
-                way = float(np.unwrap(theta)[-1] - theta[0]) if theta else 0.0
-                if abs(way) > SWING_RAD:
+                travel = float(np.unwrap(theta)[-1] - theta[0]) if theta else 0.0
+                if abs(travel) > SWING_RAD:
                     break
             _halt(drive)
-        if abs(way) > 0.5 * SWING_RAD:
-            return way, torque_a
+        if abs(travel) > 0.5 * SWING_RAD:
+            return travel, torque_a
     raise DriveFaultError(
         f"encoder: the rotor does not turn under {torque_a:.3g} A: is it locked, does a phase hang loose, does the "
         "encoder count backwards (try encoder_reversed), or is the electrical zero far off (try align_periods)?"
@@ -268,10 +270,10 @@ def _emf(drive: Drive, speed_rad_s: float) -> complex:
     return complex(emf_q, emf_d) / electrical
 
 
-def _rl(drive: Drive, hand: Hand, progress: Progress) -> Found:
+def _rl(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Resistance and inductances from current steps with the rotor locked; two levels, so that dead time drops out."""
     drive.find_zero()
-    hand.lock(True)
+    operator.lock(True)
     with _settings(drive, current_controller="pi"):
         limit_a = drive.get(["iq_limit_a"])["iq_limit_a"]
         low, high = (part * limit_a for part in TEST_CURRENT)
@@ -328,18 +330,18 @@ def _axis(drive: Drive, axis: str, low_a: float, high_a: float) -> tuple[float, 
     return resistance, -resistance / drive.info.pwm_hz / math.log(a)
 
 
-def _mechanics(drive: Drive, hand: Hand, progress: Progress) -> Found:
+def _mechanics(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Friction from constant speeds in both directions, inertia from ramps."""
     drive.find_zero()
-    with _settings(drive, method="pi", speed_source="pll"):
+    with _settings(drive, method="pi", disturbance_observer="none", speed_source="pll"):
         top = _top_speed(drive)
         speeds = [part * top for part in FRICTION_PARTS]
         stretches = [(sign * v, 1.2 * TURN_RAD / v + 0.6) for sign in (1.0, -1.0) for v in speeds]
         total = sum(seconds for _, seconds in stretches) + RAMPS * RAMP_S + 1.0
         stairs = _record(drive, "friction", stretches, lambda s: progress(s / total))
-        rest = total - RAMPS * RAMP_S - 1.0
+        earlier_s = total - RAMPS * RAMP_S - 1.0
         ramps = [(part * top, 0.0) for _ in range(RAMPS // 2) for part in (1.0, 0.25)]
-        run = _record_ramps(drive, "inertia", 0.25 * top, ramps, lambda s: progress((rest + s) / total))
+        run = _record_ramps(drive, "inertia", 0.25 * top, ramps, lambda s: progress((earlier_s + s) / total))
     points = friction_points([stairs])
     speed = np.array([point.speed_rad_s for point in points])
     torque = np.array([point.torque_nm for point in points])
@@ -360,12 +362,12 @@ def _mechanics(drive: Drive, hand: Hand, progress: Progress) -> Found:
     return Found(verdicts, parameters)
 
 
-def _cogging(drive: Drive, hand: Hand, progress: Progress) -> Found:
+def _cogging(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Torque over the angle from slow turns: the lines that robust driving control feeds forward.
 
     What the speed loop lets through as ripple of the speed is added as torque of the known inertia.
     """
-    with _settings(drive, method="pi", speed_source="pll"):
+    with _settings(drive, method="pi", disturbance_observer="none", speed_source="pll"):
         inertia = drive.get(["observer_inertia_kgm2"])["observer_inertia_kgm2"]
         seconds = SLOW_TURNS * TURN_RAD / SLOW_RAD_S + 1.0
         run = _record(drive, "cogging", [(SLOW_RAD_S, seconds)], lambda s: progress(s / seconds), inertia)
@@ -381,14 +383,14 @@ def _cogging(drive: Drive, hand: Hand, progress: Progress) -> Found:
     return Found(verdicts, cleared | lines, "acts with position_method = rdc")
 
 
-def _learning(drive: Drive, hand: Hand, progress: Progress) -> Found:
+def _learning(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """The angle observer learns the torque ripple; how even the speed is without it and with it."""
     pi, aro = (parse_value(drive.parameters["method"], word) for word in ("pi", "aro"))
-    before = drive.get(["method"])
+    before = drive.get(["method", "disturbance_observer"])
     speed = LEARN_PART * _top_speed(drive)
     seconds = LEARN_TURNS * TURN_RAD / speed
     try:
-        drive.set({"method": pi})
+        drive.set({"method": pi, "disturbance_observer": 0.0})
         drive.run_speed(speed)
         drive.sleep(1.0)
         uneven = _ripple(drive, speed)
@@ -425,7 +427,7 @@ PROCEDURES = {
     for each in (
         Procedure("offsets", "What the current sensors show when no current flows.", "Nothing moves.", _offsets),
         Procedure(
-            "encoder", "Whether the encoder counts the right way, where the magnets are, and their flux. After rl.",
+            "encoder", "Direction of the encoder, where the magnets are, and their flux. After rl.",
             "The rotor turns: a push, then some seconds in both directions. The shaft must be free.", _encoder,
             ("motor_resistance_ohm", "motor_ld_h", "motor_lq_h"),
         ),
@@ -482,7 +484,7 @@ def _top_speed(drive: Drive) -> float:
 
 
 def _halt(drive: Drive) -> None:
-    """Brake when it runs, else wait until it has coasted; then the bridge is off and the rotor rests, or nearly."""
+    """Brake when it runs, else wait until it has coasted; then the bridge is off and the rotor stands, or nearly."""
     if drive.state().state == State.RUN:
         drive.setpoint(Mode.SPEED)
     for _ in range(250):

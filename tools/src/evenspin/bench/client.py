@@ -1,4 +1,4 @@
-"""A drive as an object: connect, look, tune, run, record. What a person at a bench does, one call each.
+"""A drive as an object: connect, read, tune, run, record. What a person at a bench does, one call each.
 
     with Drive.connect("/dev/ttyUSB0") as drive:
         drive.set({"speed_kp_a_per_unit": 0.04})
@@ -109,7 +109,7 @@ class Drive:
     def connect(cls, port: str | None = None, *, reconnect_s: float = 0.0, on_event: OnEvent | None = None) -> Drive:
         """Open a port (None: the only one there is) and greet the drive.
 
-        `reconnect_s`: how long to look for a drive that was unplugged; what was asked is then asked again, except
+        `reconnect_s`: how long to search for a drive that was unplugged; what was asked is then asked again, except
         to start. `on_event` is called when state or fault change, by the thread that reads: it must not ask.
         """
         name = choose_port(port)
@@ -199,7 +199,7 @@ class Drive:
             self.link.close()
 
     def try_again(self) -> bool:
-        """After the link was lost: look for the drive until `reconnect_s` have passed. The motor has stopped by then,
+        """After the link was lost: search for the drive until `reconnect_s` have passed. The motor has stopped by then,
         and nothing starts it again but the caller."""
         if self.reconnect_s <= 0.0 or self._closed:
             return False
@@ -242,7 +242,7 @@ class Drive:
         if not self.info.may_write:
             raise ReadOnlyError(f"{what}: this drive can only be read: {self.read_only_reason}")
 
-    # ---- looking
+    # ---- reading
 
     @property
     def parameters(self) -> Mapping[str, Field]:
@@ -331,9 +331,9 @@ class Drive:
             text = why_not(self.parameters, self.get(), values, error.parameter, state=now, numeric=numeric)
         except NativeError:  # firmware of another kind than this computer has
             return error
-        told = RefusedError(text, "set")
-        told.parameter = error.parameter
-        return told
+        refused = RefusedError(text, "set")
+        refused.parameter = error.parameter
+        return refused
 
     def save(self) -> None:
         """Keep the parameters over a power cycle."""
@@ -401,7 +401,7 @@ class Drive:
             now = self.state()
             if now.state == State.RUN and seen:
                 return
-            seen = now.state == State.RUN  # look twice: what protects a running bridge trips in its first period
+            seen = now.state == State.RUN  # read twice: what protects a running bridge trips in its first period
             if now.state == State.FAULT:
                 raise DriveFaultError(messages.fault_text(self.schema, now.fault, now.detail))
             if progress is not None:
@@ -430,7 +430,7 @@ class Drive:
 
     def stop_at_once(self) -> None:
         """Stop and disarm, past a request of another thread that takes long, such as fetching a capture; a start that
-        is on its way then finds the drive disarmed. Over a lost link it is a LinkLostError at once: the drive stops by
+        in transit then finds the drive disarmed. Over a lost link it is a LinkLostError at once: the drive stops by
         its own timeout."""
         self.link.keep_alive = False
         frame = self.link.ask_at_once(Ask.COMMAND, struct.pack("<H", list(self.schema.commands).index("disarm")))
@@ -534,7 +534,7 @@ class Drive:
     def read_capture(
         self, timeout_s: float = 10.0, recorder: int = CAPTURES, progress: Callable[[float], None] | None = None
     ) -> Capture:
-        """Wait until it is complete and fetch it; `progress` is told the part that is here, 0 to 1."""
+        """Wait until it is complete and fetch it; `progress` gets the part that has arrived, 0 to 1."""
         clock = self.link.transport.clock
         until_s = clock() + timeout_s
         state = self.capture_state(recorder)

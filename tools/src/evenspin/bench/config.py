@@ -121,4 +121,4 @@ def _number(document: Document, drive: Drive, name: str, value: object) -> float
 
 
 def diff_error(path: Path) -> InputError:
-    return InputError(path, "schema", "another firmware", "of this drive's firmware", "pull anew, or give --force")
+    return InputError(path, "schema", "another firmware", "of this drive's firmware", "pull again, or give --force")

@@ -18,7 +18,7 @@ class PlacedError(EvenspinError):
 
 
 class NoDeviceError(PlacedError):
-    """There is no drive where one was looked for, or it does not answer."""
+    """There is no drive where one was expected, or it does not answer."""
 
     exit_code = 3
 
@@ -28,10 +28,10 @@ class LinkLostError(NoDeviceError):
 
 
 class RefusedError(PlacedError):
-    """The drive understood and said no. `parameter`: the one whose rule was broken, when the drive named one."""
+    """The drive refused the request. `parameter`: the one whose rule was broken, when the drive named one."""
 
     parameter: str = ""
-    busy: bool = False  # an earlier change is under way: asking again will do
+    busy: bool = False  # an earlier change is in progress: ask again
 
 
 class ReadOnlyError(RefusedError):

@@ -56,7 +56,7 @@ class Decoder:
         self.bad = 0
 
     def feed(self, octets: bytes) -> list[Frame]:
-        *closed, rest = (self._open + octets).split(DELIMITER)
+        *closed, remainder = (self._open + octets).split(DELIMITER)
         found = []
         for number, wire in enumerate(closed):
             flooded, self._flood = self._flood and number == 0, False
@@ -67,7 +67,7 @@ class Decoder:
                 self.bad += 1
             else:
                 found.append(frame)
-        if len(rest) > MAX_WIRE:
-            self._flood, rest = True, b""
-        self._open = rest
+        if len(remainder) > MAX_WIRE:
+            self._flood, remainder = True, b""
+        self._open = remainder
         return found

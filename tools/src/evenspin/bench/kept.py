@@ -75,20 +75,20 @@ def refuse_rescued(place: Path, force: bool) -> None:
 
 @contextlib.contextmanager
 def room_for(place: Path) -> Iterator[None]:
-    """What `refuse_rescued` has let pass steps aside while something new is recorded there, and goes when that holds a
-    row; else it comes back."""
-    aside = place.with_name(f".{place.name}.replaced")
+    """What `refuse_rescued` has let pass is moved away while something new is recorded there. It is removed when that
+    holds a row; else it comes back."""
+    replaced = place.with_name(f".{place.name}.replaced")
     if place.exists():
-        _away(aside)
-        place.rename(aside)
+        _away(replaced)
+        place.rename(replaced)
     try:
         yield
     finally:
-        if aside.exists() and any(rows_in(raw) for raw in recordings_in(place)):
-            _away(aside)
-        elif aside.exists():
+        if replaced.exists() and any(rows_in(raw) for raw in recordings_in(place)):
+            _away(replaced)
+        elif replaced.exists():
             _away(place)
-            aside.rename(place)
+            replaced.rename(place)
 
 
 def _away(place: Path) -> None:
@@ -107,7 +107,7 @@ def _is_ours(place: Path) -> bool:
 
 @contextlib.contextmanager
 def keeping(place: Path, also: Callable[[], str] = str) -> Iterator[None]:
-    """An error in this block says where the recording is. `also`: another way to what is not in a file."""
+    """An error in this block says where the recording is. `also`: another source of what is not in a file."""
     try:
         yield
     except (EvenspinError, OSError, KeyboardInterrupt) as error:

@@ -60,12 +60,12 @@ class Link:
         return next(iter(self.ask_all([(kind, payload)], timeout_s)))
 
     def ask_at_once(self, kind: Ask, payload: bytes = b"", timeout_s: float = ANSWER_S) -> Frame:
-        """As `ask`, but past whatever another thread is asking for: for what must not wait, such as a stop. It is one
-        request more under way than the drive promises to hold; if it finds no room it is asked again."""
+        """`ask` past the requests of other threads: for what must not wait, such as a stop. It is one
+        request more in flight than the drive promises to hold; if it finds no room it is asked again."""
         return self._answer(self._send(kind, payload), kind, payload, timeout_s)
 
     def ask_all(self, requests: Sequence[tuple[Ask, bytes]], timeout_s: float = ANSWER_S) -> Iterator[Frame]:
-        """Several requests, as many under way as the drive takes; the answers in the order of the requests."""
+        """Several requests, as many in flight as the drive takes; the answers in the order of the requests."""
         with self._asking:
             under_way: list[tuple[int, Ask, bytes]] = []
             for kind, payload in requests:

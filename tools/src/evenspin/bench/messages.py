@@ -46,7 +46,7 @@ STREAM, EVENT = 0x40, 0x41  # what the drive sends by itself
 
 
 class Reader:
-    """Takes a payload apart, from its start to its end."""
+    """Reads a payload field by field, from its start to its end."""
 
     def __init__(self, payload: bytes) -> None:
         self._payload = payload
@@ -72,7 +72,7 @@ class Reader:
 
 @dataclass(frozen=True, slots=True)
 class Info:
-    """What the drive said of itself when it was greeted."""
+    """What the drive reports about itself on connection."""
 
     version: int
     schema: int
@@ -223,17 +223,18 @@ _REFUSALS = {
     1: ("unknown", "this request; use a client of the version of the firmware"),
     2: ("length", "a message of this length; use a client of the version of the firmware"),
     3: ("index", "this number"),
-    6: ("busy", "anything while an earlier change is under way; ask again"),
+    6: ("busy", "anything while an earlier change is in progress; ask again"),
     7: ("state", "this now"),
     8: ("schema", "writing: this firmware was built from other lists of parameters and signals; install the package "
                   "of the firmware's version, or flash the firmware of this package"),
-    9: ("not_armed", "a start that was not armed; a fault or a lost link disarms: look, then start again"),
+    9: ("not_armed", "a start that was not armed; a fault or a lost link disarms: check, then start again"),
     10: ("unsupported", "this: the board does not have it"),
     11: ("storage", "that: reading or writing the storage failed; the older save is still there"),
     12: ("nothing_stored", "that: nothing was saved with this firmware's lists; save first"),
 }  # fmt: skip
 
 
+MODE_POSITION = 2.0
 SETPOINT_FIELDS = ("mode", "speed_ref_rad_s", "id_ref_a", "iq_ref_a", "target_turns", "target_rad")
 
 
@@ -249,6 +250,12 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
     if code == 4:
         at = int(field)
         name = SETPOINT_FIELDS[at] if request == Ask.SETPOINT and at < len(SETPOINT_FIELDS) else f"field {at}"
+        if name == "mode" and high < MODE_POSITION:
+            return RefusedError(
+                "mode = position does not go with the drive's method: repetitive control (crc, forc, fal-forc) "
+                "corrects the speed loop; stop and set method = pi, or position_method = src",
+                what,
+            )
         return RefusedError(f"{name}: must be within {low:g} .. {high:g}, the limits in force", what)
     if code == 13:
         return RefusedError(f"{field} is more than there is room for: at most {high:g}", what)

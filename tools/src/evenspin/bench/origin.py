@@ -1,7 +1,7 @@
 """Where a motor number that a drive holds came from.
 
-The link carries values, no history. So a value that the model of a virtual drive told it is from the model; one that
-differs from the firmware's default was set or stored by somebody; one that equals the default and was told by nobody
+The link carries values, no history. So a value that the model of a virtual drive gave it is from the model; one that
+differs from the firmware's default was set or stored by somebody; one that equals the default and was given by nobody
 is the default, and nobody has measured it. A person can say that a default is right for this motor (`known`).
 """
 
@@ -25,7 +25,7 @@ MEASURED_BY = {
     "observer_inertia_kgm2": "mechanics",
     "observer_viscous_nms": "mechanics",
 }
-# Counts per turn and pole pairs: one that is not the default shows that somebody has looked at the motor.
+# Counts per turn and pole pairs: one that is not the default shows that somebody has set up the motor.
 NAME_PLATE = ("pole_pairs", "encoder_counts")
 
 
@@ -52,8 +52,12 @@ class Number:
     @property
     def first(self) -> str:
         """What to do about a default."""
-        way = MEASURED_BY.get(self.name)
-        do = f"`evenspin bench calibrate {way}` measures it" if way else f"set {' and '.join(NAME_PLATE)} first"
+        procedure = MEASURED_BY.get(self.name)
+        do = (
+            f"`evenspin bench calibrate {procedure}` measures it"
+            if procedure
+            else f"set {' and '.join(NAME_PLATE)} first"
+        )
         return f"{do}, or --known {self.name} when the default is right for this motor"
 
     def __str__(self) -> str:
@@ -62,13 +66,13 @@ class Number:
 
 
 def numbers_of(
-    drive: Drive, names: Sequence[str], told: Mapping[str, float], known: Collection[str] = ()
+    drive: Drive, names: Sequence[str], model_parameters: Mapping[str, float], known: Collection[str] = ()
 ) -> tuple[Number, ...]:
-    """`told`: what the model of a virtual drive gave it; `known`: defaults that a person answers for."""
+    """`model_parameters`: given by the model of a virtual drive; `known`: defaults that a person answers for."""
     found = []
     for name, value in drive.get(names).items():
         field = drive.parameters[name]
-        if name in told and _same(value, told[name]):
+        if name in model_parameters and _same(value, model_parameters[name]):
             origin = Origin.MODEL
         elif not _same(value, field.default):
             origin = Origin.STORED
@@ -79,13 +83,16 @@ def numbers_of(
 
 
 def rests_on(
-    drive: Drive, names: Sequence[str], told: Mapping[str, float], known: Collection[str] = ()
+    drive: Drive, names: Sequence[str], model_parameters: Mapping[str, float], known: Collection[str] = ()
 ) -> tuple[Number, ...]:
-    """The same for a result that needs the torque or the angle of the motor: the name plate belongs to it."""
+    """`numbers_of` for a result that needs the torque or the angle of the motor: with the name plate."""
     if not names:
         return ()
-    plate = numbers_of(drive, NAME_PLATE, told, known)
-    return (*(plate if not any(number.sure for number in plate) else ()), *numbers_of(drive, names, told, known))
+    plate = numbers_of(drive, NAME_PLATE, model_parameters, known)
+    return (
+        *(plate if not any(number.sure for number in plate) else ()),
+        *numbers_of(drive, names, model_parameters, known),
+    )
 
 
 def check_known(known: Collection[str]) -> None:

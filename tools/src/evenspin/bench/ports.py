@@ -74,7 +74,7 @@ def open_transport(name: str) -> Transport:
 def check_port(name: str | None) -> None:
     """Refuse what can never be a port, without opening it."""
     if name is None or name.startswith(SIM):
-        return  # `virtual_drive` looks at these
+        return  # `virtual_drive` checks these
     if name.startswith(SOCKET):
         _address(name)
     elif "://" in name:

@@ -66,8 +66,8 @@ class RawWriter:
         if zero is not None:
             metadata["zero"] = str(zero)
         self._channel = self._writer.register_channel(TOPIC, ENCODING, schema, metadata)
-        told = self._writer.register_schema(EVENT_SCHEMA, "jsonschema", b'{"type": "object"}')
-        self._events = self._writer.register_channel(EVENTS, JSON, told)
+        schema_id = self._writer.register_schema(EVENT_SCHEMA, "jsonschema", b'{"type": "object"}')
+        self._events = self._writer.register_channel(EVENTS, JSON, schema_id)
         self._count = 0
         self._flushed_s = time.monotonic()
 

@@ -35,10 +35,10 @@ class Recorded:
 
     def as_json(self) -> dict[str, Any]:
         """For a manifest and for scripts."""
-        told = [{"t_s": self.t_s(each), **each.as_json()} for each in self.happened]
-        trip = next((each for each in told if "fault" in each), None)
+        events = [{"t_s": self.t_s(each), **each.as_json()} for each in self.happened]
+        trip = next((each for each in events if "fault" in each), None)
         content = {"rows": self.rows, "lost_rows": self.lost_rows, "reconnects": self.reconnects}
-        return content | {"trip": trip, "events": told}
+        return content | {"trip": trip, "events": events}
 
 
 def record(
@@ -52,7 +52,7 @@ def record(
     progress: Callable[[float], None],
     tripped: Callable[[float, Happened], None],
 ) -> Recorded:
-    """Until `seconds` have passed (0: until Ctrl-C). A trip does not end it; `tripped` is told at once, with the time
+    """Until `seconds` have passed (0: until Ctrl-C). A trip does not end it; `tripped` is called at once, with the time
     from the first row."""
     first: int | None = None
     rows = last = 0
@@ -79,7 +79,7 @@ def record(
                         file.write(block)
                         rows += len(block)
                         progress(rows * per_row_s)
-                    note(watch.news(last))
+                    note(watch.new_events(last))
             note(watch.close(last))
         return Recorded(
             rows, stream.lost_rows, stream.reconnects, first or 0, float(drive.info.pwm_hz), tuple(watch.all)

@@ -89,8 +89,8 @@ def _against(fields: Mapping[str, Field], asked: Values, other: str, value: floa
 def _others(fields: Mapping[str, Field], changed: Values, culprit: str) -> Sequence[str]:
     """Numbers of the same unit first: limits are mostly compared with their like. Choices switch whole rules off."""
     unit = fields[culprit].unit
-    rest = [name for name in fields if name not in changed]
-    return sorted(rest, key=lambda name: (fields[name].kind in ("choice", "flag"), fields[name].unit != unit))
+    others = [name for name in fields if name not in changed]
+    return sorted(others, key=lambda name: (fields[name].kind in ("choice", "flag"), fields[name].unit != unit))
 
 
 def _ends(field: Field, now: float) -> Iterator[float]:

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from evenspin.bench.client import Drive
 from evenspin.bench.errors import DriveFaultError, LeftOutError, LostSamplesError
 from evenspin.bench.experiments import ExperimentList
-from evenspin.bench.hand import Hand
 from evenspin.bench.numbers import Mode, State, Trigger
+from evenspin.bench.operator import Operator
 from evenspin.bench.raw import RawWriter
 from evenspin.bench.recorder import raw_writer
 from evenspin.bench.stream import Block
@@ -64,16 +64,16 @@ class Performed:
 
 
 def perform(
-    drive: Drive, hand: Hand, what: ExperimentList, progress: Progress, say: Say, raw: Path | None = None
+    drive: Drive, operator: Operator, what: ExperimentList, progress: Progress, say: Say, raw: Path | None = None
 ) -> Performed:
-    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must look first. What is complete is kept.
+    """Do them all. A fault, a lost link or Ctrl-C ends the list: a person must check first. What is complete is kept.
 
     `raw`: a folder for NAME.mcap of each experiment, written while it runs.
     """
     records: dict[str, Record] = {}
     left_out: dict[str, str] = {}
     rates: dict[str, float] = {}
-    ways: dict[str, str] = {}
+    logged_by: dict[str, str] = {}
     ended_by: BaseException | None = None
     ended_in = ""
     tripped: dict[str, Any] | None = None
@@ -82,21 +82,21 @@ def perform(
         for experiment in what.experiments:
             progress(experiment.name, done_s)
             try:
-                if experiment.needs_load_machine and not hand.has_load_machine:
+                if experiment.needs_load_machine and not operator.has_load_machine:
                     raise LeftOutError("it needs a load machine")
-                way = how_to_log(drive, experiment)
-                if way.note:
-                    say(f"{experiment.name}: {way.note}")
+                logging = how_to_log(drive, experiment)
+                if logging.note:
+                    say(f"{experiment.name}: {logging.note}")
 
-                def told(seconds: float, name: str = experiment.name, before_s: float = done_s) -> None:
+                def advance(seconds: float, name: str = experiment.name, before_s: float = done_s) -> None:
                     progress(name, before_s + seconds)
 
-                if way.captures:
-                    records[experiment.name] = _by_captures(drive, hand, experiment, way.rate_hz, told, raw)
+                if logging.captures:
+                    records[experiment.name] = _by_captures(drive, operator, experiment, logging.rate_hz, advance, raw)
                 else:
-                    records[experiment.name] = _by_stream(drive, hand, experiment, way.rate_hz, told, raw)
-                rates[experiment.name] = way.rate_hz
-                ways[experiment.name] = "captures" if way.captures else "stream"
+                    records[experiment.name] = _by_stream(drive, operator, experiment, logging.rate_hz, advance, raw)
+                rates[experiment.name] = logging.rate_hz
+                logged_by[experiment.name] = "captures" if logging.captures else "stream"
             except LeftOutError as error:
                 left_out[experiment.name] = str(error)
                 say(f"{experiment.name}: left out: {error}")
@@ -113,7 +113,7 @@ def perform(
                          "a load machine or another list")  # fmt: skip
     meta = _meta(drive, what, parameters, list(records))
     switched = {e.name: e.current_from_s for e in what.experiments if e.current_from_s is not None}
-    meta |= {"current_mode_from_s": switched, "log_rate_hz": rates, "logged_by": ways, "left_out": left_out}
+    meta |= {"current_mode_from_s": switched, "log_rate_hz": rates, "logged_by": logged_by, "left_out": left_out}
     if ended_by is not None:
         text = str(ended_by) or "interrupted"
         meta["ended_by"] = text if text.startswith(ended_in) else f"{ended_in}: {text}"
@@ -126,7 +126,7 @@ def perform(
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class Logging:
     """How an experiment is logged. `note`: what the person has to know."""
 
     rate_hz: float
@@ -140,22 +140,22 @@ def stream_octets_s(signals: int, rate_hz: float) -> float:
     return rate_hz / rows * (FRAME_REST + 4 * signals * rows)
 
 
-def how_to_log(drive: Drive, experiment: Experiment) -> Way:
-    """As a stream at the wanted rate when the link carries it; else captured step by step, or at a lower rate."""
+def how_to_log(drive: Drive, experiment: Experiment) -> Logging:
+    """A stream at the wanted rate when the link carries it; else captures step by step, or a lower rate."""
     line = drive.link.transport.octets_per_s
     room = min(STREAM_OCTETS_S, LINE_LOAD * line if line is not None else STREAM_OCTETS_S)
     need = stream_octets_s(len(STREAMED), experiment.log_rate_hz)
     if need <= room:
-        return Way(experiment.log_rate_hz, False, "")
+        return Logging(experiment.log_rate_hz, False, "")
     why = (
         f"{len(STREAMED)} signals at {experiment.log_rate_hz:g} Hz are {need / 1000:.0f} kB/s, the link carries "
         f"{room / 1000:.0f} kB/s"
     )
     if experiment.rotor_locked and experiment.mode == "current":
-        return Way(experiment.log_rate_hz, True, f"{why}: each step is captured in the drive and fetched after it")
+        return Logging(experiment.log_rate_hz, True, f"{why}: each step is captured in the drive and fetched after it")
     for rate_hz in RATES_HZ:
         if rate_hz < experiment.log_rate_hz and stream_octets_s(len(STREAMED), rate_hz) <= room:
-            return Way(rate_hz, False, f"{why}: logged at {rate_hz:g} Hz")
+            return Logging(rate_hz, False, f"{why}: logged at {rate_hz:g} Hz")
     raise InputError("bench run", "--port", drive.port, "a line of 300000 baud or more", why)
 
 
@@ -164,13 +164,13 @@ def how_to_log(drive: Drive, experiment: Experiment) -> Way:
 
 def _by_stream(
     drive: Drive,
-    hand: Hand,
+    operator: Operator,
     experiment: Experiment,
     rate_hz: float,
     progress: Callable[[float], None],
     raw: Path | None,
 ) -> Record:
-    _prepare(drive, hand, experiment)
+    _prepare(drive, operator, experiment)
     if experiment.mode == "current":
         drive.setpoint(Mode.CURRENT)  # the first step comes when rows do
     blocks: list[Block] = []
@@ -183,65 +183,65 @@ def _by_stream(
         watch = Watch(drive)
         first = _next_tick(drive, started)
         if experiment.needs_load_machine:
-            hand.load(experiment.value("load_torque_nm", 0.0))
+            operator.load(experiment.value("load_torque_nm", 0.0))
 
         def keep(block: Block) -> None:
             blocks.append(block)
             if writer is not None:
                 writer.write(block)
-                for happened in watch.news(int(block.counters[-1])):
+                for happened in watch.new_events(int(block.counters[-1])):
                     writer.event(happened.counter, happened.as_json())
 
         def collect() -> None:
             while (block := stream.read(0.0)) is not None:
                 keep(block)
 
-        _command_through(drive, hand, experiment, first, collect, progress)
+        _command_through(drive, operator, experiment, first, collect, progress)
         end = first + round(experiment.duration_s * drive.info.pwm_hz)
         while not blocks or int(blocks[-1].counters[-1]) < end:
             block = stream.read(1.0)
             if block is None:
                 drive.need_no_fault()
-                raise LostSamplesError(f"{experiment.name}: the stream ended early; is the link sound?")
+                raise LostSamplesError(f"{experiment.name}: the stream ended early; is the link disturbed?")
             keep(block)
         lost = stream.lost_rows
-    _rest(drive, hand)
+    _stop_motor(drive, operator)
     if lost:
         raise LostSamplesError(f"{experiment.name}: {lost} rows were lost; use a faster line or a quieter machine")
     counters = np.concatenate([block.counters for block in blocks])
     values = np.concatenate([block.values for block in blocks]).astype(np.float64)
     inside = (counters >= first) & (counters < end)
     columns = dict(zip(STREAMED, values[inside].T, strict=True))
-    return _log(experiment, counters[inside], first, drive.info.pwm_hz, columns, hand)
+    return _log(experiment, counters[inside], first, drive.info.pwm_hz, columns, operator)
 
 
 def _by_captures(
     drive: Drive,
-    hand: Hand,
+    operator: Operator,
     experiment: Experiment,
     rate_hz: float,
     progress: Callable[[float], None],
     raw: Path | None,
 ) -> Record:
-    """A locked rotor in current mode: each step is captured whole, then fetched while the currents rest.
+    """A locked rotor in current mode: each step is captured whole, then fetched while the currents are zero.
 
     The windows are joined to one record. Between them nothing changes but the noise.
     """
-    _prepare(drive, hand, experiment)
+    _prepare(drive, operator, experiment)
     decimation = max(1, round(drive.info.pwm_hz / rate_hz))
     with ExitStack() as open_files:
         writer = None
         if raw is not None:
             writer = open_files.enter_context(raw_writer(drive, raw, experiment.name, CAPTURED, decimation))
         parts = _windows(drive, experiment, rate_hz, decimation, progress, writer)
-    rest = drive.read(("theta_m_rad", "vdc_v"))
-    _rest(drive, hand)
+    standing = drive.read(("theta_m_rad", "vdc_v"))
+    _stop_motor(drive, operator)
     table = dict(zip(CAPTURED, np.concatenate(parts).T, strict=True))
     rows = len(table["id_a"])
-    fixed = {name: np.full(rows, rest[name]) for name in rest}
+    fixed = {name: np.full(rows, standing[name]) for name in standing}
     still = {name: np.zeros(rows) for name in ("speed_ref_rad_s", "speed_rad_s")}
     counters = decimation * np.arange(rows, dtype=np.int64)
-    return _log(experiment, counters, 0, drive.info.pwm_hz, {**table, **fixed, **still}, hand)
+    return _log(experiment, counters, 0, drive.info.pwm_hz, {**table, **fixed, **still}, operator)
 
 
 def _windows(
@@ -276,7 +276,7 @@ def _windows(
 
 
 def capture_windows(experiment: Experiment, longest_s: float) -> list[tuple[float, float]]:
-    """From step to step of the current references; a long rest is cut, for nothing happens in it."""
+    """From step to step of the current references; a long pause is cut, for nothing happens in it."""
     changes = {0.0}
     for name in ("id_ref_a", "iq_ref_a"):
         curve = experiment.curves.get(name)
@@ -303,10 +303,10 @@ def _watched(experiment: Experiment, at_s: float) -> tuple[str, float] | None:
     return found
 
 
-def _prepare(drive: Drive, hand: Hand, experiment: Experiment) -> None:
+def _prepare(drive: Drive, operator: Operator, experiment: Experiment) -> None:
     drive.need_no_fault()
     drive.find_zero()  # with a free shaft, and before the first row
-    hand.lock(experiment.rotor_locked)
+    operator.lock(experiment.rotor_locked)
     drive.sleep(0.1 if experiment.rotor_locked else 0.3)
     _send(drive, experiment, 0.0)
 
@@ -330,7 +330,7 @@ def _next_tick(drive: Drive, started: int) -> int:
 
 def _command_through(
     drive: Drive,
-    hand: Hand,
+    operator: Operator,
     experiment: Experiment,
     first: int,
     collect: Callable[[], None],
@@ -351,7 +351,7 @@ def _command_through(
             sent = wanted
         if experiment.needs_load_machine and experiment.value("load_torque_nm", t_s) != load_nm:
             load_nm = experiment.value("load_torque_nm", t_s)
-            hand.load(load_nm)
+            operator.load(load_nm)
         collect()
         if t_s - told_s > 0.2:
             told_s = t_s
@@ -410,14 +410,14 @@ def _send(drive: Drive, experiment: Experiment, t_s: float) -> None:
     drive.setpoint(mode, speed_rad_s=speed, id_a=id_a, iq_a=iq_a)
 
 
-def _rest(drive: Drive, hand: Hand) -> None:
+def _stop_motor(drive: Drive, operator: Operator) -> None:
     """Brake to a standstill, switch off, take the load away."""
     drive.need_no_fault()
     drive.setpoint(Mode.SPEED)
     clock = drive.link.transport.clock
     until_s, still_since_s = clock() + REST_MAX_S, clock()
-    if hand.has_load_machine:
-        hand.load(0.0)
+    if operator.has_load_machine:
+        operator.load(0.0)
     while clock() - still_since_s < REST_S:
         if abs(drive.read(("speed_rad_s",))["speed_rad_s"]) > REST_RAD_S:
             still_since_s = clock()
@@ -437,11 +437,11 @@ def _log(
     first: int,
     pwm_hz: float,
     columns: Mapping[str, NDArray[np.float64]],
-    hand: Hand,
+    operator: Operator,
 ) -> Record:
     load_nm = np.full(len(counters), np.nan)
     if experiment.needs_load_machine:
-        steps = hand.loads(first)
+        steps = operator.loads(first)
         at = np.searchsorted([period for period, _ in steps], counters, side="right") - 1
         load_nm = np.array([torque for _, torque in steps])[np.maximum(at, 0)]
     known = {"t_s": (counters - first) / pwm_hz, "load_torque_nm": load_nm, **columns}

@@ -1,4 +1,4 @@
-"""What a drive can be asked for: parameters, signals, faults, commands. The hash tells whether two ends agree."""
+"""What a drive can be asked for: parameters, signals, faults, commands. The hash shows whether two ends agree."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from evenspin.native import Fault, Field, tables
 KINDS = ("float", "integer", "flag", "choice")
 AT_REST = 1  # flag of a parameter
 NO_FAULT = "none"
-FIRST_TRUTH = "t_s"  # in the list of the simulator this and all behind it is what no drive can tell
+FIRST_TRUTH = "t_s"  # in the list of the simulator this and all behind it is what no drive can measure
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ class Stream:
         self.pwm_hz = pwm_hz
         self.rows = 0
         self.lost_rows = 0  # all gaps...
-        self.lost_frames = 0  # ...of which these frames were lost on the way
+        self.lost_frames = 0  # of which these frames were lost in transit
         self.dropped_blocks = 0  # not taken in time by the program
         self.reconnects = 0
         self._drive = drive

@@ -31,7 +31,7 @@ class Happened:
 
 
 class Watch:
-    """From here on. `news` gives what has happened since it was last asked, `close` looks once more at the end."""
+    """State changes from here on. `new_events` gives those since its last call, `close` checks once more at the end."""
 
     def __init__(self, drive: Drive) -> None:
         self._drive = drive
@@ -44,7 +44,7 @@ class Watch:
         """The first one."""
         return next((each for each in self.all if each.is_trip), None)
 
-    def news(self, near: int) -> list[Happened]:
+    def new_events(self, near: int) -> list[Happened]:
         """`near`: the period of a row of about now; the drive's own counter turns over."""
         events = self._drive.events
         fresh = [self._happened(event, near) for event in events[self._seen :]]
@@ -53,8 +53,8 @@ class Watch:
         return fresh
 
     def close(self, near: int) -> list[Happened]:
-        """The last news, and a trip that nobody has heard of, such as one while the link was down."""
-        fresh = self.news(near)
+        """The last events, and a trip that has not been reported yet, such as one while the link was down."""
+        fresh = self.new_events(near)
         now = self._drive.state()
         if now.state != State.FAULT or self._tripped_before or self.trip is not None:
             return fresh
@@ -77,7 +77,7 @@ def whole(counter: int, near: int) -> int:
 
 
 def trip_of(drive: Drive) -> dict[str, Any] | None:
-    """If the drive has tripped: the time from its start (None when it did not say), the fault, and a sentence."""
+    """If the drive has tripped: the time from its start (None when it is not known), the fault, and a sentence."""
     if drive.link.lost:
         return None
     try:

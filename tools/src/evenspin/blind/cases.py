@@ -17,12 +17,12 @@ from evenspin.blind.experiments import Experiment, all_experiments
 from evenspin.blind.motors import draw_motor
 from evenspin.blind.referee import PWM_HZ, Parameters, parameters_of, simulate, with_effects
 from evenspin.blind.truth import Truth
-from evenspin.blind.vocabulary import EFFECTS, OUTSIDE, SIZES, go_together
+from evenspin.blind.vocabulary import EFFECTS, KINDS, OUTSIDE, SIZES, go_together
 from evenspin.errors import EvenspinError
 from evenspin.log.case import META, write_json
 from evenspin.log.columns import LOG_COLUMNS
 
-KINDS = ("single", "pair", "none", "outside")
+SEVERAL = {"pair": 2, "triple": 3}
 MIX = {"single": 0.6, "pair": 0.2, "none": 0.1, "outside": 0.1}
 EDGES_SHARE = 0.25  # of the cases: every switching edge instead of the average voltage
 # The gap and the tolerances, written apart from evenspin.log on purpose: docs/log-format.md is what both follow.
@@ -63,10 +63,13 @@ def plan_cases(counts: Mapping[str, int], seed: int, names: Sequence[str] = ()) 
     turn = {"single": _turns(rng, within), "outside": _turns(rng, outside)}
     for kind in KINDS:
         for k in range(counts.get(kind, 0)):
-            if kind == "pair":
-                drafts.append((kind, int(rng.integers(1, len(SIZES))), _draw_pair(rng, within)))
+            if kind in SEVERAL:
+                drafts.append((kind, int(rng.integers(1, len(SIZES))), _draw_set(rng, within, SEVERAL[kind])))
             elif kind == "none":
                 drafts.append((kind, 0, ()))
+            elif kind == "beside":
+                (known, size), (foreign, _) = turn["single"](k), turn["outside"](k)
+                drafts.append((kind, max(size, 1), (known, foreign)))
             else:
                 name, size = turn[kind](k)
                 drafts.append((kind, size, (name,)))
@@ -85,11 +88,11 @@ def _turns(rng: np.random.Generator, names: list[str]) -> Callable[[int], tuple[
     return at
 
 
-def _draw_pair(rng: np.random.Generator, names: list[str]) -> tuple[str, ...]:
+def _draw_set(rng: np.random.Generator, names: list[str], count: int) -> tuple[str, ...]:
     while True:
-        pair = tuple(str(name) for name in rng.choice(names, 2, replace=False))
-        if go_together(pair):
-            return pair
+        drawn = tuple(str(name) for name in rng.choice(names, count, replace=False))
+        if go_together(drawn):
+            return drawn
 
 
 def draw_unit(rng: np.random.Generator, nominal: Parameters) -> tuple[Parameters, dict[str, float]]:

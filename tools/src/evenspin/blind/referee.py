@@ -15,7 +15,7 @@ from evenspin.errors import NativeError, did_you_mean
 from evenspin.native.library import REINSTALL, declarations, library_folder
 
 HEADER = "evenspin_referee.h"
-SUPPORTED_ABI = 1
+SUPPORTED_ABI = 2
 # Factors on what the motor is; the machine itself has no such parameters. The referee's own list on purpose.
 FACTORS = {
     "viscous_friction.factor": "motor.viscous_nms",

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from evenspin.blind.truth import Truth, fields_of
-from evenspin.blind.vocabulary import EFFECTS, SIZES, UNKNOWN
+from evenspin.blind.vocabulary import EFFECTS, KINDS, SIZES, UNKNOWN
 from evenspin.errors import MISSING, InputError
 
 NONE = "none"
@@ -25,6 +25,8 @@ GOALS = {
     "strongest_right_single": (">=", 0.95),
     "exact_single": (">=", 0.92),
     "exact_pair": (">=", 0.85),
+    "exact_triple": (">=", 0.80),
+    "exact_beside": (">=", 0.85),
     "named_on_clean": ("<=", 0.03),
     "unknown_on_outside": (">=", 0.95),
     "known_called_unknown": ("<=", 0.03),
@@ -37,6 +39,9 @@ SAYS = {
     "strongest_right_single": "strongest effect right, one effect hidden",
     "exact_single": "exact set right, one effect hidden",
     "exact_pair": "exact set right, two effects hidden",
+    "exact_triple": "exact set right, three effects hidden",
+    "exact_beside": "exact set right: a known effect, and `unknown` for one outside the vocabulary",
+    "false_names": "cases with a name of something that is not there",
     "named_on_clean": "a name although nothing is hidden",
     "unknown_on_clean": "unknown although nothing is hidden",
     "unknown_on_outside": "unknown and no name, effect outside the vocabulary",
@@ -59,7 +64,7 @@ class Verdict:
 @dataclass(frozen=True, slots=True)
 class CaseScore:
     case: str
-    what: str  # single, pair, none, outside
+    what: str  # one of KINDS
     size: str
     hidden: tuple[str, ...]  # with the names of effects outside
     said: tuple[str, ...] | None  # None: no result
@@ -193,8 +198,9 @@ def _share(values: list[bool]) -> float:
 
 
 def _summary(cases: tuple[CaseScore, ...]) -> dict[str, float]:
-    of = {what: [case for case in cases if case.what == what] for what in ("single", "pair", "none", "outside")}
-    known = of["single"] + of["pair"]
+    of = {what: [case for case in cases if case.what == what] for what in KINDS}
+    known = of["single"] + of["pair"] + of["triple"]
+    answered = [case for case in cases if case.said is not None]
     errors = [error for case in cases for key, error in case.errors.items() if not key.endswith(HARD_TO_SEE)]
     closed = [case.gap_closed for case in known if not math.isnan(case.gap_closed)]
     return {
@@ -203,6 +209,9 @@ def _summary(cases: tuple[CaseScore, ...]) -> dict[str, float]:
         ),
         "exact_single": _share([case.right for case in of["single"]]),
         "exact_pair": _share([case.right for case in of["pair"]]),
+        "exact_triple": _share([case.right for case in of["triple"]]),
+        "exact_beside": _share([case.right for case in of["beside"]]),
+        "false_names": _share([bool({*(case.said or ())} - {*case.hidden, UNKNOWN}) for case in answered]),
         "named_on_clean": _share([any(name != UNKNOWN for name in case.said or ()) for case in of["none"]]),
         "unknown_on_clean": _share([UNKNOWN in (case.said or ()) for case in of["none"]]),
         "unknown_on_outside": _share([case.right for case in of["outside"]]),
@@ -218,7 +227,7 @@ def _confusion(cases: tuple[CaseScore, ...]) -> dict[str, dict[str, int]]:
     """What was said first where one thing, or nothing, was hidden."""
     rows: dict[str, Counter[str]] = {}
     for case in cases:
-        if case.what == "pair":
+        if case.what not in ("none", "single", "outside"):
             continue
         hidden = case.hidden[0] if case.hidden else NONE
         said = MISSED if case.said is None else (case.said[0] if case.said else NONE)
@@ -248,7 +257,7 @@ def size_table(score: Score) -> list[tuple[str, str, int, float]]:
     for case in score.cases:
         if case.size:
             rights.setdefault((case.what, case.size), []).append(case.right)
-    order = sorted(rights, key=lambda key: (("single", "pair", "outside").index(key[0]), SIZES.index(key[1])))
+    order = sorted(rights, key=lambda key: (KINDS.index(key[0]), SIZES.index(key[1])))
     return [(what, size, len(rights[what, size]), _share(rights[what, size])) for what, size in order]
 
 
@@ -256,7 +265,7 @@ def markdown(score: Score) -> str:
     """The tables for docs/."""
     counts = Counter(case.what for case in score.cases)
     lines = [
-        ", ".join(f"{counts[what]} {what}" for what in ("single", "pair", "none", "outside")) + ".",
+        ", ".join(f"{counts[what]} {what}" for what in KINDS if counts[what]) + ".",
         "",
         "| | found | goal |",
         "|---|---|---|",

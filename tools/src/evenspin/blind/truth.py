@@ -42,15 +42,15 @@ class Truth:
 
     @property
     def verdict(self) -> list[str]:
-        """The right answer, strongest first."""
-        return [UNKNOWN] if self.outside else [effect["name"] for effect in self.effects]
+        """The right answer: names, strongest first, and `unknown` for what no name explains."""
+        return [effect["name"] for effect in self.effects] + ([UNKNOWN] if self.outside else [])
 
     @property
     def what(self) -> str:
-        """single, pair, none or outside, also where the file does not say it."""
+        """One of the kinds of `cases`, also where the file does not say it."""
         if self.outside:
-            return "outside"
-        return ("none", "single", "pair")[min(len(self.effects), 2)]
+            return "beside" if self.effects else "outside"
+        return ("none", "single", "pair", "triple")[min(len(self.effects), 3)]
 
 
 def write_truth(path: Path, truths: Mapping[str, Truth]) -> None:

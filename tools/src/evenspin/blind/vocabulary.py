@@ -17,6 +17,7 @@ import numpy as np
 from evenspin.native import tables
 
 SIZES = ("small", "medium", "large")
+KINDS = ("single", "pair", "triple", "none", "outside", "beside")  # beside: a known effect, and one outside
 UNKNOWN = "unknown"
 
 Motor = Mapping[str, Any]  # meta.json of the case

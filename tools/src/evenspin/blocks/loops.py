@@ -6,9 +6,9 @@ from evenspin.blocks.block import Block
 
 
 class Pi:
-    """PI controller: `output` proposes, `commit` tells it what was realised.
+    """PI controller: `output` proposes, `commit` passes it what was realised.
 
-    While limited the integrator rests ("hold"), or only if the error pushes further out ("hold-outward").
+    While limited the integrator holds ("hold"), or only if the error pushes further out ("hold-outward").
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Pi:
         return out
 
     def propose(self, error: float) -> float:
-        """As the current loop does it: without limits, for an output that is limited as a vector with another axis."""
+        """Step of the current loop: without limits, for an output that is limited as a vector with another axis."""
         return self._block.do("propose", error)[0]
 
     def learn(self, error: float) -> None:

@@ -1,4 +1,4 @@
-"""`evenspin bench`: look at a drive, tune it, keep its parameters. Recording is in cli/bench_log.py."""
+"""`evenspin bench`: watch a drive, tune it, keep its parameters. Recording is in cli/bench_log.py."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from evenspin.cli.output import check_json_file, console, write_json
 if TYPE_CHECKING:
     from evenspin.bench import Drive
 
-app = typer.Typer(no_args_is_help=True, help="Look at a drive, tune it, record it: a board, or a virtual drive.")
+app = typer.Typer(no_args_is_help=True, help="Watch a drive, tune it, record it: a board, or a virtual drive.")
 config = typer.Typer(no_args_is_help=True, help="Parameters of the drive as a file.")
 
 

@@ -45,7 +45,7 @@ def calibrate(
     Example: `evenspin bench calibrate rl --save`
     """
     from evenspin.bench import calibrate as work
-    from evenspin.bench.hand import hand_for
+    from evenspin.bench.operator import operator_for
     from evenspin.errors import EvenspinError, InputError
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
@@ -67,20 +67,20 @@ def calibrate(
     if dry_run:
         return
     path = out if out is not None else _free(name)
-    file = OutputFile(path, origin(), recording=True, force=force)  # the way back to the values from before
+    file = OutputFile(path, origin(), recording=True, force=force)  # restores the values from before
     with connected(port) as drive:
-        hand = hand_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
+        operator = operator_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
         given = tuple(known or ())
-        for number in work.inputs_of(drive, hand, name, given):
+        for number in work.inputs_of(drive, operator, name, given):
             if not number.sure:
                 screen.print(f"{number}. The result will not be stored; {number.first}")
-        if not hand.has_load_machine and not yes and not typer.confirm("Go on?", err=True):
+        if not operator.has_load_machine and not yes and not typer.confirm("Go on?", err=True):
             raise typer.Exit(1)
         with progress_bar(name, 1.0) as bar:
-            done = work.calibrate(drive, hand, name, bar.update, given)
+            done = work.calibrate(drive, operator, name, bar.update, given)
         try:
             file.write(work.calibration_toml(done, drive))
-        except EvenspinError as error:  # without the way back, no way forth
+        except EvenspinError as error:  # do not continue without the means to restore
             if done.good:
                 drive.set(done.before)
             raise EvenspinError(f"{error}; the drive has the values from before the calibration") from None

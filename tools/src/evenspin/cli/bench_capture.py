@@ -33,7 +33,8 @@ def capture(
     pre: Annotated[int, typer.Option(min=0, help="Rows before the trigger.")] = 0,
     decimation: Annotated[int, typer.Option(min=1, max=65535, help="PWM periods per row.")] = 1,
     trigger: Annotated[
-        str, typer.Option(metavar="WHEN", help="now, fault, SIGNAL>LEVEL, SIGNAL<LEVEL or SIGNAL=LEVEL (either way).")
+        str,
+        typer.Option(metavar="WHEN", help="now, fault, SIGNAL>LEVEL, SIGNAL<LEVEL or SIGNAL=LEVEL (either direction)."),
     ] = NOW,
     seconds: Annotated[float, typer.Option(min=0.0, help="How long to wait for the trigger.")] = 10.0,
     speed: SpeedOption = None,
@@ -84,8 +85,8 @@ def capture(
         files.write(raw, taken, drive, watch.all)
     if json_file is not None:
         content = {"rows": len(taken.values), "pre": taken.pre, "first": taken.first, "trigger": taken.trigger}
-        told = events_of(taken, watch.all)
-        write_json(content | {"signals": list(taken.names), "file": str(out), "events": told}, json_file)
+        events = events_of(taken, watch.all)
+        write_json(content | {"signals": list(taken.names), "file": str(out), "events": events}, json_file)
     screen = console(json_file)
     trip = watch.trip
     if trip is not None:
@@ -107,7 +108,7 @@ class CaptureFiles:
         self.facts = OutputFile(path.with_name(f"{path.name}.json"), made, recording=True, force=force)
 
     def write(self, raw: Path, taken: Capture, drive: Drive, happened: list[Happened]) -> None:
-        """By way of a raw file, which goes when both are there."""
+        """Through a raw file, which goes when both are there."""
         import numpy as np
 
         from evenspin.bench.kept import room_for

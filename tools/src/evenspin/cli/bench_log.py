@@ -116,7 +116,7 @@ def plan(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Write the experiment list of the gap workflow for a motor, to look at, to change, and to run.
+    """Write the experiment list of the gap workflow for a motor, to check, to change, and to run.
 
     Example: `evenspin bench plan guo2024 --out experiments.toml`
     """
@@ -160,8 +160,8 @@ def run(
     from dataclasses import replace
 
     from evenspin.bench.experiments import read_experiments
-    from evenspin.bench.hand import hand_for
     from evenspin.bench.kept import FOLDER, beside, keeping, recordings_in, refuse_rescued, room_for, where_it_is
+    from evenspin.bench.operator import operator_for
     from evenspin.bench.runner import how_to_log, perform
     from evenspin.errors import InputError, did_you_mean
     from evenspin.log import write_case
@@ -183,22 +183,22 @@ def run(
     raw = beside(out, FOLDER)  # outside: it must survive when this program does not
     refuse_rescued(raw, force)
     with keeping(raw), connected(port) as drive:
-        hand = hand_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
+        operator = operator_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
         if dry_run:
             for experiment in wanted.experiments:
-                way = how_to_log(drive, experiment)
+                logging = how_to_log(drive, experiment)
                 needs = ["load machine"] * experiment.needs_load_machine + ["locked rotor"] * experiment.rotor_locked
-                by = "captures" if way.captures else "stream"
-                screen.print(f"{experiment.name:18} {experiment.duration_s:6.2f} s, {by} at {way.rate_hz:g} Hz "
-                             f"{', '.join(needs)} {way.note}")  # fmt: skip
+                by = "captures" if logging.captures else "stream"
+                screen.print(f"{experiment.name:18} {experiment.duration_s:6.2f} s, {by} at {logging.rate_hz:g} Hz "
+                             f"{', '.join(needs)} {logging.note}")  # fmt: skip
             return
-        virtual = hand.has_load_machine  # only a virtual drive has one that a program moves
+        virtual = operator.has_load_machine  # only a virtual drive has one that a program moves
         question = "The motor is going to turn in both directions. Go on?"
         if not virtual and not yes and not typer.confirm(question, err=True):
             raise typer.Exit(1)
         with room_for(raw), progress_bar("experiments", total_s) as bar:
             raw.mkdir(parents=True)
-            done = perform(drive, hand, wanted, lambda name, seconds: bar.update(seconds), screen.print, raw)
+            done = perform(drive, operator, wanted, lambda name, seconds: bar.update(seconds), screen.print, raw)
     with keeping(raw), output as folder:
         write_case(folder, done.meta, done.records)
         for path in recordings_in(raw):
@@ -207,8 +207,8 @@ def run(
         raw.rmdir()
     if json_file is not None:
         content = {name: len(record) for name, record in done.records.items()}
-        told = {"left_out": dict(done.left_out), "tripped": done.meta.get("tripped")}
-        write_json({"case": str(out), "rows": content, **told}, json_file)
+        more = {"left_out": dict(done.left_out), "tripped": done.meta.get("tripped")}
+        write_json({"case": str(out), "rows": content, **more}, json_file)
     for name, record in done.records.items():
         screen.print(f"{name:18} {len(record):6} rows, {done.meta['log_rate_hz'][name]:g} Hz")
     screen.print(f"{out}", style="bold")

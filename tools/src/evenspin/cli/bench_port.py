@@ -22,7 +22,7 @@ PortOption = Annotated[
 
 @contextlib.contextmanager
 def connected(port: str | None, *, reconnect_s: float = 0.0) -> Iterator[Drive]:
-    """A drive that stops whatever happens: also when the program is told to end."""
+    """A drive that stops whatever happens: also when the program is asked to end."""
     from evenspin.bench import Drive
 
     def end(*_: object) -> None:

@@ -18,7 +18,7 @@ def clean(
     folders: Annotated[
         list[Path] | None, typer.Argument(metavar="[DIR]...", help="Where outputs were written; default: here.")
     ] = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only tell what would be removed.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only show what would be removed.")] = False,
 ) -> None:
     """Remove what commands that were killed left half-written beside their outputs: hidden folders .NAME.evenspin-*.
 

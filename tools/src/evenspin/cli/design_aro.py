@@ -27,7 +27,7 @@ def design_aro(
     pi_hz: Annotated[float, typer.Option(help="Double pole of the speed loop, Hz.")] = 16.0,
     inertia_kgm2: Annotated[Number, _option("Total inertia, kg m^2.")] = None,
     viscous_nms: Annotated[Number, _option("Viscous friction, N m s/rad.")] = None,
-    order: Annotated[int, typer.Option(min=1, max=1000, help="Mechanical order whose residue is told.")] = 12,
+    order: Annotated[int, typer.Option(min=1, max=1000, help="Mechanical order whose residue is printed.")] = 12,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Convergence, poles, filters: FILE.svg or FILE.png.")
     ] = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +15,10 @@ from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, json_text, write_json
 
 if TYPE_CHECKING:
+    from evenspin.balance import BalanceResult
+    from evenspin.driven import DrivenResult
     from evenspin.gap.result import CaseResult
+    from evenspin.sim.progress import Bar
 
 ONE = "case"  # the command that a path stands for
 
@@ -28,7 +32,7 @@ class PathFirst(TyperGroup):
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """A folder that is called like a sub-command is told apart by the `./` before it."""
+        """A folder that is called like a sub-command is distinguished by the `./` before it."""
         from evenspin.errors import InputError
 
         try:
@@ -63,8 +67,9 @@ def register(parent: typer.Typer) -> None:
 
 @app.command(ONE)
 def case(
-    path: Annotated[
-        Path, typer.Argument(metavar="CASE_DIR|LOG", help="Folder with meta.json, or one log of any drive.")
+    paths: Annotated[
+        list[Path],
+        typer.Argument(metavar="CASE_DIR|LOG...", help="Folder with meta.json, or logs of one machine on any drive."),
     ],
     out: OutFolder,
     model: Annotated[
@@ -72,6 +77,10 @@ def case(
     ] = None,
     map_file: Annotated[
         Path | None, typer.Option("--map", metavar="MAP.toml", help="LOG only: how its columns are read.")
+    ] = None,
+    tolerances: Annotated[
+        str | None,
+        typer.Option(metavar="SET", help="LOG with voltages: what a healthy unit may differ by, bench or laboratory."),
     ] = None,
     workers: Workers = None,
     check: Check = False,
@@ -81,17 +90,21 @@ def case(
     """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
 
     DIR gets verdict.json, model.toml, scenario.toml, report.html and the traces before and after. A file instead of a
-    folder is a log of any drive: a torque balance in ampere equivalents. Its columns are found by names and data, as
-    `evenspin log map` does; MAP.toml in DIR says how.
+    folder is a log of any drive. With voltages and a model it is held against the equations of the machine, several
+    logs of one machine together; else against a torque balance in ampere equivalents. Columns are found by names and
+    data, as `evenspin log map` does; MAP.toml in DIR says how.
 
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
-    _must_exist(path)
-    if path.is_file():
-        _balance(path, model, map_file, out, as_json, check, force)
+    for each in paths:
+        _must_exist(each)
+    if all(each.is_file() for each in paths):
+        _logs(paths, _LogOptions(model, map_file, tolerances), out, as_json, check, force)
         return
+    path = _one_folder(paths)
     _refuse("--model", model)
     _refuse("--map", map_file)
+    _refuse("--tolerances", tolerances)
     result = _investigated(path, out, force, workers, steps=False)
     _tell(result, out, as_json)
     _check(check, result.finding.unknown, result.name)
@@ -134,7 +147,7 @@ def batch(
     force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
-    """Many cases, on all cores or on a dask cluster. A case that fails is told and does not end the others.
+    """Many cases, on all cores or on a dask cluster. A case that fails is reported and does not end the others.
 
     Each case is written when it is done, completely or not at all, so that an interrupted batch keeps what it has.
 
@@ -200,8 +213,8 @@ def plan(
     view = TableView("Experiments", "In this order, at rest in between.", ("name", "s", "what", "serves"), rows, left=4)
     print_table(view, screen)
     if changed:
-        said = ", ".join(f"{name} {words}" for name, words in changed.items())
-        screen.print(f"The drive runs and measures as the log format describes it: {said}.")
+        changes = ", ".join(f"{name} {words}" for name, words in changed.items())
+        screen.print(f"The drive runs and measures as the log format describes it: {changes}.")
     content = {
         "model": machine.name,
         "changed": changed,
@@ -216,10 +229,10 @@ def plan(
         with progress_bar("performing the plan", total) as bar:
             for e in experiments:
 
-                def tell(t_s: float, start_s: float = before) -> None:
+                def advance(t_s: float, start_s: float = before) -> None:
                     bar.update(start_s + t_s)
 
-                records[e.name] = planning.perform(e, tell)
+                records[e.name] = planning.perform(e, advance)
                 before += e.setup.duration_s
         with output as folder:
             write_case(folder, planning.meta(experiments, f"{machine.name}-plan"), records)
@@ -242,12 +255,12 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
 
     with progress_bar("reading", 1.0, patience_s=1.0) as bar:
 
-        def tell(what: str, share: float) -> None:
+        def report(what: str, share: float) -> None:
             bar.say(what)
             bar.update(share)
 
-        result = investigate(loaded, workers, tell, messages)
-        tell("drawing", 0.97)
+        result = investigate(loaded, workers, report, messages)
+        report("drawing", 0.97)
         with output as folder:
             write_result(folder, result, made.command)
             if steps:
@@ -270,24 +283,44 @@ def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
         write_json(verdict_json(result), STDOUT)
 
 
-def _balance(
-    path: Path, model: str | None, map_file: Path | None, out: Path, as_json: bool, check: bool, force: bool
-) -> None:
-    from evenspin.balance import run_balance
-    from evenspin.cli.log import imported_from, is_native, keep, show
+@dataclass(frozen=True, slots=True)
+class _LogOptions:
+    model: str | None
+    map_file: Path | None
+    tolerances: str | None
+
+
+def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, check: bool, force: bool) -> None:
+    """Logs of one machine: read all of them, then choose by what was recorded."""
+    from evenspin.cli.log import imported_from, is_native, keep, known_from, show
+    from evenspin.driven import has_voltages
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    made = origin(path, model, map_file)
+    made = origin(*paths, options.model, options.map_file)
     output = OutputFolder(out, made, force=force)
     screen = console(STDOUT if as_json else None)
-    imported = None if map_file is None and is_native(path) else imported_from(path, map_file)
+    map_file = options.map_file
+    known = known_from(options.model) if map_file is None and options.model is not None else None
+    imported = [
+        None if map_file is None and is_native(path) else imported_from(path, map_file, known) for path in paths
+    ]
     with output as folder, progress_bar("balancing torque", 1.0) as bar:
-        log = path if imported is None else keep(imported, path, folder)
-        result = run_balance(log, model, folder, bar, made.command)
-    if imported is not None:
-        show(imported, screen)
+        several = len(paths) > 1
+        places = [
+            path if read is None else keep(read, path, folder, several)
+            for path, read in zip(paths, imported, strict=True)
+        ]
+        driven = options.model is not None and any(has_voltages(place) for place in places)
+        result = (
+            _driven(places, options, folder, bar, made.command)
+            if driven
+            else _balance(places, options, folder, bar, made.command)
+        )
+    for read in imported:
+        if read is not None:
+            show(read, screen)
     for view in result.tables:
         print_table(view, screen)
     for sentence in result.summary:
@@ -295,7 +328,36 @@ def _balance(
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(result.verdict, STDOUT)
-    _check(check, not result.verdict["clear"], path.name, "something is left unexplained")
+    names = ", ".join(path.name for path in paths)
+    _check(check, not result.verdict["clear"], names, "something is left unexplained")
+
+
+def _driven(places: list[Path], options: _LogOptions, folder: Path, bar: Bar, command: str) -> DrivenResult:
+    from evenspin.driven import run_driven
+
+    assert options.model is not None
+    return run_driven(places, options.model, options.tolerances or "bench", folder, bar, command)
+
+
+def _balance(places: list[Path], options: _LogOptions, folder: Path, bar: Bar, command: str) -> BalanceResult:
+    from evenspin.balance import run_balance
+    from evenspin.errors import InputError
+
+    needs = "given with --model and a log that has id, vd and vq"
+    if options.tolerances is not None:
+        raise InputError("gap", "--tolerances", options.tolerances, needs, "a torque balance has its own thresholds")
+    if len(places) > 1:
+        raise InputError("gap", "LOG...", f"{len(places)} logs", needs, "give one log at a time")
+    return run_balance(places[0], options.model, folder, bar, command)
+
+
+def _one_folder(paths: list[Path]) -> Path:
+    from evenspin.errors import InputError
+
+    if len(paths) > 1:
+        hint = "`evenspin gap batch` takes several case folders"
+        raise InputError("gap", "CASE_DIR|LOG", f"{len(paths)} of both kinds", "one case folder, or logs alone", hint)
+    return paths[0]
 
 
 def _must_exist(path: Path) -> None:

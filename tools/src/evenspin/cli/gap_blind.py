@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from evenspin.cli import gap_blind_logs
 from evenspin.cli.options import Force, JsonFlag
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
@@ -16,6 +17,7 @@ from evenspin.cli.output import STDOUT, console, write_json
 MADE = "<!-- Made by `make blind`. Do not edit. -->\n\n# Verdicts on blind cases\n\n"
 
 app = typer.Typer(no_args_is_help=True, help="Blind cases: make them, and score the verdicts on them.")
+gap_blind_logs.register(app)
 
 
 @app.command("make")
@@ -27,7 +29,7 @@ def make(
     kind: Annotated[
         str,
         typer.Option(
-            help="single, pair, none, outside or mix, or how many of each: single=40,pair=10,none=6,outside=6."
+            help="single, pair, triple, none, outside, beside or mix, or how many of each: single=40,pair=10,outside=6."
         ),
     ] = "mix",
     truth: Annotated[
@@ -123,6 +125,7 @@ def _names(effects: str) -> list[str]:
 
 def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> None:
     """Refuse a choice of names from which the wanted kinds cannot be drawn."""
+    from evenspin.blind.cases import SEVERAL
     from evenspin.blind.vocabulary import EFFECTS, OUTSIDE, go_together
     from evenspin.errors import InputError
 
@@ -130,17 +133,20 @@ def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> Non
         return
     within = {name for name in names if name in EFFECTS}
     hint = "name others, or leave --effects out"
-    if counts.get("single") and not within:
-        raise InputError("--effects", "names", effects, "of the vocabulary for singles", hint)
-    if counts.get("outside") and not any(name in OUTSIDE for name in names):
+    if (counts.get("single") or counts.get("beside")) and not within:
+        raise InputError("--effects", "names", effects, "of the vocabulary for that kind", hint)
+    if (counts.get("outside") or counts.get("beside")) and not any(name in OUTSIDE for name in names):
         raise InputError("--effects", "names", effects, "outside of the vocabulary for that kind", hint)
-    if counts.get("pair") and not any(map(go_together, itertools.combinations(within, 2))):
-        raise InputError("--effects", "names", effects, "two or more that go together for pairs", hint)
+    for several, number in SEVERAL.items():
+        if counts.get(several) and not any(map(go_together, itertools.combinations(within, number))):
+            must = f"{number} or more that go together for that kind"
+            raise InputError("--effects", "names", effects, must, hint)
 
 
 def _counts(kind: str, count: int | None) -> dict[str, int]:
     """How many of each kind."""
-    from evenspin.blind.cases import KINDS, MIX
+    from evenspin.blind.cases import MIX
+    from evenspin.blind.vocabulary import KINDS
     from evenspin.errors import InputError
 
     if "=" in kind:

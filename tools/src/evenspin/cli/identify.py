@@ -11,9 +11,8 @@ import typer
 from evenspin.cli.identify_mechanics import identify_mechanics
 from evenspin.cli.options import Force, JsonFile, Numeric, NumericOption
 from evenspin.cli.origin import origin
-from evenspin.cli.output import check_json_file, console, write_json
+from evenspin.cli.output import ALL_IDENTIFICATIONS, check_json_file, console, write_json
 
-ALL = "all"
 SIMULATED = "sim"
 MODEL = "yeh2024"
 
@@ -48,14 +47,6 @@ Seed = Annotated[int, typer.Option(min=0, max=2**63 - 1, help="--run: seed of th
 def register(parent: typer.Typer) -> None:
     app.command("mechanics")(identify_mechanics)
     parent.add_typer(app, name="identify")
-
-
-def name_the_work(words: Sequence[str]) -> list[str]:
-    """`evenspin identify --run sim` means all of it."""
-    words = list(words)
-    if words[:1] == ["identify"] and words[1:2] and words[1].startswith("-") and words[1] not in ("--help", "-h"):
-        words.insert(1, ALL)
-    return words
 
 
 @app.callback()
@@ -135,7 +126,7 @@ def cogging(
     _identify(("cogging",), logs, run, settings, out, force, json_file)
 
 
-@app.command(ALL)
+@app.command(ALL_IDENTIFICATIONS)
 def everything(
     logs: Logs = None,
     run: RunOption = None,

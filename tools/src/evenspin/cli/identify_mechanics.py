@@ -40,7 +40,7 @@ def identify_mechanics(
     amplitude_a: Annotated[Number, _option("--run: amplitude, A of q current.", "speed swings by 30 %")] = None,
     bit_s: Annotated[Number, _option("--run: time of a bit, s.", "a fifth of J / B, 0.02 to 0.2")] = None,
     bits: Annotated[int, typer.Option(help="--run: 2^bits - 1 bits make the sequence.")] = BITS,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="--run: only tell what would be done.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="--run: only show what would be done.")] = False,
     window_s: Annotated[float, typer.Option(help="Window over which torque and motion are weighed, s.")] = 0.2,
     torque_per_a_nm: Annotated[Number, _option("Torque of an ampere, N m/A.", "1.5 p psi of meta.json")] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="--run: seed of the noise.")] = 1,
@@ -57,7 +57,7 @@ def identify_mechanics(
 ) -> None:
     """Inertia J and viscous friction B from a pseudo-random torque, in a log or on the simulated drive.
 
-    Current mode around a mean speed. Refused when the data cannot tell J or B to 10 %.
+    Current mode around a mean speed. Refused when the data do not determine J or B to 10 %.
 
     Example: `evenspin identify mechanics --method prbs --run sim tang2020-rig2`
     """

@@ -50,7 +50,7 @@ def effects(
     if effect.told_apart:
         shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items())
         screen.print(
-            f"Looks like: {', '.join(effect.confused_with)}\nShown by: {shown}\nTold apart: {effect.told_apart}"
+            f"Looks like: {', '.join(effect.confused_with)}\nShown by: {shown}\nSeparated by: {effect.told_apart}"
         )
     lines = [f"{p.name} = {p.example:g}" for p in effect.params.values() if p.reported]
     screen.print("\n".join(["In a model or scenario file, for example:", f"[effects.{effect.name}]", *lines]))

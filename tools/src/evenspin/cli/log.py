@@ -28,7 +28,9 @@ File = Annotated[Path, typer.Argument(metavar="FILE", help="CSV, MDF, MCAP, Parq
 Map = Annotated[
     Path | None, typer.Option("--map", metavar="MAP.toml", help="How the file is read, instead of a guess.")
 ]
-PolePairs = Annotated[int | None, typer.Option("--pole-pairs", min=1, max=200, help="Where the file does not tell.")]
+PolePairs = Annotated[
+    int | None, typer.Option("--pole-pairs", min=1, max=200, help="Where the file does not state it.")
+]
 Counts = Annotated[
     float | None, typer.Option("--counts-per-turn", min=1.0, help="Encoder counts of a mechanical turn.")
 ]
@@ -105,7 +107,7 @@ def import_command(
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """A foreign file, how it was read, and what came of it."""
+    """A recording of another drive, how it was read, and the result."""
 
     table: RawTable
     mapping: Mapping
@@ -131,14 +133,29 @@ def imported_from(file: Path, map_file: Path | None, known: Known | None = None)
     return Read(table, mapping, import_table(table, mapping))
 
 
-def keep(read: Read, file: Path, folder: Path) -> Path:
-    """Write the log in SI units, and how it was read, into an output folder."""
+def known_from(model: str) -> Known:
+    """What a model file says that a recording may leave open."""
+    from evenspin.balance.nominal_model import read_nominal
+    from evenspin.importer import Known
+
+    nominal = read_nominal(model)
+    counts = nominal.machine.plant_from.get("counts_per_rev") and float(nominal.machine.plant["counts_per_rev"])
+    return Known(nominal.pole_pairs, counts or None)
+
+
+def keep(read: Read, file: Path, folder: Path, several: bool = False) -> Path:
+    """Write the log in SI units, and how it was read, into an output folder; `several`: each log has its own map."""
     from evenspin.importer import write_map
 
-    place = folder / f"{file.name.split('.')[0]}.csv"
+    stem = file.name.split(".")[0]
+    if (folder / f"{stem}.csv").exists():
+        stem = f"{stem}-{sum(1 for _ in folder.glob(f'{stem}*.csv')) + 1}"
+    place = folder / f"{stem}.csv"
     write_log(read.columns, place)
     check_log(place, file)
-    (folder / "MAP.toml").write_text(write_map(read.mapping, file), encoding="utf-8")
+    (folder / (f"{stem}.MAP.toml" if several else "MAP.toml")).write_text(
+        write_map(read.mapping, file), encoding="utf-8"
+    )
     return place
 
 
@@ -161,7 +178,7 @@ def write_log(columns: ColumnsBy, place: Path) -> None:
 
 
 def check_log(place: Path, file: Path) -> None:
-    """What contradicts itself is told before anything is kept."""
+    """Report contradictions in the data before anything is kept."""
     import numpy as np
 
     from evenspin.balance.log_reader import read_log

@@ -9,32 +9,9 @@ from typing import Annotated
 
 import typer
 
-from evenspin.cli import (
-    bench,
-    benchmark,
-    clean,
-    commission,
-    compare,
-    cycles,
-    demo,
-    design,
-    doctor,
-    drive,
-    gap,
-    identify,
-    lists,
-    log,
-    memory,
-    motor,
-    pages,
-    reproduce,
-    run,
-    scope,
-    tune,
-)
-from evenspin.cli.identify import name_the_work
+from evenspin.cli.commands import CONTEXT, Commands
 from evenspin.cli.origin import remember
-from evenspin.cli.output import JSON_WITH_FILE, split_json_option
+from evenspin.cli.output import JSON_WITH_FILE, name_the_identification, split_json_option
 from evenspin.errors import EvenspinError, one_line
 
 
@@ -47,20 +24,15 @@ def _say_version(wanted: bool) -> None:
 
 
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=CONTEXT,
     help="Makes a permanent-magnet synchronous motor turn evenly.\n\n"
     "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
 )
-
-for module in (
-    run, reproduce, design, identify, compare, gap, log, memory, motor, tune, commission, drive, bench, scope,
-    lists, demo, benchmark, cycles, doctor, clean, pages,
-):  # fmt: skip
-    module.register(app)
 
 
 @app.callback()
@@ -76,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the command. A user error is one line on stderr, never a traceback."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        words = split_json_option(name_the_work(words))
+        words = split_json_option(name_the_identification(words))
         remember(words, words[:1] != [] and words[0] in JSON_WITH_FILE)
         app(words, prog_name="evenspin")
     except EvenspinError as error:

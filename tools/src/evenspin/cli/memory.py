@@ -10,7 +10,7 @@ import typer
 from evenspin.cli.options import JsonFile
 from evenspin.cli.output import check_json_file, console, output_file, write_json
 
-HELP = "The learned memory of the angle observer (ARO), as a file: look at it, empty it."
+HELP = "The learned memory of the angle observer (ARO), as a file: show it, clear it."
 
 app = typer.Typer(no_args_is_help=True, help=HELP)
 
@@ -23,7 +23,7 @@ def register(parent: typer.Typer) -> None:
 
 @app.callback()
 def group() -> None:
-    """The learned memory of the angle observer (ARO), as a file: look at it, empty it."""
+    """The learned memory of the angle observer (ARO), as a file: show it, clear it."""
 
 
 @app.command("show")

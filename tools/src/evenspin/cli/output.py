@@ -17,10 +17,21 @@ if TYPE_CHECKING:
     from evenspin.output import OutputFile
 
 STDOUT = "-"
-WIDE = 150  # columns when nobody can tell: tables must not be cut
+WIDE = 150  # columns when the width is not known: tables must not be cut
 
 # Commands whose --json may be followed by a file.
 JSON_WITH_FILE = {"reproduce", "design", "memory", "identify", "benchmark", "bench", "cycles", "doctor"}
+
+
+ALL_IDENTIFICATIONS = "all"
+
+
+def name_the_identification(words: Sequence[str]) -> list[str]:
+    """`evenspin identify --run sim` without the name of one means all of them."""
+    words = list(words)
+    if words[:1] == ["identify"] and words[1:2] and words[1].startswith("-") and words[1] not in ("--help", "-h"):
+        words.insert(1, ALL_IDENTIFICATIONS)
+    return words
 
 
 def split_json_option(words: Sequence[str]) -> list[str]:

@@ -47,6 +47,7 @@ def run(
     """
     from evenspin.errors import NativeError
     from evenspin.memory import write_table
+    from evenspin.model.methods import drive_of_word
     from evenspin.output import OutputFile, OutputFolder
     from evenspin.run import assumed, run_signals, segment_table, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
@@ -55,7 +56,7 @@ def run(
     from evenspin.tableview import print_table
 
     loaded = _load(scenario)
-    drive = {} if method is None else {"method": _method(method)}
+    drive = {} if method is None else drive_of_word(method)
     drive |= {"observer_hold": 1.0} if freeze_learning else {}
     setup = loaded.with_changes(drive, seed)
     known = table_for(setup, memory) if memory is not None else None
@@ -70,7 +71,7 @@ def run(
             simulation = prepare(setup, run_signals(), numeric.value, known)
             record = complete(simulation, setup, run_signals(), bar.update)
     except NativeError as error:
-        raise loaded.blame(error) from None
+        raise loaded.locate(error) from None
     learned = learned_table(setup, simulation)
     summary = summary_of(setup, record, numeric.value, learned)
     with output as folder:
@@ -88,8 +89,8 @@ def run(
             screen.print(line, soft_wrap=True)
     if summary["base"]:
         screen.print(f"Motor: what [plant] does not state is that of {summary['base']}")
-    if summary["observer_news"] is not None:
-        screen.print(f"Still new to the observer: {100.0 * summary['observer_news']:.1f} % of what it sees")
+    if summary["observer_innovation"] is not None:
+        screen.print(f"Still new to the observer: {100.0 * summary['observer_innovation']:.1f} % of what it sees")
     if save_memory is not None:
         screen.print(str(save_memory), style="bold")
     screen.print(f"{out}/report.html", style="bold")
@@ -97,16 +98,6 @@ def run(
         write_json(summary, STDOUT)
     if outcome["result"] != "ran":
         raise typer.Exit(1)
-
-
-def _method(word: str) -> float:
-    from evenspin.errors import InputError, did_you_mean
-    from evenspin.native import tables
-
-    field = tables().params["method"]
-    if word not in field.choices:
-        raise InputError("run", "--method", word, field.allowed(), did_you_mean(word, field.choices))
-    return field.to_number(word)
 
 
 def _load(name: str) -> Scenario:

@@ -42,7 +42,7 @@ def sure(what: str, found: Estimate, unit: str, relative: float) -> list[Quality
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step, done. `parameters`: what the drive was told."""
+    """One step, done. `parameters`: what the drive was given."""
 
     name: str
     goal: str

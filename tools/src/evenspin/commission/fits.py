@@ -130,7 +130,7 @@ def _between_samples(found: Estimate, resistance_ohm: float, period_s: float) ->
 
 
 def _by_instrument(columns: Array, instrument: Array, values: Array) -> list[Estimate]:
-    """The first column holds noise: it is told apart by what makes it change and has none."""
+    """The first column holds noise: it is identified by what makes it change and has none."""
     z = np.column_stack((instrument, columns[:, 1:]))
     weights = np.linalg.pinv(z.T @ columns)
     solution = weights @ (z.T @ values)

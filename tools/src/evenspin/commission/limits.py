@@ -19,6 +19,7 @@ UNDER_VOLTAGE_PART = 0.5
 OVER_SPEED_PART = 1.25
 ALIGN_PERIODS = 48_000
 ALIGN_PART = 0.5  # of the largest current
+KEPT = ("encoder_counts", "offset_limit_a", "offset_calibration_periods")  # of the board, not of a motor
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +64,9 @@ def blank(bounds: Bounds, supply_v: float, speed: float) -> dict[str, float]:
         "zero_check": 0.0, "auto_run": 0.0,
     }  # fmt: skip
     numbers |= {name: tables().params[name].to_number(word) for name, word in words.items()}
+    # Whatever else another motor may have needed is as the firmware has it.
+    rest = {name: field.default for name, field in tables().params.items() if name not in KEPT}
+    numbers = rest | numbers
     return {
         name: min(max(value, tables().params[name].minimum), tables().params[name].maximum)
         for name, value in numbers.items()

@@ -55,7 +55,7 @@ def spin(bench: Bench) -> Step:
     known.viscous = _scaled(shaft.viscous, per_a, known.psi)
     known.coulomb = _scaled(shaft.coulomb, per_a, known.psi)
     known.offset_rad = math.remainder(_zero(taken, theta, known.pole_pairs) - found.angle_rad.value, 2.0 * math.pi)
-    told = bench.set(
+    accepted = bench.set(
         motor_psi_wb=known.psi.value, motor_lq_h=known.lq.value, observer_inertia_kgm2=max(known.inertia.value, 1e-9)
     )
     qualities = [
@@ -70,7 +70,7 @@ def spin(bench: Bench) -> Step:
     ]  # fmt: skip
     notes = [f"{current:.3g} A up to {np.abs(speed).max():.4g} rad/s", f"encoder: {known.counts:g} counts per turn"]
     goal = "flux, electrical zero, inertia, friction, encoder counts"
-    return bench.done("spin", goal, since, qualities, told, *notes)
+    return bench.done("spin", goal, since, qualities, accepted, *notes)
 
 
 def _scaled(per_ampere: Estimate, torque_per_a: float, psi: Estimate) -> Estimate:

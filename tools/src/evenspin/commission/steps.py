@@ -77,13 +77,13 @@ def limits(bench: Bench) -> Step:
     bench.known.supply_v = supply
     most = bench.bounds.max_voltage_v or 1e9
     qualities = [Quality("supply", supply, 0.0, "V", 5.0, most)]
-    told = _accepted(bench, supply)
-    bench.known.over_speed_rad_s = told["over_speed_rad_s"]
+    accepted = _accepted(bench, supply)
+    bench.known.over_speed_rad_s = accepted["over_speed_rad_s"]
     if drive.state().state == State.FAULT:
         drive.clear_fault()
         drive.sleep(0.05)
     bench.known.counts = drive.get(["encoder_counts"])["encoder_counts"]
-    return bench.done("limits", "limits of this motor, nothing of another one", since, qualities, told)
+    return bench.done("limits", "limits of this motor, nothing of another one", since, qualities, accepted)
 
 
 def _accepted(bench: Bench, supply: float) -> dict[str, float]:
@@ -153,9 +153,9 @@ def resistance_roughly(bench: Bench) -> Step:
         raise DriveFaultError(f"resistance: {why}; are the three phases connected, and is the supply on?")
     bench.known.resistance = Estimate(found, found)
     bench.known.growth_s = (bench.clock - began) / max(count, 1) / math.log(GROWTH)
-    told = bench.set(current_ki_v_per_as=SLOW * found, current_kp_v_per_a=0.0)
+    accepted = bench.set(current_ki_v_per_as=SLOW * found, current_kp_v_per_a=0.0)
     quality = [Quality("resistance, roughly", found, 0.3 * found, "ohm", 1e-4, 1e3)]
-    return bench.done("current", "the first current, slowly", since, quality, told)
+    return bench.done("current", "the first current, slowly", since, quality, accepted)
 
 
 def _begin(bench: Bench) -> None:
@@ -179,7 +179,7 @@ def _begin(bench: Bench) -> None:
 def alignment(bench: Bench) -> Step:
     """Pole pairs and direction from how the shaft follows a slow vector; resistance from its two currents."""
     since, drive = bench.clock, bench.drive
-    told: dict[str, float] = {}
+    accepted: dict[str, float] = {}
     notes: list[str] = []
     current = drive.get(["align_current_a"])["align_current_a"]
     tries = [(part, turns) for turns in (1, 2) for part in (1.0, 1.6, 0.5)]
@@ -195,25 +195,25 @@ def alignment(bench: Bench) -> Step:
         drive.sleep(0.05)
         if fault == "align_direction":
             bench.known.reversed = not bench.known.reversed
-            told |= bench.set(encoder_reversed=float(bench.known.reversed))
+            accepted |= bench.set(encoder_reversed=float(bench.known.reversed))
         elif fault == "align_pole_pairs":
             bench.known.pole_pairs = int(now.detail)
-            told |= bench.set(pole_pairs=float(now.detail))
+            accepted |= bench.set(pole_pairs=float(now.detail))
         elif fault in PHASE_FAULTS and tries:
             part, turns = tries.pop(0)
             most = bench.bounds.max_current_a
-            told |= bench.set(align_current_a=min(part * current, most), align_turns=float(turns))
+            accepted |= bench.set(align_current_a=min(part * current, most), align_turns=float(turns))
         else:
             raise DriveFaultError(f"alignment: {fault_text(drive.schema, now.fault, now.detail)}")
     else:
         raise DriveFaultError(f"alignment: not after {ATTEMPTS} attempts: {'; '.join(notes)}")
     bench.known.resistance = _two_currents(taken)
     bench.known.offset_rad = _zero(taken, bench.known)
-    told |= bench.set(motor_resistance_ohm=bench.known.resistance.value)
+    accepted |= bench.set(motor_resistance_ohm=bench.known.resistance.value)
     qualities = [Quality("pole pairs", bench.known.pole_pairs, 0.0, "", 1.0, 50.0)]
     qualities += sure("resistance", bench.known.resistance, "ohm", ROUGH_R)
     goal = "pole pairs, direction and electrical zero from a slow vector; resistance"
-    return bench.done("alignment", goal, since, qualities, told, *notes)
+    return bench.done("alignment", goal, since, qualities, accepted, *notes)
 
 
 def _aligned(bench: Bench) -> np.ndarray:

@@ -39,7 +39,7 @@ def winding_roughly(bench: Bench) -> Step:
             kp *= 2.0
             continue
         inductance_h = found.value
-        # The current that told of R grew with the voltage: a part of the voltage was that of the inductance.
+        # The current that showed R grew with the voltage: a part of the voltage was that of the inductance.
         r = max(first_r - inductance_h / known.growth_s, 0.2 * first_r)
         wanted = 2.0 * math.pi * ROUGH_HZ * inductance_h
         if kp > 0.7 * wanted and found.relative < 0.2:
@@ -50,12 +50,12 @@ def winding_roughly(bench: Bench) -> Step:
             raise DriveFaultError("winding: no inductance was found; are the three phases connected?")
     known.ld = known.lq = Estimate(inductance_h, 0.3 * inductance_h)
     known.resistance = Estimate(r, 0.3 * r)
-    told = _current_gains(bench, inductance_h, ROUGH_HZ)
-    told |= bench.set(align_periods=periods)
+    accepted = _current_gains(bench, inductance_h, ROUGH_HZ)
+    accepted |= bench.set(align_periods=periods)
     quality = [Quality("inductance, roughly", inductance_h, 0.3 * inductance_h, "H", 1e-6, 1.0)]
     quality.append(Quality("resistance, roughly", r, 0.3 * r, "ohm", 1e-4, 1e3))
     return bench.done(
-        "winding", "resistance and inductance, roughly: a current loop for any winding", since, quality, told
+        "winding", "resistance and inductance, roughly: a current loop for any winding", since, quality, accepted
     )
 
 
@@ -83,14 +83,16 @@ def d_axis(bench: Bench) -> Step:
     need_rest(drive)
     known.ld = found[0][0]
     known.saturation = [(0.5 * (low + high), winding.value) for winding, (low, high) in found]
-    told = _current_gains(bench, known.ld.value, 300.0)
-    told |= bench.set(motor_ld_h=known.ld.value, motor_lq_h=known.ld.value, motor_resistance_ohm=known.resistance.value)
+    accepted = _current_gains(bench, known.ld.value, 300.0)
+    accepted |= bench.set(
+        motor_ld_h=known.ld.value, motor_lq_h=known.ld.value, motor_resistance_ohm=known.resistance.value
+    )
     qualities = sure("resistance", known.resistance, "ohm", SURE_R) + sure(
         "inductance of the d axis", known.ld, "H", SURE_L
     )
     ratio = found[-1][0].value / known.ld.value
     qualities.append(Quality("inductance at 0.55 of the largest current, over that at 0.25", ratio, 0.0, "", 0.3, 1.2))
-    return bench.done("d axis", "inductance of the d axis, saturation, current loop", since, qualities, told)
+    return bench.done("d axis", "inductance of the d axis, saturation, current loop", since, qualities, accepted)
 
 
 def _step(
@@ -177,10 +179,10 @@ def q_axis(bench: Bench) -> Step:
     need_rest(drive)
     known.lq = scatter(found)
     low = min(known.ld.value, known.lq.value)
-    told = _current_gains(bench, low, 300.0) | bench.set(motor_lq_h=known.lq.value)
+    accepted = _current_gains(bench, low, 300.0) | bench.set(motor_lq_h=known.lq.value)
     qualities = sure("inductance of the q axis, roughly", known.lq, "H", ROUGH_R)
     qualities.append(Quality("saliency Lq / Ld", known.lq.value / known.ld.value, 0.0, "", 0.5, 8.0))
-    return bench.done("q axis", "inductance of the q axis", since, qualities, told, motion)
+    return bench.done("q axis", "inductance of the q axis", since, qualities, accepted, motion)
 
 
 def window_of(known: Known) -> int:

@@ -157,7 +157,7 @@ def _proof(bench: steps.Bench, done: Commissioned) -> Step:
     since, drive = bench.clock, bench.drive
     assert done.tuning is not None
     need_rest(drive)
-    told = drive.set(drive_values(done))
+    accepted = drive.set(drive_values(done))
     top = done.tuning.top_rad_s
     speed = PROOF_PART * top
     qualities = []
@@ -181,7 +181,7 @@ def _proof(bench: steps.Bench, done: Commissioned) -> Step:
         ]
     _ramp(bench, 0.0)
     need_rest(drive)
-    return bench.done("proof", "the tuned drive turns the motor both ways", since, qualities, told)
+    return bench.done("proof", "the tuned drive turns the motor both ways", since, qualities, accepted)
 
 
 def _ramp(bench: steps.Bench, target: float) -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 WINDOW = 12  # samples on either side of a possible step
 STEP_SIGMAS = 8.0  # change of a mean over its own noise that is a step
 APPROACH = 60  # samples that a step may take until the load stands; they stay as read
-PLAIN = 1.3  # a stretch is constant when its noise is at most this many times what neighbouring samples tell
+PLAIN = 1.3  # a stretch is constant when its noise is at most this many times what neighbouring samples show
 
 
 def steady_load(reading_nm: NDArray[np.float64]) -> NDArray[np.float64]:

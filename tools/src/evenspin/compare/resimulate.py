@@ -44,8 +44,13 @@ class Replay:
         self.nominal = Nominal.of(numbers)
         self._inputs = self._references(record)
 
-    def run(self, signals: tuple[str, ...], unit: Unit = Unit()) -> NDArray[np.float64]:  # noqa: B008 (frozen)
-        """One row per row of the record."""
+    def run(
+        self,
+        signals: tuple[str, ...],
+        unit: Unit = Unit(),  # noqa: B008 (frozen)
+        rows: int | None = None,
+    ) -> NDArray[np.float64]:
+        """One row per row of the record, or of its first `rows`."""
         simulation = Simulation("float")
         try:
             self._configure(simulation, unit)
@@ -53,7 +58,7 @@ class Replay:
             simulation.record(signals)
         except NativeError as error:
             raise InputError(self.folder, self.name, str(error), "a drive that can be simulated", HINT) from None
-        return simulation.run(self.rows * self.decimate, self.decimate)
+        return simulation.run((self.rows if rows is None else rows) * self.decimate, self.decimate)
 
     def released_at(self) -> int | None:
         """Row from which the drive controls no speed any more."""

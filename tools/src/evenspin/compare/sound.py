@@ -24,7 +24,7 @@ from evenspin.sim.record import Record
 MOST_PERIODS = 200.0  # of the PWM between two rows: 20 ms at 10 kHz
 PERIODS = 0.02  # a sampling time may differ from a whole number of PWM periods by this share
 TIMES = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("minutes", 60.0))
-WILD = 3.0  # times the limit: a drive with such a current has lost control, and no relation holds
+LOST_CONTROL = 3.0  # times the limit: a drive with such a current has lost control, and no relation holds
 NOT_SPEEDS = ("speed_ref_rad_s", "id_a", "iq_a", "vd_v", "vq_v", "iq_ref_a", "load_torque_nm")
 OPTIONAL = ("vdc_v", "load_torque_nm")  # nan in every row where they were not measured
 NEEDED = tuple(name for name in LOG_COLUMNS if name not in OPTIONAL)
@@ -48,7 +48,7 @@ def drive_of(path: Path, meta: Mapping[str, Any]) -> Drive:
 
 
 def check_time(case: Case, name: str, record: Record) -> None:
-    """Rows are a whole number of PWM periods apart, and not too many."""
+    """Rows are spaced by a whole number of PWM periods, and not by too many."""
     pwm_hz = MetaNumbers(case.path / META, case.meta).positive("pwm_hz")
     step_s = float(np.median(np.diff(record["t_s"])))
     if _is_possible(step_s * pwm_hz):
@@ -121,7 +121,7 @@ def check_record(case: Case, name: str, record: Record, drive: Drive, speed_mode
             raise InputError(case.path / META, "motor.pole_pairs", drive.pole_pairs, must, hint)
     found = found or check_currents(columns, drive.pole_pairs)
     found = found or check_references(columns, drive, speed_mode and not locked)
-    under_control = float(np.max(np.abs(columns["iq_a"]))) < WILD * max(drive.iq_limit_a, drive.rated_current_a)
+    under_control = float(np.max(np.abs(columns["iq_a"]))) < LOST_CONTROL * max(drive.iq_limit_a, drive.rated_current_a)
     if under_control:
         found = found or check_voltages(columns, drive)
     if under_control and not locked and found is None:

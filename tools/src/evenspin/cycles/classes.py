@@ -165,15 +165,15 @@ class Function:
 
 
 def narrow_values(lines: Sequence[str]) -> set[str]:
-    """Values of 64 bits that hold 32: what was widened, on whatever way it came."""
+    """Values of 64 bits that hold 32: what was widened, by whichever path it came."""
     found = {match["result"] for match in map(WIDENED.match, lines) if match is not None}
     for line in lines:
         result, text = result_and_text(line)
         if result is not None and HALF.match(text):
             found.add(result)
         if result is not None and text.startswith("phi i64"):
-            ways = re.findall(r"\[ ([^,\s]+),", text)
-            if all(way in found or way.isdigit() for way in ways):
+            sources = re.findall(r"\[ ([^,\s]+),", text)
+            if all(source in found or source.isdigit() for source in sources):
                 found.add(result)
     return found
 

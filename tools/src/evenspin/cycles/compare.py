@@ -96,7 +96,7 @@ def header_of(file: Path) -> list[str]:
 
 
 def read_measured(file: Path) -> dict[str, Measured]:
-    """Both interrupts of a log, as far as it has them."""
+    """Durations of the two interrupts in a log, of those that it has."""
     found = timing_columns(header_of(file))
     if "isr_max_cycles" not in found:
         raise InputError(file, "column", "isr_max_cycles", "in the header", HINT, 1)
@@ -141,7 +141,7 @@ def variant_of(drive: Mapping[str, Any], position: bool) -> str:
 
 
 def variant_beside(log: Path) -> str | None:
-    """The same from what lies beside the log: the summary of a run, or meta.json when it has the drive's parameters."""
+    """The variant by the files beside the log: the summary of a run, or a meta.json with the drive's parameters."""
     folder = log if log.is_dir() else log.parent
     for name in ("summary.json", "meta.json"):
         try:

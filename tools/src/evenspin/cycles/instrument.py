@@ -16,7 +16,7 @@ PROMISES = re.compile(r"\b(?:memory\([^)]*\)|readnone|readonly|writeonly|specula
 
 
 def instrument(text: str) -> str:
-    """The same program with a counter."""
+    """The program with a counter of instructions."""
     whole = text.splitlines()
     layout = Layout(whole)
     function: Function | None = None

@@ -34,7 +34,7 @@ def count_instructions(root: Path, work: Path) -> dict[str, int]:
     program = build(root, work)
     places = symbols(program)
     low, high = places[f"__start_{DRIVER_SECTION}"], places[f"__stop_{DRIVER_SECTION}"]
-    said = ""
+    answer = ""
     for interface in INTERFACES:
         plugin, out = work / f"count{interface}.so", work / f"rows{interface}"
         source = root / "tests/target/cycles/count_plugin.c"
@@ -47,12 +47,12 @@ def count_instructions(root: Path, work: Path) -> dict[str, int]:
         )  # fmt: skip
         if done.returncode == 0 and out.is_file():
             return worst(done.stdout, out.read_text())
-        said = (done.stderr or done.stdout).strip().splitlines()[0] if done.stderr or done.stdout else "no output"
-    raise RuntimeError(f"{QEMU} does not take the plugin ({said})")
+        answer = (done.stderr or done.stdout).strip().splitlines()[0] if done.stderr or done.stdout else "no output"
+    raise RuntimeError(f"{QEMU} does not take the plugin ({answer})")
 
 
 def build(root: Path, work: Path) -> Path:
-    """The driver's program for the Cortex-M4F; its own code in a section apart."""
+    """The driver's program for the Cortex-M4F; its own code in a section of its own."""
     include = include_options(root)
 
     def compiled(source: Path) -> Path:
@@ -65,8 +65,8 @@ def build(root: Path, work: Path) -> Path:
         objects = list(pool.map(compiled, [*code_sources(root), *more]))
     driver = work / "driver.m4.o"
     # main among the other functions, not in a section of its own
-    apart = ("-fno-reorder-functions", "-DCOUNT_INSTRUCTIONS")
-    call(COMPILER, *OPTIONS, *apart, *include, "-c", root / "tests/target/cycles/driver.c", "-o", driver)
+    sectioned = ("-fno-reorder-functions", "-DCOUNT_INSTRUCTIONS")
+    call(COMPILER, *OPTIONS, *sectioned, *include, "-c", root / "tests/target/cycles/driver.c", "-o", driver)
     call("arm-none-eabi-objcopy", "--rename-section", f".text={DRIVER_SECTION}", driver)
     program = work / "driver.elf"
     wanted = [f"-Wl,-u,__{edge}_{DRIVER_SECTION}" for edge in ("start", "stop")]

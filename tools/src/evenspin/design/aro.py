@@ -153,7 +153,7 @@ class SpeedControl:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Everything `evenspin design aro` tells."""
+    """Everything `evenspin design aro` reports."""
 
     mechanics: Mechanics
     chain: Chain

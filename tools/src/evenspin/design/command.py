@@ -113,7 +113,7 @@ def prepare(model: str, choices: Choices) -> Work:
 
 
 def changed(machine: Machine, choices: Choices) -> tuple[dict[str, float], dict[str, float], dict[str, str]]:
-    """Plant and drive with what the user gave, and the option behind each number that came that way."""
+    """Plant and drive with what the user gave, and the option behind each number that was given by one."""
     plant = dict(machine.plant)
     drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
     given: dict[str, str] = {}

@@ -24,7 +24,7 @@ from evenspin.errors import InputError
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-PHASE_BAND_HZ = 40.0  # (2) is looked at up to here: the ripple of the paper's speeds
+PHASE_BAND_HZ = 40.0  # (2) is evaluated up to here: the ripple of the paper's speeds
 POINTS = 4000
 LEADS = range(0, 11)
 NEAR = 1.005  # leads whose contraction is within half a percent of the best are as good
@@ -79,7 +79,7 @@ class Margins:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Everything `evenspin design rc` tells."""
+    """Everything `evenspin design rc` reports."""
 
     loop: Loop
     rc: Repetitive

@@ -168,7 +168,7 @@ class _Walk:
             names += ["xd", "xq"] if self.drive["current_ki_v_per_as"] > 0.0 else []
         names += ["x"] if self.drive["speed_ki_a_per_unit_s"] > 0.0 else []
         names += ["edge_before"] if self.source == "mt" else []
-        names += [f"way{k}" for k in range(len(self.taps))]
+        names += [f"travel{k}" for k in range(len(self.taps))]
         return names + [f"ref{k}" for k in range(self.delay_periods)]
 
     def _period(self, *, tick: bool) -> None:
@@ -177,8 +177,8 @@ class _Walk:
         r["pll_w"] = r["pll_w"] + self.drive["pll_ki_per_s2"] * self.ts_s * error
         r["pll_th"] = r["pll_th"] + self.ts_s * (r["pll_w"] + self.drive["pll_kp_per_s"] * error)
         for k in reversed(range(1, len(self.taps))):
-            r[f"way{k}"] = r[f"way{k - 1}"]
-        r["way0"] = (r["theta"] - r["theta_before"]) / self.ts_s
+            r[f"travel{k}"] = r[f"travel{k - 1}"]
+        r["travel0"] = (r["theta"] - r["theta_before"]) / self.ts_s
         r["theta_before"] = r["theta"]
         if tick and self.inline:
             self._speed_loop()
@@ -199,7 +199,7 @@ class _Walk:
         elif self.source == "pll":
             seen = r["pll_w"]
         else:
-            seen = sum((tap * r[f"way{k}"] for k, tap in enumerate(self.taps)), np.zeros(self.size + 1))
+            seen = sum((tap * r[f"travel{k}"] for k, tap in enumerate(self.taps)), np.zeros(self.size + 1))
         self.seen = seen
         error = self.correction - d["speed_error_gain"] * seen
         r["iq_ref"] = r["x"] + d["speed_kp_a_per_unit"] * error
@@ -230,7 +230,7 @@ class _Walk:
         return volts[0], volts[1]
 
     def _deadbeat(self, ref: Array) -> tuple[Array, Array]:
-        """As control/motor/deadbeat.h: prediction, correction of what it misses, voltage."""
+        """Deadbeat control as in control/motor/deadbeat.h: prediction, correction of what it misses, voltage."""
         r, d = self.rows, self.drive
         we = d["pole_pairs"] * self.speed_rad_s
         ld, lq, psi = d["motor_ld_h"], d["motor_lq_h"], d["motor_psi_wb"]

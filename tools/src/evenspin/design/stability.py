@@ -26,7 +26,7 @@ from evenspin.design.sampled import Sampled, sampled_loop
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
 
-SPREAD = 0.05  # of the gains of speed loop and learning, and of the current loop, either way
+SPREAD = 0.05  # of the gains of speed loop and learning, and of the current loop, up and down
 LONGEST = 420  # samples that the memory of the firmware holds, less what interpolation needs
 
 
@@ -44,8 +44,8 @@ def with_repetitive(loop: Sampled, rc: Repetitive, period_samples: float, *, who
     """
     size = len(loop.a)
     cut = int(np.floor(period_samples + 5e-4))
-    rest = 0.0 if whole else max(period_samples - cut, 0.0)
-    taps = np.convolve([rc.q_side, rc.q_centre, rc.q_side], lagrange(0 if whole else rc.order, rest))
+    fraction = 0.0 if whole else max(period_samples - cut, 0.0)
+    taps = np.convolve([rc.q_side, rc.q_centre, rc.q_side], lagrange(0 if whole else rc.order, fraction))
     first = cut - 2
     length = first + len(taps)
     error = -loop.unit * loop.c
@@ -114,7 +114,7 @@ def _verdict(
         return Verdict.MARGINAL, f"NOT stable for sure: gains {100.0 * SPREAD:g} % off decide"
     if rc is not None and rc.gain * rc.lambda_max > bound:
         return Verdict.MARGINAL, "stable at this speed, NOT stable at every speed"
-    return Verdict.STABLE, "the speed loop; repetitive control rests at this speed" if resting else ""
+    return Verdict.STABLE, "the speed loop; repetitive control pauses at this speed" if resting else ""
 
 
 def _radius(loop: Sampled, rc: Repetitive | None, period: float, whole: bool) -> float:

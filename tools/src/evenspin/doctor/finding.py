@@ -43,7 +43,7 @@ class Finding:
 
 
 def version_in(text: str) -> str:
-    """The first thing that looks like a version; empty when there is none."""
+    """The first word that can be a version; empty when there is none."""
     match = re.search(r"(?<![\w.])[vV]?(\d+(?:\.\d+)+)", text)
     return match[1] if match else ""
 

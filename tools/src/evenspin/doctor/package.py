@@ -26,7 +26,7 @@ def check_python() -> Finding:
 
 
 def check_packages() -> list[Finding]:
-    """What the package says that it needs, each by itself when something is wrong, otherwise all in one line."""
+    """Packages that evenspin requires: each by itself when something is wrong, else all in one line."""
     findings = []
     for purpose, wanted in ((Purpose.BUILD, ""), (Purpose.TEST, "test")):
         names = [name_and_least(text) for text in requirements(wanted)]

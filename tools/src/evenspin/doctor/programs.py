@@ -28,7 +28,7 @@ PROGRAMS = (
     Program(("gcc", "cc", "clang"), Purpose.BUILD, "compiles the simulator and the firmware in it", "gcc", "8"),
     Program(("cmake",), Purpose.BUILD, "builds", "cmake", "3.25"),
     Program(("ninja", "ninja-build"), Purpose.BUILD, "builds", "ninja-build"),
-    Program(("make",), Purpose.TEST, "short names for the usual work", "make"),
+    Program(("make",), Purpose.TEST, "short names for everyday work", "make"),
     Program(("ruby",), Purpose.TEST, "makes mocks and test runners (CMock)", "ruby", "2.7"),
     Program(("avr-gcc",), Purpose.TEST, "compiles for an int of 16 bits", "gcc-avr avr-libc"),
     Program(("simavr",), Purpose.TEST, "runs the block tests with an int of 16 bits", "simavr libsimavr-dev libelf-dev",
@@ -53,11 +53,11 @@ def check_program(program: Program) -> Finding:
     if not program.ask:
         return Finding(name, program.purpose, State.OK, path, program.needed_for)
     try:
-        said = ask(path, *program.ask)
+        answer = ask(path, *program.ask)
     except (OSError, subprocess.SubprocessError) as error:
         reason = str(error) or type(error).__name__
         return Finding(name, program.purpose, State.BROKEN, f"{path}: {reason}", program.needed_for, install)
-    version = version_in(said)
+    version = version_in(answer)
     if older(version, program.least):
         step = f"install {program.least} or newer"
         return Finding(name, program.purpose, State.OLD, f"{version} ({path})", program.needed_for, step)

@@ -4,7 +4,7 @@
     {"do": "load", "torque_nm": 0.1}          positive brakes positive rotation
     {"do": "lock", "on": true}                a holding brake
     {"do": "loads", "since": 0}               what the load machine did, [[period, torque_nm], ...]
-    {"do": "told"}                            {"parameters": {name: value}} that the model gave the drive
+    {"do": "parameters"}                      {"parameters": {name: value}} that the model gave the drive
     {"do": "input", "name": ..., "value": 1}  any input of the simulation
     {"do": "unplug", "seconds": 0.5}          the link breaks, and may be opened again after so long
     {"do": "advance", "ms": 5, "octets": 17}  --speed max: wait for so many octets, then run; {"octets": sent so far}
@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from evenspin.drive.hands import number_of
+from evenspin.drive.control_connections import number_of
 from evenspin.drive.virtual import VirtualDrive
 from evenspin.errors import EvenspinError
 
@@ -34,7 +34,7 @@ class Control:
             "load": self._load,
             "lock": self._lock,
             "loads": self._loads,
-            "told": self._told,
+            "parameters": self._parameters,
             "input": self._input,
         }
 
@@ -80,8 +80,8 @@ class Control:
         first = max((i for i, step in enumerate(steps) if step.period <= since), default=0)
         return {"loads": [[step.period, step.torque_nm] for step in steps[first:]]}
 
-    def _told(self, _: Mapping[str, Any]) -> dict[str, Any]:
-        return {"parameters": dict(self.drive.told)}
+    def _parameters(self, _: Mapping[str, Any]) -> dict[str, Any]:
+        return {"parameters": dict(self.drive.model_parameters)}
 
     def _input(self, request: Mapping[str, Any]) -> dict[str, Any]:
         self.drive.set_input(str(request["name"])[:100], number_of(request, "value"))

@@ -1,4 +1,4 @@
-"""A virtual drive that others can reach: a pseudo terminal or a TCP port for the link, a TCP port for the bench hand.
+"""A virtual drive that others can reach: a pseudo terminal or a TCP port for the link, a TCP port for the operator.
 
 --speed real: chunks of some milliseconds follow the clock. When the machine is too slow, the lost time is dropped and
 counted; it is never caught up by a burst that no real drive would make.
@@ -21,12 +21,12 @@ from collections.abc import Callable
 from typing import Any
 
 from evenspin.drive.control import Control
-from evenspin.drive.hands import Hand, Hands, number_of
+from evenspin.drive.control_connections import ControlConnection, ControlConnections, number_of
 from evenspin.drive.virtual import VirtualDrive
 from evenspin.errors import InputError
 
 CHUNK_S = 0.002
-BEHIND_S = 0.1  # later than this, the clock is set anew
+BEHIND_S = 0.1  # later than this, the clock is set again
 BACKLOG_OCTETS = 1 << 20  # what waits for a client that does not read; beyond it the link overruns, as a real one would
 READ_OCTETS = 1 << 16
 UNPLUG_S = 3600.0  # the longest
@@ -38,7 +38,7 @@ Say = Callable[[str], None]
 
 
 class PtyLink:
-    """The drive's end of a pseudo terminal. It is always there; whether somebody listens, nobody can tell."""
+    """The drive's end of a pseudo terminal. It is always there; whether somebody listens is not known."""
 
     def __init__(self) -> None:
         self._ours, self._theirs = pty.openpty()
@@ -119,7 +119,7 @@ class Server:
             self._take_link(PtyLink())
             self.port = self._link.name if self._link else ""
         listener = _listen(host, 0)
-        self._hands = Hands(listener, self._select, self._do)
+        self._clients = ControlConnections(listener, self._select, self._do)
         bound = listener.getsockname()
         self.control = f"{bound[0]}:{bound[1]}"
 
@@ -127,7 +127,7 @@ class Server:
         self._running = False
 
     def close(self) -> None:
-        self._hands.close()
+        self._clients.close()
         self._drop_link()
         if self._listener is not None:
             self._listener.close()
@@ -164,12 +164,12 @@ class Server:
     # ---- what comes and goes
 
     def _serve(self, wait_s: float) -> None:
-        for key, _ in self._select.select(0.0 if self._hands.busy else wait_s):
+        for key, _ in self._select.select(0.0 if self._clients.busy else wait_s):
             key.data()
-        self._hands.serve()
-        for hand in list(self._hands.all):
-            if hand.waiting is not None:
-                self._advance(hand)
+        self._clients.serve()
+        for client in list(self._clients.all):
+            if client.waiting is not None:
+                self._advance(client)
         self._flush()
 
     def _accept_link(self) -> None:
@@ -216,20 +216,20 @@ class Server:
             self.overruns += len(self._out)
             self._out.clear()
 
-    # ---- the bench hand
+    # ---- the bench operator
 
-    def _do(self, hand: Hand, request: Any) -> None:
+    def _do(self, client: ControlConnection, request: Any) -> None:
         kind = request.get("do") if isinstance(request, dict) else None
         if kind == "advance" and self.lockstep:
-            hand.waiting = request
-            self._advance(hand)
+            client.waiting = request
+            self._advance(client)
         elif kind == "unplug":
-            self._hands.reply(hand, self._unplug(request))
+            self._clients.reply(client, self._unplug(request))
         else:
             answer = self._control.answer(request)
             if kind == "status":
                 answer |= {"behind_s": self.behind_s, "overruns": self.overruns, "port": self.port}
-            self._hands.reply(hand, answer)
+            self._clients.reply(client, answer)
 
     def _unplug(self, request: dict[str, Any]) -> dict[str, Any]:
         try:
@@ -241,25 +241,25 @@ class Server:
             self._drop_link()
         return {"unplugged": not isinstance(self._link, PtyLink)}
 
-    def _advance(self, hand: Hand) -> None:
+    def _advance(self, client: ControlConnection) -> None:
         """Run when every octet that the client has sent before it asked is here."""
-        request = hand.waiting or {}
+        request = client.waiting or {}
         try:
             milliseconds = int(number_of(request, "ms", 0.0, 1e9))
             octets = number_of(request, "octets", 0.0, 1e15)
         except (KeyError, ValueError):
-            hand.waiting = None
-            self._hands.reply(hand, {"error": "advance needs ms and octets, whole numbers from 0"})
+            client.waiting = None
+            self._clients.reply(client, {"error": "advance needs ms and octets, whole numbers from 0"})
             return
         if self.drive.octets_in < octets:
             return
-        hand.waiting = None
+        client.waiting = None
         for _ in range(min(milliseconds, ADVANCE_MS)):
             self.drive.advance(1)
             if self.drive.has_octets and request.get("until_octets"):
                 break
         self._flush()
-        self._hands.reply(hand, {"octets": self.drive.octets_out, "t_s": self.drive.time_s})
+        self._clients.reply(client, {"octets": self.drive.octets_out, "t_s": self.drive.time_s})
 
 
 def _listen(host: str, port: int) -> socket.socket:

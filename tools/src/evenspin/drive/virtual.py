@@ -69,7 +69,7 @@ class VirtualDrive:
         self._power_on()
 
     @property
-    def told(self) -> Mapping[str, float]:
+    def model_parameters(self) -> Mapping[str, float]:
         """Drive parameters that the model states or that follow from its [plant]."""
         stated = {} if self.fresh else self.machine.drive
         return {name: value for name, value in stated.items() if name not in BENCH_DRIVE}
@@ -81,7 +81,7 @@ class VirtualDrive:
         defaults = {name: field.default for name, field in tables().params.items()}
         if self.fresh:
             defaults |= _within_board(defaults, self.plant)
-        for name, value in {**defaults, **self.told, **BENCH_DRIVE}.items():
+        for name, value in {**defaults, **self.model_parameters, **BENCH_DRIVE}.items():
             sim.set_param(name, value)
         for effect, params in self.effects.items():
             for name, value in params.items():
@@ -120,7 +120,7 @@ class VirtualDrive:
         return bool(self._from_drive)
 
     def forget_octets(self) -> None:
-        """The cable is out: what was on its way is lost."""
+        """The cable is out: what was in transit is lost."""
         self._to_drive.clear()
         self._from_drive.clear()
 
@@ -160,7 +160,7 @@ class VirtualDrive:
         self.octets_out += len(octets)
         self._from_drive += octets
 
-    # ---- the hand at the bench
+    # ---- the operator of the bench
 
     def set_load_torque(self, torque_nm: float) -> None:
         """Torque of the load machine, positive brakes positive rotation; acts from the next period."""
@@ -176,7 +176,7 @@ class VirtualDrive:
         """Any other input of the simulation: supply, disturbances of the electronics."""
         self._sim.set_input(name, (0.0,), (value,))
 
-    # ---- what only a simulator can tell
+    # ---- what only a simulator knows
 
     def record(self, signals: Sequence[str]) -> None:
         """From now on keep every period of these signals."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evenspin.effects.hypothesis import Coordinate, Hypothesis, Scale, polar
+from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale, polar
 
 
 def hypothesis(scale: Scale) -> Hypothesis:
@@ -29,3 +29,8 @@ def orders(scale: Scale) -> tuple[int, ...]:
 def slot_order(pole_pairs: int, slots: int) -> int:
     """Cogging periods per turn: least common multiple of slots and poles."""
     return math.lcm(slots, 2 * pole_pairs)
+
+
+def brake_nm(params: Params, theta_m_rad: Array, speed_rad_s: Array, direction: Array) -> Array:
+    angle = params["order"] * theta_m_rad + params.get("phase_rad", 0.0)
+    return np.asarray(params["amplitude_nm"] * np.sin(angle))

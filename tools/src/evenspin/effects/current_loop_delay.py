@@ -1,4 +1,4 @@
-"""PWM periods beyond the usual delay."""
+"""PWM periods beyond the nominal delay."""
 
 from evenspin.effects.hypothesis import Hypothesis, Scale, single
 

@@ -1,6 +1,8 @@
 """Offsets of the current sensors."""
 
-from evenspin.effects.hypothesis import Hypothesis, Scale, pair
+import numpy as np
+
+from evenspin.effects.hypothesis import Array, Hypothesis, Params, Scale, pair
 
 
 def hypothesis(scale: Scale) -> Hypothesis:
@@ -11,3 +13,7 @@ def hypothesis(scale: Scale) -> Hypothesis:
 
 def orders(scale: Scale) -> tuple[int, ...]:
     return (scale.pole_pairs,)
+
+
+def current_error_a(params: Params, ia_a: Array, ib_a: Array) -> tuple[Array, Array]:
+    return np.full_like(ia_a, params["offset_a_a"]), np.full_like(ib_a, params["offset_b_a"])

@@ -1,4 +1,6 @@
-"""Dead time of the bridge, and how its loss goes through zero current, where every inverter has its own way."""
+"""Dead time of the bridge, and how its loss goes through zero current, which differs from inverter to inverter."""
+
+import numpy as np
 
 from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale
 
@@ -28,3 +30,9 @@ def _params(z: Array) -> Params:
     by_edges = float(z[2]) if z[2] > EDGES_LEAST else 0.0
     shape = {"soft_a": float(z[1]), "by_edges": by_edges} if z[0] > 0.0 else {}
     return {"dead_time_s": float(z[0]), **shape}
+
+
+def lost_v(params: Params, i_a: Array, dc_link_v: Array, pwm_hz: float) -> Array:
+    """Mean loss of a phase over a period; how edges share it does not show in rows slower than the PWM."""
+    soft_a = max(params.get("soft_a", 0.0), 1e-9)
+    return np.asarray(params["dead_time_s"] * pwm_hz * dc_link_v * np.tanh(i_a / soft_a))

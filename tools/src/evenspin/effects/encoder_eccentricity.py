@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from evenspin.effects.hypothesis import Coordinate, Hypothesis, Scale, polar
+from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale, polar
 
 
 def hypothesis(scale: Scale) -> Hypothesis:
@@ -21,3 +21,7 @@ def hypothesis(scale: Scale) -> Hypothesis:
 
 def orders(scale: Scale) -> tuple[int, ...]:
     return (1,)
+
+
+def angle_error_rad(params: Params, theta_m_rad: Array, pole_pairs: float) -> Array:
+    return np.asarray(params["amplitude_rad"] * np.sin(theta_m_rad + params.get("phase_rad", 0.0)))

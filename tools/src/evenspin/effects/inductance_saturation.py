@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale
 
 
@@ -26,3 +28,20 @@ def hypothesis(scale: Scale) -> Hypothesis:
         lambda z: math.sqrt(max(float(z[0]), 0.0)) * amps / 0.15,
         ((0.0, 0.5, 0.5),),
     )
+
+
+SLOPE_LEAST = 0.01  # of the nominal inductance, deep in saturation
+
+
+def linkage_wb(params: Params, l_h: float, i_a: Array, other_a: Array) -> Array:
+    i_sat_a = params["i_sat_a"]
+    if i_sat_a == 0.0:
+        return l_h * i_a
+    end = math.sqrt(1.0 / SLOPE_LEAST - 1.0)
+    x, y = i_a / i_sat_a, other_a / i_sat_a
+    within = np.clip(x, -end, end)
+    own = l_h * i_sat_a * (np.arctan(within) + SLOPE_LEAST * (x - within))
+    slope = l_h * np.maximum(1.0 / (1.0 + x * x), SLOPE_LEAST)
+    both = l_h * np.maximum(1.0 / (1.0 + x * x + y * y), SLOPE_LEAST)
+    own = own + params.get("by_slope", 0.0) * (slope * i_a - own)
+    return np.asarray(own + params.get("by_amplitude", 0.0) * (both * i_a - own))

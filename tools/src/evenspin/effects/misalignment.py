@@ -34,3 +34,9 @@ def _params(z: Array) -> Params:
         "second_rel": second["a"] / amplitude,
         "phase2_rad": second["p"],
     }
+
+
+def brake_nm(params: Params, theta_m_rad: Array, speed_rad_s: Array, direction: Array) -> Array:
+    first = np.sin(theta_m_rad + params.get("phase_rad", 0.0))
+    second = np.sin(2.0 * theta_m_rad + params.get("phase2_rad", 0.0))
+    return np.asarray(params["amplitude_nm"] * (first + params.get("second_rel", 0.0) * second))

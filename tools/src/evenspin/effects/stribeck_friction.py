@@ -2,7 +2,9 @@
 
 import math
 
-from evenspin.effects.hypothesis import Coordinate, Hypothesis, Scale
+import numpy as np
+
+from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale
 
 
 def hypothesis(scale: Scale) -> Hypothesis:
@@ -20,3 +22,8 @@ def hypothesis(scale: Scale) -> Hypothesis:
         linear=False,
         amplitude=0,
     )
+
+
+def brake_nm(params: Params, theta_m_rad: Array, speed_rad_s: Array, direction: Array) -> Array:
+    low = np.abs(speed_rad_s / params["speed_rad_s"]) ** params.get("shape", 2.0)
+    return np.asarray(params["torque_nm"] * direction * np.exp(-low))

@@ -110,6 +110,6 @@ class Acceptance:
         for name, z in model.z.items():
             twin = self.library[name].simpler
             if twin is not None and twin[0] in self.library:
-                rest = {other: x for other, x in model.z.items() if other != name}
-                out.append(Candidate({**rest, twin[0]: z[list(twin[1])]}, 0.0))
+                others = {other: x for other, x in model.z.items() if other != name}
+                out.append(Candidate({**others, twin[0]: z[list(twin[1])]}, 0.0))
         return out

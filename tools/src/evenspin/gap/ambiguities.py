@@ -1,4 +1,4 @@
-"""What a set of experiments cannot tell apart: ambiguities.toml."""
+"""Effects that a set of experiments cannot separate: ambiguities.toml."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Ambiguity:
     says: str
 
     def __str__(self) -> str:
-        return f"without {self.experiment}, {' and '.join(self.effects)} cannot be told apart: {self.says}"
+        return f"without {self.experiment}, {' and '.join(self.effects)} cannot be separated: {self.says}"
 
 
 @functools.cache

@@ -172,7 +172,7 @@ def _contradictions(case: Case) -> Iterator[str]:
         if name in LOCKED:
             moved = float(np.ptp(np.unwrap(record["theta_m_rad"])))
             if counts > 0.0 and moved > STILL_COUNTS * math.tau / counts:
-                yield f"{name}: the rotor is said to be locked, but it turned by {moved:.3g} rad"
+                yield f"{name}: the rotor is stated to be locked, but it turned by {moved:.3g} rad"
         off = park_share({key: record[key] for key in record.names}, int(motor["pole_pairs"]))
         if off > ODD:
             yield (

@@ -73,7 +73,7 @@ class FeatureSet:
         ]
 
     def _visible(self, stretch: Stretch) -> list[float]:
-        """Orders that can be told from one another, from a trend, and from their own mirror image in this stretch."""
+        """Orders that this stretch separates from one another, from a trend, and from their own mirror image."""
         if stretch.coasting:
             return [k for k in self.orders if k <= COAST_ORDER_MAX]
         turns = abs(stretch.speed_rad_s) * (stretch.end - stretch.start) / self.rate_hz / (2.0 * math.pi)
@@ -99,8 +99,8 @@ class FeatureSet:
 
 
 def _folded(cycles: float, nyquist: float) -> float:
-    rest = cycles % (2.0 * nyquist)
-    return min(rest, 2.0 * nyquist - rest)
+    folded = cycles % (2.0 * nyquist)
+    return min(folded, 2.0 * nyquist - folded)
 
 
 def _bin_means(bins: Bins, signals: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from evenspin.gap.acceptance import ExpectedCost
@@ -15,8 +16,8 @@ from evenspin.gap.thresholds_evidence import ALTERNATIVE_LEAST
 @dataclass(frozen=True, slots=True)
 class Finding:
     model: Model  # best explanation, named or not
-    named: tuple[str, ...]  # strongest first; empty: nothing missing, or unknown
-    unknown: bool
+    named: tuple[str, ...]  # strongest first; may be empty
+    unknown: bool  # something is left that no known effect explains, beside what is named
     before: float  # cost of the nominal machine
     expected_cost: ExpectedCost
     lines: tuple[Line, ...]
@@ -24,6 +25,7 @@ class Finding:
     steps: tuple[Model, ...] = ()  # nothing, then one effect more each: how it was found
     weights: dict[str, float] = field(default_factory=dict)  # cost that each named effect takes away
     simulations: int = 0
+    size_spread: Mapping[str, float] = field(default_factory=dict)  # of each effect over the log, where it is unknown
 
 
 def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:

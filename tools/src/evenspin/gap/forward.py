@@ -49,9 +49,12 @@ class Forward:
         return self._measured_rows[index]
 
     def simulate(self, unit: Unit) -> list[NDArray[np.float64]]:
-        """Per record: rows with the columns READ."""
+        """Per record: rows with the columns READ, as far as they are compared."""
         self.simulations += 1
-        return [replay.run(READ, unit) for replay in self.replays]
+        return [
+            replay.run(READ, unit, features.layout.end)
+            for replay, features in zip(self.replays, self.sets, strict=True)
+        ]
 
     def features(self, unit: Unit) -> NDArray[np.float64]:
         return self.reduced(self.simulate(unit))
@@ -64,7 +67,7 @@ class Forward:
         return np.concatenate(parts)
 
     def many(self, units: Sequence[Unit], done: Callable[[], None] | None = None) -> list[NDArray[np.float64]]:
-        """The same for several, in parallel; the library runs without holding Python back."""
+        """Simulate several machines in parallel; the library runs without holding Python back."""
         out = []
         for result in self._pool.map(self.features, units):
             out.append(result)

@@ -45,6 +45,9 @@ class Intervals:
     parameters: tuple[Interval, ...]
     inflation: float  # of the standard deviations of the fit, from simulated units
 
+    def widened(self, factor: float) -> Intervals:
+        return replace(self, parameters=tuple(replace(i, half=factor * i.half) for i in self.parameters))
+
     def of(self, effect: str) -> tuple[Interval, ...]:
         return tuple(interval for interval in self.parameters if interval.effect == effect)
 
@@ -81,7 +84,7 @@ def intervals(fitter: Fitter, model: Model) -> Intervals:
         size = len(z)
         part = covariance[at : at + size, at : at + size] * inflation**2
         at += size
-        found += with_model_share(_of_effect(fitter.library[name], z, part))
+        found += with_model_share(of_effect(fitter.library[name], z, part))
     return Intervals(tuple(found), inflation)
 
 
@@ -97,7 +100,7 @@ def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) 
     return max(INFLATION_MIN, math.sqrt(float(np.mean(np.minimum(scatter, SCATTER_MAX)))))
 
 
-def _of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
+def of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
     reported = [p for p in tables().effects[h.name].params.values() if p.reported]
     values = reported_parameters(h.name, h.to_params(z))
     jacobian = np.array([_slope(h.to_params, z, i, h.coordinates[i].probe, reported) for i in range(len(z))])

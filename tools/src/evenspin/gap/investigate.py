@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from evenspin.gap.forward import Forward
 from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
+from evenspin.gap.partial import Partial, partial
 from evenspin.gap.search import Search
 from evenspin.gap.slotting import detected_order
 from evenspin.gap.thresholds_effects import (
@@ -39,6 +41,7 @@ from evenspin.gap.thresholds_effects import (
 )
 from evenspin.log.case import Case
 from evenspin.log.tolerance import SIGMA, unit_of
+from evenspin.log.unit import Unit
 
 SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 LINE_REPEATS, LINE_NEIGHBOURS = 6, 8  # simulations of the model, and beside it, that a left-over line is held against
@@ -68,7 +71,7 @@ class Investigation:
         self.validation = Validation(case)
         self.tried: list[Model] = []
         self.first_explanations: list[Model] = []  # first explanations, best first
-        self.pairs: list[Model] = []  # pairs that were refined on the way
+        self.pairs: list[Model] = []  # pairs that were refined during the search
 
     def run(self) -> Finding:
         search = self.search
@@ -95,10 +98,11 @@ class Investigation:
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
         unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines)
+        part = partial(search.fitter, best, weights, self.gap_of(best)) if unknown and best.z else Partial()
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
         return Finding(
             best,
-            () if unknown else named,
+            part.names if unknown else named,
             unknown,
             before,
             expected,
@@ -107,6 +111,7 @@ class Investigation:
             tuple(steps),
             weights,
             self.forward.simulations,
+            part.spread,
         )
 
     # ---- stages ------------------------------------------------------------------------------------------------------
@@ -176,10 +181,19 @@ class Investigation:
 
     def _validates(self, without: Model, with_it: Model) -> bool:
         """One more effect must not make the records worse that no fit has seen, nor stretch a tolerance too far."""
-        bound = TOLERATED * SIGMA
-        units = (unit_of(self.search.fitter.effects(m.z), np.clip(m.delta, -bound, bound)) for m in (without, with_it))
+        units = (unit_of(self.search.fitter.effects(m.z), tolerated(m.delta)) for m in (without, with_it))
         before, after = (self.validation.outcome(unit).gap for unit in units)
         return not after > before * (1.0 + WORSE_SHARE)
+
+    def gap_of(self, model: Model) -> Callable[[tuple[str, ...]], float]:
+        """The gap on the validation records with some of the effects of a model; with none, of the nominal machine."""
+
+        @cache
+        def gap(names: tuple[str, ...]) -> float:
+            effects = self.search.fitter.effects({name: model.z[name] for name in names})
+            return self.validation.outcome(unit_of(effects, tolerated(model.delta)) if names else Unit()).gap
+
+        return gap
 
     def _refined(self, candidates: list[Candidate], expected: ExpectedCost, start: float, end: float) -> list[Model]:
         """Each candidate refined, small sets first; once one explains the log, only its close rivals."""
@@ -210,7 +224,7 @@ class Investigation:
         return self.rules.holds_on_recheck(name, before - after)
 
     def _drop(self, best: Model, expected: ExpectedCost) -> tuple[Model, dict[str, float]]:
-        """Take out what is not needed; what each of the rest takes away from the cost."""
+        """Take out what is not needed; by how much each remaining one lowers the cost."""
         weights: dict[str, float] = {}
         names = list(best.z)
         if not names:
@@ -222,10 +236,10 @@ class Investigation:
             keep = self._stands(names[0], gain, empty, best) and self.rules.all_large(best)
             return (best, {names[0]: gain}) if keep else (empty, {})
         for name in names:
-            rest = {k: z for k, z in best.z.items() if k != name}
-            without = self.search.refine(Candidate(rest, 0.0), 5, downhill=True)
+            others = {k: z for k, z in best.z.items() if k != name}
+            without = self.search.refine(Candidate(others, 0.0), 5, downhill=True)
             if without.cost - best.cost < SURE_GAIN:
-                without = min(without, self.search.refine(Candidate(rest, 0.0), 5), key=lambda m: m.cost)
+                without = min(without, self.search.refine(Candidate(others, 0.0), 5), key=lambda m: m.cost)
             self.tried.append(without)
             weights[name] = without.cost - best.cost
             if not self._stands(name, weights[name], without, best) or not self.rules.all_large(best):
@@ -253,6 +267,12 @@ class Investigation:
         near = enumerate(neighbours(self.library, model.z, LINE_NEIGHBOURS))
         units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / LINE_NEIGHBOURS) for i, z in near]
         return tuple(leftover_lines(self.forward, units))
+
+
+def tolerated(delta: Array) -> Array:
+    """Deviations of a unit, within what a unit may have."""
+    bound = TOLERATED * SIGMA
+    return np.clip(delta, -bound, bound)
 
 
 def _has_unknown_lines(lines: tuple[Line, ...]) -> bool:

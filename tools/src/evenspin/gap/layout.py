@@ -50,6 +50,11 @@ class Layout:
     steady: tuple[Stretch, ...]
     bins: tuple[Bins, ...]
 
+    @property
+    def end(self) -> int:
+        """Rows from here on are not compared."""
+        return max([0, *(stretch.end for stretch in self.steady), *(int(bins.edges[-1]) for bins in self.bins)])
+
 
 def layout_of(replay: Replay, record: Record) -> Layout:
     rate_hz = 1.0 / float(np.median(np.diff(record["t_s"])))

@@ -76,7 +76,7 @@ def meta(experiments: Sequence[Experiment], case: str) -> dict[str, Any]:
 
 
 def changed_model(machine: Machine) -> dict[str, str]:
-    """What of the model the plan sets otherwise."""
+    """Parameters of the model that the plan changes."""
     params = tables().params
     given = {name: params[name].to_text(machine.drive.get(name, params[name].default)) for name in FORMAT_CONTROLLER}
     changed = {

@@ -1,4 +1,4 @@
-"""What can be mended in a record, mended and said: rows that are not numbers, times that repeat, short gaps."""
+"""What can be mended in a record, mended and reported: rows that are not numbers, times that repeat, short gaps."""
 
 from __future__ import annotations
 

@@ -14,9 +14,10 @@ from evenspin.gap.ambiguities import Ambiguity, ambiguities
 from evenspin.gap.candidate import Model
 from evenspin.gap.finding import Finding, alternatives
 from evenspin.gap.intervals import Intervals, intervals
-from evenspin.gap.investigate import Investigation
+from evenspin.gap.investigate import Investigation, tolerated
 from evenspin.gap.outcome import Outcome, Validation
-from evenspin.gap.thresholds_effects import GAIN_MIN, TOLERATED
+from evenspin.gap.partial import validated_shares
+from evenspin.gap.thresholds_effects import GAIN_MIN, PARTIAL_SPREAD, TOLERATED
 from evenspin.gap.thresholds_evidence import (
     CONFIDENCE_MAX,
     INSEPARABLE_WEIGHT,
@@ -35,7 +36,6 @@ from evenspin.native import tables
 
 Array = NDArray[np.float64]
 Effects = Mapping[str, Mapping[str, float]]
-NO_EFFECT: Mapping[str, Mapping[str, float]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,16 +74,22 @@ class CaseResult:
     nearest_effects: Effects  # parameters of the best explanation, named or not
     seconds: float
     confidence: Mapping[str, float] = field(default_factory=dict)
+    shares: Mapping[str, float] = field(default_factory=dict)  # of the squared gap on validation records, of each name
 
     @property
     def verdict(self) -> tuple[str, ...]:
-        return ("unknown",) if self.finding.unknown else self.finding.named
+        """Names, strongest first; `unknown` stands for what they leave."""
+        return (*self.finding.named, *(("unknown",) if self.finding.unknown else ()))
+
+    @property
+    def partial(self) -> bool:
+        return self.finding.unknown and bool(self.finding.named)
 
     @property
     def closed(self) -> float:
         """Share of the gap above the noise floor that is closed; nan where there is none to close."""
-        floor = gap_of_records(self.noise_floor)
-        wide = self.before.gap - floor
+        noise_floor = gap_of_records(self.noise_floor)
+        wide = self.before.gap - noise_floor
         return (self.before.gap - self.after.gap) / wide if wide > 0.0 else math.nan
 
 
@@ -110,15 +116,19 @@ def result_of(
 ) -> CaseResult:
     """The validation of a finding; `started`: time.monotonic() when the work began."""
     fitter, model = investigation.search.fitter, finding.model
-    effects = NO_EFFECT if finding.unknown else fitter.effects(model.z)
+    effects = fitter.effects({name: model.z[name] for name in finding.named})
     # where nothing known explains the log, what the fit did to the machine explains nothing either
-    delta = np.zeros(len(SIGMA)) if finding.unknown else model.delta
-    unit = unit_of(effects, delta)
+    nothing_stands = finding.unknown and not finding.named
+    delta = np.zeros(len(SIGMA)) if nothing_stands else tolerated(model.delta) if finding.unknown else model.delta
+    unit = Unit() if nothing_stands else unit_of(effects, delta)
     validation = Validation(case)
     before = validation.outcome(Unit())
-    after = before if finding.unknown else validation.outcome(unit)
-    nearest = validation.outcome(unit_of(fitter.effects(model.z), model.delta)) if finding.unknown else None
+    after = before if nothing_stands else validation.outcome(unit)
+    nearest = validation.outcome(unit_of(fitter.effects(model.z), model.delta)) if nothing_stands else None
     found = intervals(fitter, model)
+    if finding.unknown and finding.named:  # what is left biases every parameter by as much as it can
+        found = found.widened(math.sqrt(max(1.0, model.cost / finding.expected_cost.mean)))
+    shares = validated_shares(finding.named, investigation.gap_of(model))
     other = tuple(alternatives(finding))
     unclear = tuple(ambiguities(case.experiments, case.meta["motor"]))
     messages = [*warnings, *(str(each) for each in unclear), *found.warnings(), *_intolerant(delta)]
@@ -127,7 +137,7 @@ def result_of(
     if not finding.unknown and finding.expected_cost.is_significant(model.cost):
         share = finding.expected_cost.excess(model.cost) / finding.expected_cost.mean
         messages.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
-    if before.traces and not finding.unknown and effects and not after.gap < before.gap:
+    if before.traces and effects and not after.gap < before.gap:
         messages.append("what was named does not make the gap on the validation records smaller: do not trust it")
     return CaseResult(
         case,
@@ -153,6 +163,7 @@ def result_of(
         fitter.effects(model.z),
         time.monotonic() - started,
         confidence(finding, other),
+        shares,
     )
 
 
@@ -173,31 +184,35 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     """How likely each name is right. `evenspin gap blind score` holds it against the truth of blind cases.
 
     A name stands less firm when other explanations do without it, when what it takes away could be chance or what a
-    larger effect leaves because the machine has it a little differently, and when the rest is nearly more than noise.
+    larger effect leaves because the machine has it a little differently, and when the residual is near the noise.
     """
     excess = finding.expected_cost.excess(finding.model.cost)
     nearly = excess / max(finding.expected_cost.limit, 1.0)
-    if finding.unknown:
-        return {"unknown": CONFIDENCE_MAX * (1.0 - UNKNOWN_DOUBT * math.exp(-UNKNOWN_RISE * max(0.0, nearly - 1.0)))}
+    unknown = CONFIDENCE_MAX * (1.0 - UNKNOWN_DOUBT * math.exp(-UNKNOWN_RISE * max(0.0, nearly - 1.0)))
+    if finding.unknown and not finding.named:
+        return {"unknown": unknown}
     total = sum(max(gain, 0.0) for gain in finding.weights.values()) or 1.0
     out = {}
     for name in finding.named:
         against = sum(weight for names, weight in other if name not in names)
         gain = max(finding.weights.get(name, 0.0), 0.0)
         real = (1.0 - math.exp(-gain / GAIN_MIN)) * (1.0 - math.exp(-gain / (LEFTOVER_SHARE * total)))
-        out[name] = CONFIDENCE_MAX * (1.0 - against) * real * (1.0 - REST_DOUBT * min(max(nearly, 0.0), 1.0) ** 2)
-    return out
+        doubt = REST_DOUBT * min(max(nearly, 0.0), 1.0) ** 2
+        if finding.unknown:  # what is left need not speak against a name that has one size over the log
+            doubt = REST_DOUBT * finding.size_spread[name] / PARTIAL_SPREAD
+        out[name] = CONFIDENCE_MAX * (1.0 - against) * real * (1.0 - doubt)
+    return out | ({"unknown": unknown} if finding.unknown else {})
 
 
 def inseparable(result: CaseResult, name: str) -> tuple[str, ...]:
-    """What else it may be, as far as these experiments can tell."""
+    """What else it may be, as far as these experiments can show."""
     partners = [p for each in result.ambiguities if name in each.effects for p in each.effects if p != name]
     near = [n for names, weight in result.other if weight > INSEPARABLE_WEIGHT and name not in names for n in names]
     return tuple(dict.fromkeys(n for n in (*partners, *near) if n not in result.finding.named))
 
 
 def separator(name: str) -> str:
-    """The experiments that make an effect identifiable, and what tells it from its neighbours."""
+    """The experiments that make an effect identifiable, and what separates it from similar effects."""
     effect = tables().effects[name]
     shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items()) or "any"
     return f"{shown}: {effect.told_apart}" if effect.told_apart else shown

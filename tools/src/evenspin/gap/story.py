@@ -54,16 +54,16 @@ def page_of(result: CaseResult, command: str) -> Page:
 def summary_of(result: CaseResult) -> list[str]:
     """The story in a few sentences."""
     finding = result.finding
-    if finding.unknown:
-        sentences = [
-            "Something is missing that no known effect explains: unknown.",
-            *(f"{_start(t)}." for t in because(result)),
-        ]
-    elif finding.named:
+    if finding.named:
         named = ", ".join(f"{name} ({_numbers(result, name)})" for name in finding.named)
         sentences = [f"Missing in the model: {named}."]
+        if finding.unknown:
+            sentences.append("Beside that something is missing that no known effect explains: unknown.")
+    elif finding.unknown:
+        sentences = ["Something is missing that no known effect explains: unknown."]
     else:
         sentences = ["Nothing is missing: the nominal machine within its tolerance explains the log."]
+    sentences += [f"{_start(reason)}." for reason in because(result)]
     if result.before.traces:
         sentences.append(
             f"Gap on validation records: {result.before.gap:.3f} before, {result.after.gap:.3f} after; noise alone "
@@ -105,7 +105,12 @@ def _contributions(contributions: list[Contribution], result: CaseResult) -> Tab
 
 
 def _what(result: CaseResult) -> Chapter:
-    if result.finding.unknown:
+    if result.partial:
+        text = (
+            "What is named has one size over the whole log, and records that no fit has seen are simulated better with "
+            "it. Other effects that were tried needed another size in each part of the log, and are not named."
+        )
+    elif result.finding.unknown:
         text = (
             "No effect is named, because the best explanation leaves more than noise. The names below are what was "
             "tried; none of them is added to the model."
@@ -153,7 +158,7 @@ def _candidates(result: CaseResult) -> TableView:
         key = frozenset(names)
         excess = finding.expected_cost.excess(cost)
         if key == chosen:
-            why = "does not explain the log" if finding.unknown else "chosen" if key else "enough"
+            why = "does not explain all of the log" if finding.unknown else "chosen" if key else "enough"
         elif key > chosen and not finding.unknown:
             why = "its addition does not earn a place: too little gain, or within tolerance"
         else:
@@ -198,7 +203,8 @@ def _how_much(result: CaseResult) -> Chapter:
 
 
 def _open(result: CaseResult) -> bool:
-    return not result.finding.unknown and result.before.gap > OPEN_GAP * gap_of_records(result.noise_floor)
+    known = not result.finding.unknown or bool(result.finding.named)
+    return known and result.before.gap > OPEN_GAP * gap_of_records(result.noise_floor)
 
 
 def _gap_table(result: CaseResult) -> TableView:

@@ -52,7 +52,7 @@ class Detents:
 
 @dataclass(frozen=True, slots=True)
 class LocalMinima:
-    """For effects whose logs do not repeat to the sample: what varies with the noise counts less on the way."""
+    """For effects whose logs do not repeat to the sample: what varies with the noise counts less during the search."""
 
     def refine(self, fitter: Fitter, candidate: Candidate | Model, steps: int, beat: float) -> Model:
         strict = fitter.judge.noise

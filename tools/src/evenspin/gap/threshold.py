@@ -1,4 +1,4 @@
-"""The form of a threshold: a number by which something is decided, with what it rests on.
+"""The form of a threshold: a number by which something is decided, with its evidence.
 
 `set_on` says which data a value was set on. Those sets are blind no longer; `make blind` with another seed checks a
 change. Numbers that only steer how fast a method converges, or how many simulations an estimate is made of, stand with

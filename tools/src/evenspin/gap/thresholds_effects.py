@@ -37,7 +37,7 @@ SHARE_MIN = SECTION.add(
     "SHARE_MIN",
     0.10,
     "of the excess",
-    "an effect that explains the log from one that picks up the rest of another",
+    "an effect that explains the log from one that picks up the residual of another",
     set_on=EXAMPLES,
     too_low="a wrong effect with a similar signature is carried on beside the right one",
     too_high="the smaller effect of a pair is not taken",
@@ -128,9 +128,9 @@ UNKNOWN_SHARE = SECTION.add(
     0.4,
     "of the expected cost",
     "`unknown` from a name with a warning",
-    set_on=SECOND_SET + "; known effects left 37 % at most, foreign ones 117 % and more, one foreign effect 27 %",
+    set_on=SECOND_SET + "; known effects left 37 % at most, unknown ones 117 % and more, one unknown effect 27 %",
     too_low="known effects that are modelled a little differently become `unknown`",
-    too_high="foreign effects get the name of their neighbour",
+    too_high="unknown effects get the name of a similar known one",
 )
 LINE_RATIO = SECTION.add(
     "LINE_RATIO",
@@ -139,7 +139,7 @@ LINE_RATIO = SECTION.add(
     "a spectral line that is left over from noise",
     set_on=EXAMPLES,
     too_low="`unknown` by the chance peaks of some hundred spectra",
-    too_high="a foreign periodic effect is overlooked",
+    too_high="an unknown periodic effect is overlooked",
 )
 LINES_MIN = SECTION.add(
     "LINES_MIN",
@@ -148,7 +148,7 @@ LINES_MIN = SECTION.add(
     "a periodic effect, which shows in several stretches, from a single chance line",
     set_on=EXAMPLES,
     too_low="`unknown` by a single disturbance of the recording",
-    too_high="a foreign effect that shows at few speeds is overlooked",
+    too_high="an unknown effect that shows at few speeds is overlooked",
 )
 NONLINEAR_GAIN = SECTION.add(
     "NONLINEAR_GAIN",
@@ -239,7 +239,7 @@ EFFECTS_MAX = int(
         "an explanation from a collection of effects that fits anything",
         set_on=NOT_SET,
         too_low="a third hidden effect is not named",
-        too_high="more simulations, and foreign effects are composed of known ones",
+        too_high="more simulations, and unknown effects are composed of known ones",
     )
 )
 CANDIDATES = int(
@@ -274,6 +274,33 @@ FIRST_KEPT = int(
         too_low="a pair whose smaller effect ranks first is not found",
         too_high="more simulations",
     )
+)
+PARTIAL_SPREAD = SECTION.add(
+    "PARTIAL_SPREAD",
+    0.25,
+    "of the size of an effect",
+    "an effect beside something unknown from one that only resembles it, whose size differs more over the log",
+    set_on=NOT_SET,
+    too_low="a right effect beside something foreign is thrown away",
+    too_high="a fan is named viscous friction",
+)
+PARTIAL_GAIN = SECTION.add(
+    "PARTIAL_GAIN",
+    400.0,
+    "cost",
+    "an effect that stands beside something unknown from one that takes up a little of it",
+    set_on=NOT_SET,
+    too_low="a small wrong name beside `unknown`",
+    too_high="a small right one is not named beside `unknown`",
+)
+PARTIAL_SHARE = SECTION.add(
+    "PARTIAL_SHARE",
+    0.02,
+    "of the squared gap on validation records",
+    "an effect beside something unknown that unseen records confirm from one that they do not",
+    set_on=NOT_SET,
+    too_low="a name that only the fit records want",
+    too_high="a small right effect beside something large is not named",
 )
 LINEAR_SHARE = SECTION.add(
     "LINEAR_SHARE",

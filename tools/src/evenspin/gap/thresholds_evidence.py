@@ -37,7 +37,7 @@ ORDER_CYCLES = SECTION.add(
     "ORDER_CYCLES",
     0.8,
     "cycles within a stretch",
-    "two angle orders, or an order and a trend, that a stretch can tell apart from those that it cannot",
+    "two angle orders, or an order and a trend, that a stretch can separate from those that it cannot",
     set_on=ARITHMETIC,
     too_low="features that are the same number twice",
     too_high="the slow stretches show no order",
@@ -103,7 +103,7 @@ NEIGHBOUR_SHARE = SECTION.add(
     "how far beside the point that was found a nonlinear effect may be, so that a limit cycle there is the model's own",
     set_on=NOT_SET,
     too_low="a limit cycle of backlash that the point just misses makes the log `unknown`",
-    too_high="a foreign line near one of backlash is overlooked",
+    too_high="an unknown line near one of backlash is overlooked",
 )
 PARAMETER_SHARE = SECTION.add(
     "PARAMETER_SHARE",
@@ -165,7 +165,7 @@ UNKNOWN_RISE = SECTION.add(
     "per limit of excess",
     "...and how fast it becomes surer beyond it",
     set_on=NOT_SET,
-    too_low="foreign effects seem doubtful",
+    too_low="unknown effects seem doubtful",
     too_high="`unknown` by a hair seems sure",
 )
 REST_DOUBT = SECTION.add(
@@ -174,7 +174,7 @@ REST_DOUBT = SECTION.add(
     "of the confidence",
     "how much an excess at the limit of `unknown` takes from every name",
     set_on=NOT_SET,
-    too_low="names beside a large rest seem sure",
+    too_low="names beside a large residual seem sure",
     too_high="names that are right seem doubtful when the drive is modelled a little differently",
 )
 ALTERNATIVE_LEAST = SECTION.add(

@@ -23,6 +23,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "verdict": list(result.verdict),
         "parameters": {name: reported_parameters(name, result.effects[name]) for name in finding.named},
         "confidence": {name: round(value, 4) for name, value in result.confidence.items()},
+        "shares": {name: real(share) for name, share in result.shares.items()},
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),
         "gap_after": real(result.after.gap),
@@ -73,9 +74,10 @@ def because(result: CaseResult) -> list[str]:
     if not finding.unknown:
         return []
     reasons = []
+    best = "what is named" if result.partial and set(finding.named) == set(finding.model.z) else "the best explanation"
     if finding.expected_cost.excess(finding.model.cost) > finding.expected_cost.limit:
         reasons.append(
-            f"the best explanation leaves a cost of {finding.model.cost:.0f}; healthy units have "
+            f"{best} leaves a cost of {finding.model.cost:.0f}; healthy units have "
             f"{finding.expected_cost.mean:.0f} +- {finding.expected_cost.sigma:.0f}"
         )
     left = [line for line in finding.lines if line.ratio > LINE_RATIO]
@@ -101,6 +103,8 @@ def _details(result: CaseResult) -> dict[str, Any]:
         "simulations": finding.simulations,
         "seconds": round(result.seconds, 1),
     }
+    if finding.unknown:
+        details["size_spread"] = {name: real(spread) for name, spread in finding.size_spread.items()}
     if result.nearest is not None and finding.model.z:
         details["nearest"] = {
             "note": "the known effects that come nearest; they do not explain the log and were not added",

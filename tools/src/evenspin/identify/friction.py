@@ -60,10 +60,10 @@ def friction_points(runs: Sequence[Run]) -> list[FrictionPoint]:
                 given = f"{stretch.turns:.2f} turns at {speed:g} rad/s"
                 raise InputError(run.name, "run", given, "at least one turn", "record longer, or leave this speed out")
             part = stretch.part(rows)
-            way = np.diff(part.theta_rad)
+            travel = np.diff(part.theta_rad)
             middle = (part.torque_nm[1:] + part.torque_nm[:-1]) / 2.0
-            mean_speed = float((part.theta_rad[-1] - part.theta_rad[0]) / ((len(way)) * part.ts_s))
-            points.append(FrictionPoint(mean_speed, float((middle * way).sum() / way.sum()), part.turns))
+            mean_speed = float((part.theta_rad[-1] - part.theta_rad[0]) / ((len(travel)) * part.ts_s))
+            points.append(FrictionPoint(mean_speed, float((middle * travel).sum() / travel.sum()), part.turns))
     return points
 
 
@@ -96,7 +96,7 @@ def _fit(v: Array, torque: Array, *, stribeck: bool) -> tuple[dict[str, Estimate
         return dict(zip(NAMES[:3], (viscous, coulomb_e, coulomb_e), strict=True)) | {"offset_nm": offset}, residual
     best = None
     rise = max(float(along[np.argmin(size)] - start[0] * size.min() - start[1]), 1e-3 * start[1])
-    for knee in np.geomspace(size.min(), size.max(), 7)[1:-1]:  # the sum of squares may have several valleys
+    for knee in np.geomspace(size.min(), size.max(), 7)[1:-1]:  # the sum of squares may have several local minima
         estimates, residual = nonlinear(
             lambda p: _model(v, [p[0], p[1], p[1] + p[2], p[3], p[4], p[5]]),
             [*start, rise, float(knee), 1.5, 0.0],
@@ -134,7 +134,7 @@ def _check_speeds(v: Array) -> None:
         speeds = np.unique(np.round(np.abs(v[np.sign(v) == sign]), 6))
         if len(speeds) < LEAST_SPEEDS:
             must = f"at least {LEAST_SPEEDS}"
-            hint = "an offset cannot be told from Coulomb friction with one direction: add runs"
+            hint = "an offset cannot be separated from Coulomb friction with one direction: add runs"
             raise InputError(WHERE, f"speeds in {word} direction", len(speeds), must, hint)
 
 

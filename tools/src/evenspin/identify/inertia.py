@@ -16,7 +16,7 @@ from evenspin.identify.estimate import Array, Estimate, linear
 from evenspin.identify.source import TURN_RAD, Run
 
 WINDOW_S = 0.008
-ORDERS = 32  # torque tied to the angle: whole orders up to here, when the run is long enough to tell them apart
+ORDERS = 32  # torque tied to the angle: whole orders up to here, when the run is long enough to separate them
 UNSURE = 0.1
 WHERE = "identify inertia"
 

@@ -8,7 +8,7 @@ first two derivatives, at both ends of a window, and integrated by parts (Shinbr
     J int f'' theta  -  B int f' theta  +  T_0 int f  =  k_T int f i_q                                       (2)
 
 Each window gives one line of a linear problem. T_0 is what does not change with the speed: Coulomb friction, a load.
-It is fitted, too; without changes of the speed B cannot be told from it, and the interval of B says so.
+It is fitted, too; without changes of the speed B cannot be separated from it, and the interval of B says so.
 
 Source   Tang et al. 2020, section V-D: J and B from a low-frequency pseudo-random torque.
 """
@@ -54,7 +54,7 @@ def identify_mechanics(runs: Sequence[Run], window_s: float = WINDOW_S) -> Mecha
     lines = [_lines(run, window_s) for run in runs]
     t_s, speed, columns, torque = (np.concatenate([line[i] for line in lines]) for i in range(4))
     if len(t_s) < LEAST_WINDOWS:
-        must = f"at least {LEAST_WINDOWS}, in which the rotor turns one way"
+        must = f"at least {LEAST_WINDOWS}, in which the rotor turns in one direction"
         raise InputError(WHERE, "windows", len(t_s), must, "record longer, turn faster, or shorten --window-s")
     estimates, residual = linear(columns, torque, 1.0 / OVERLAP)
     inertia, viscous, constant = estimates

@@ -117,7 +117,7 @@ def machine_drive(machine: Machine) -> dict[str, float]:
 
 
 def model_text(work: Work) -> str:
-    """The model file with J and B replaced, its comments kept; of a log, a new one with what meta.json tells."""
+    """The model file with J and B replaced, its comments kept; of a log, a new one with what meta.json states."""
     import tomlkit
 
     values = {"inertia_kgm2": work.found.inertia_kgm2.value, "viscous_nms": work.found.viscous_nms.value}

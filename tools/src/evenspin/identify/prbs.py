@@ -1,6 +1,6 @@
 """A pseudo-random torque on the simulated drive, as one would do it on a bench.
 
-First the speed controller brings the drive to its mean speed and tells the current that keeps it there; then, in
+First the speed controller brings the drive to its mean speed and measures the current that keeps it there; then, in
 current mode, a maximum-length sequence is added to that current. Amplitude and bit time come from what is known of the
 machine: the speed may swing by SWING of its mean, the current stays within half of the rated one.
 """
@@ -66,7 +66,7 @@ def plan(
     bit_s: float | None = None,
     bits: int = 7,
 ) -> Plan:
-    """What is safe for this drive, unless the user says otherwise."""
+    """What is safe for this drive, unless the user sets other values."""
     from scipy.signal import max_len_seq
 
     plant = machine.plant

@@ -29,7 +29,7 @@ UNITS = {
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """What there was data for; None otherwise."""
+    """The parameters for which there was data; None for the others."""
 
     friction: Friction | None = None
     inertia: Inertia | None = None

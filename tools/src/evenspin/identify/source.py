@@ -86,7 +86,7 @@ def _check_signals(file: Path, record: Record, torque: str) -> None:
     if why is not None:
         raise ChannelError(file, why, "repair it and record again, or leave this log out")
     if not all(is_signal(columns[name], name).all() for name in (*USED, "speed_rad_s")):
-        return  # told for each column later
+        return  # reported for each column later
     found = check_motion(columns["t_s"], columns["theta_m_rad"], columns["speed_rad_s"])
     if found is None and all(is_signal(columns[name]).all() for name in CURRENTS):
         found = check_currents(columns, 0)
@@ -96,7 +96,7 @@ def _check_signals(file: Path, record: Record, torque: str) -> None:
 
 def check_torque(torque: str) -> None:
     if torque not in TORQUE_FROM:
-        raise InputError("identify", "--torque", torque, "measured or command", "measured is the usual one")
+        raise InputError("identify", "--torque", torque, "measured or command", "measured is the default")
 
 
 def run_of(record: Record, name: str, torque_per_a_nm: float, torque: str = "measured", path: Path | str = "") -> Run:
@@ -119,7 +119,7 @@ def run_of(record: Record, name: str, torque_per_a_nm: float, torque: str = "mea
 
 
 def constant_stretches(run: Run, settle_s: float = 0.3) -> list[Run]:
-    """Where the speed reference rests, without the time in which the speed follows it."""
+    """Where the speed reference is constant, without the time in which the speed follows it."""
     reference = run.speed_ref_rad_s
     cuts = np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * (1.0 + np.abs(reference[1:]))) + 1
     edges = [0, *cuts.tolist(), len(reference)]
@@ -133,11 +133,11 @@ def constant_stretches(run: Run, settle_s: float = 0.3) -> list[Run]:
 
 def whole_turns(run: Run) -> slice | None:
     """The longest end of it that is a whole number of turns; None when it is less than one."""
-    way = np.abs(run.theta_rad - run.theta_rad[-1])
-    turns = np.floor(way[0] / TURN_RAD + 1e-6)
+    travel = np.abs(run.theta_rad - run.theta_rad[-1])
+    turns = np.floor(travel[0] / TURN_RAD + 1e-6)
     if turns < 1:
         return None
-    return slice(int(np.argmin(np.abs(way - turns * TURN_RAD))), len(way))
+    return slice(int(np.argmin(np.abs(travel - turns * TURN_RAD))), len(travel))
 
 
 def _torque_per_a(path: Path, meta: Mapping[str, Any]) -> float:

@@ -2,9 +2,9 @@
 
     T(theta) = mean + sum_i L_i sin(w_i theta + phi_i)
 
-The log's first turn is skipped, the rest is cut to whole turns and averaged in cells of the angle. A spectrum finds the
-lines, least squares over all of them refine order, magnitude and phase: far below the resolution of 1 / turns. Phases
-hold at angle 0 of the log's first turn.
+The log's first turn is skipped, the others are cut to whole turns and averaged in cells of the angle.
+A spectrum finds the lines, least squares over all of them refine order, magnitude and phase: far below the resolution
+of 1 / turns. Phases hold at angle 0 of the log's first turn.
 
 Source   Yeh and Liu 2024, section 2.1 (spatial FFT of slow turns).
 """
@@ -79,14 +79,14 @@ def _near(line: Line, turns: int) -> bool:
 
 def _cells(run: Run) -> tuple[Array, Array, int]:
     """Torque averaged in cells of the angle, over whole turns after the first."""
-    way = np.abs(run.theta_rad - run.theta_rad[0])
-    turns = int(np.floor(way.max() / TURN_RAD + 1e-3)) - SKIPPED_TURNS
+    travel = np.abs(run.theta_rad - run.theta_rad[0])
+    turns = int(np.floor(travel.max() / TURN_RAD + 1e-3)) - SKIPPED_TURNS
     if turns < 1:
         must = f"at least {SKIPPED_TURNS + 1} (the first is skipped)"
-        raise InputError(WHERE, "turns", f"{way.max() / TURN_RAD:.2f}", must, "record longer")
+        raise InputError(WHERE, "turns", f"{travel.max() / TURN_RAD:.2f}", must, "record longer")
     if (np.diff(run.theta_rad) * np.sign(run.theta_rad[-1] - run.theta_rad[0])).min() < -TURN_RAD / CELLS:
         raise InputError(WHERE, "direction", "both", "one", "turn slowly in one direction")
-    _check_pace(run, way)
+    _check_pace(run, travel)
     # cells are counted from angle 0 of the log, not from where the run began: phases hold there
     index = np.floor(run.theta_rad * (CELLS / TURN_RAD)).astype(int)
     forward = run.theta_rad[-1] > run.theta_rad[0]
@@ -106,10 +106,10 @@ def _cells(run: Run) -> tuple[Array, Array, int]:
     return angle, torque, turns
 
 
-def _check_pace(run: Run, way: Array) -> None:
-    """Inertia and friction must not look like a torque tied to the angle: the speed has to be constant."""
-    cuts = np.arange(SKIPPED_TURNS * TURN_RAD, way.max(), TURN_RAD / PACES)
-    paces = np.diff(np.searchsorted(np.maximum.accumulate(way), cuts))
+def _check_pace(run: Run, travel: Array) -> None:
+    """Inertia and friction must not appear as a torque tied to the angle: the speed has to be constant."""
+    cuts = np.arange(SKIPPED_TURNS * TURN_RAD, travel.max(), TURN_RAD / PACES)
+    paces = np.diff(np.searchsorted(np.maximum.accumulate(travel), cuts))
     if len(paces) and paces.max() > UNEVEN * max(paces.min(), 1):
         slow, fast = (TURN_RAD / PACES / run.ts_s / max(n, 1) for n in (paces.max(), paces.min()))
         given = f"{slow:.3g} .. {fast:.3g} rad/s"

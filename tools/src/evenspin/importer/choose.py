@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evenspin.importer.motion import CLEAR, ratio_of, turn_of, unwrapped, wrap_span
+from evenspin.importer.motion import CLEAR, is_whole, ratio_of, turn_of, unwrapped, wrap_span
 from evenspin.importer.names import QUANTITIES, quantities_of
 from evenspin.importer.programs import unit_by_program
 from evenspin.importer.table import Array, RawColumn, RawTable
@@ -30,6 +30,8 @@ def by_name(table: RawTable) -> tuple[dict[str, Choice], list[str]]:
     candidates: dict[str, list[tuple[int, RawColumn]]] = {}
     for column in table.columns:
         for quantity, score in quantities_of(column.name):
+            if quantity == "id_a" and _is_a_number_plate(column.values):
+                continue
             column = _with_unit(column, table.names)
             unit = unit_of(column.unit)
             if unit is None or unit.dimension in (QUANTITIES[quantity], "share"):
@@ -57,6 +59,12 @@ def _with_unit(column: RawColumn, names: Sequence[str]) -> RawColumn:
 def _is_constant(values: Array) -> bool:
     good = values[np.isfinite(values)]
     return len(good) == 0 or float(np.ptp(good)) == 0.0
+
+
+def _is_a_number_plate(values: Array) -> bool:
+    """`motor_id` is the number of a device, and no current along the d axis."""
+    good = values[np.isfinite(values)]
+    return len(good) > 0 and _is_constant(good) and good[0] != 0.0 and is_whole(good)
 
 
 def _alike(one: RawColumn, other: RawColumn) -> bool:
@@ -89,7 +97,7 @@ def motion_by_data(t: Array, columns: Sequence[RawColumn]) -> tuple[Choice, Choi
         if not np.isfinite(angle.values).all() or _is_constant(angle.values):
             continue
         span = wrap_span(angle.values)
-        turn = turn_of(span) if span is not None else None
+        turn = turn_of(span, is_whole(angle.values)) if span is not None else None
         if span is not None and turn is None:
             continue
         continuous = unwrapped(angle.values, turn[1] if turn else None)

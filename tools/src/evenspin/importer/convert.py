@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from evenspin.errors import InputError
 from evenspin.importer import frames
 from evenspin.importer.mapping import HINT, ColumnMap, Mapping
-from evenspin.importer.motion import turn_of, unwrapped, wrap_span
+from evenspin.importer.motion import is_whole, turn_of, unwrapped, wrap_period, wrap_span
 from evenspin.importer.names import QUANTITIES
 from evenspin.importer.table import Array, RawColumn, RawTable
-from evenspin.importer.units import unit_of
+from evenspin.importer.units import split_unit, unit_of
 from evenspin.plausible.torque import acceleration_factor, work_share
 
 INVARIANT = math.sqrt(2.0 / 3.0)
@@ -85,13 +85,14 @@ def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnM
     values = raw.values
     if QUANTITIES[quantity] == "angle":
         span = wrap_span(values)
-        turn = turn_of(span) if span is not None else None
-        values = unwrapped(values, turn[1] if turn is not None else None)
+        turn = turn_of(span, is_whole(values)) if span is not None else None
+        period = turn[1] if turn is not None else None if span is None else wrap_period(values, span)
+        values = unwrapped(values, period)
     return np.asarray((values + column.offset) * (column.scale * factor))
 
 
 def _source(table: RawTable, name: str) -> RawColumn | None:
-    found = table.column(name)
+    found = table.column(name) or table.column(split_unit(name)[0])  # as it stands in the header, too
     if found is None and name.isdigit() and 1 <= int(name) <= len(table.columns):
         found = table.columns[int(name) - 1]
     return found

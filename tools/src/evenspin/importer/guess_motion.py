@@ -69,7 +69,7 @@ def _angle_units(state: State, quantity: str) -> Units:
     column = state.chosen[quantity].column
     unit = unit_of(column.unit)
     span = motion.wrap_span(column.values)
-    turn = motion.turn_of(span) if span is not None else None
+    turn = motion.turn_of(span, motion.is_whole(column.values)) if span is not None else None
     if unit is not None and unit.dimension == "angle":
         if not unit.counts:
             return [(column.unit, unit.si)]
@@ -118,6 +118,8 @@ def _together(state: State, angle: str, speed: str, angles: Units, speeds: Units
         return
     span = motion.wrap_span(values)
     turn = min((TURN / si for _, si in angles), key=lambda size: abs(size - span)) if span is not None else None
+    if turn is not None and span is not None and motion.turn_of(span, motion.is_whole(values)) is None:
+        turn = motion.wrap_period(values, span)  # not of a whole turn: the range of a protocol
     continuous = motion.unwrapped(values[good], turn)
     ratio, like = motion.ratio_of(t[good], continuous, rate[good])
     if not abs(like) > motion.CLEAR:

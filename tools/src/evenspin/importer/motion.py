@@ -53,12 +53,26 @@ def wrap_span(values: Array) -> float | None:
     return span if inside < 0.25 * span else None
 
 
-def turn_of(span: float) -> tuple[str, float] | None:
-    """The unit of an angle that starts again after about @p span, and that turn in the unit."""
+def is_whole(values: Array) -> bool:
+    """Counts are whole numbers."""
+    good = values[np.isfinite(values)]
+    return bool(np.all(np.abs(good - np.round(good)) < 1e-6))
+
+
+def wrap_period(values: Array, span: float) -> float:
+    """After how much an angle starts again, whatever its unit: a jump less the step that was due."""
+    step = np.diff(values)
+    jumps = np.flatnonzero(np.abs(step) > 0.6 * span)
+    jumps = jumps[jumps > 0]
+    return float(np.median(np.abs(step[jumps] - step[jumps - 1]))) if len(jumps) else span
+
+
+def turn_of(span: float, whole: bool = True) -> tuple[str, float] | None:
+    """The unit of an angle that starts again after about @p span, and that turn in the unit. @p whole: is_whole."""
     for unit, turn in (("rad", TURN), ("deg", 360.0), ("turn", 1.0)):
         if 0.93 * turn <= span <= 1.001 * turn:
             return unit, turn
-    if span >= 15.0:
+    if span >= 15.0 and whole:
         nice = [float(2**bits) for bits in range(4, 33)] + [4.0 * lines for lines in LINES]
         near = [turn for turn in nice if 0.97 * turn <= span + 1.0 <= 1.001 * turn]
         return "counts", min(near, key=lambda turn: turn - span) if near else 4.0 * math.ceil((span + 1.0) / 4.0)

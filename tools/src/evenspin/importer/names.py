@@ -36,6 +36,8 @@ QUANTITIES = {
     "torque_nm": "torque",
 }
 
+MOST_WORDS = 8  # of a dotted path, whose last ones name the signal
+
 MEASURED = (
     r"(?: (?:meas|measured|act|actual|fb|fbk|feedback|est|estimate|estimated|ist|filt|filtered|in|pu|value|mech|m))*"
 )
@@ -106,7 +108,7 @@ def quantities_of(name: str) -> list[tuple[str, int]]:
     """Quantities that a name may mean, best first; of a dotted path the last parts are tried, too."""
     words = words_of(name).split()
     found: dict[str, int] = {}
-    for first in range(min(len(words), 5)):
+    for first in range(min(len(words), MOST_WORDS)):
         text = " ".join(words[first:])
         for pattern in PATTERNS:
             if pattern.words.match(text):

@@ -51,8 +51,8 @@ def read_meta(path: Path) -> dict[str, Any]:
     try:
         meta = json.loads(read_text(path, HINT, META_BYTES, "JSON"))
     except (ValueError, RecursionError) as error:
-        said = "(nested too deeply)" if isinstance(error, RecursionError) else str(error)
-        raise InputError(path, "file", said, "JSON", HINT) from None
+        reason = "(nested too deeply)" if isinstance(error, RecursionError) else str(error)
+        raise InputError(path, "file", reason, "JSON", HINT) from None
     names = meta.get("experiments") if isinstance(meta, dict) else None
     if not isinstance(names, list) or not all(isinstance(name, str) and name == Path(name).name for name in names):
         raise InputError(path, "experiments", names, "a list of names", HINT)

@@ -24,7 +24,7 @@ FILTER_TYPES = {"pll": "tracking_pll", "mt": "mt", "fir": "fir"}
 
 
 def meta_of(setup: Setup, case: str, experiments: Sequence[str]) -> dict[str, Any]:
-    """What a reader of the log is told about the drive: nominal values, never the hidden effects."""
+    """What the log states about the drive: nominal values, never the hidden effects."""
     plant, drive = setup.plant, setup.drive
     current_ts_s = 1.0 / plant["pwm_hz"]
     speed_ts_s = drive["speed_divider"] * current_ts_s

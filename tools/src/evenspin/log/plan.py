@@ -14,7 +14,7 @@ from evenspin.model import InputCurve
 RPM = math.pi / 30.0
 # Speeds are shares of the top speed, which is 600 r/min in the format.
 STAIRS = (60 / 600, 120 / 600, 200 / 600, 300 / 600, 400 / 600, 500 / 600, 600 / 600)
-STAIRS_S = (1.3, 1.3, 0.8, 0.8, 0.8, 0.8, 0.8)  # the slow ones rest longer: ripple needs turns
+STAIRS_S = (1.3, 1.3, 0.8, 0.8, 0.8, 0.8, 0.8)  # the slow ones last longer: ripple needs turns
 LOADED_STAIRS, LOADED_STAIRS_S = (60 / 600, 200 / 600, 450 / 600), (1.3, 0.9, 0.9)
 FAST, SLOW = 300 / 600, 60 / 600  # of load_step and reversal
 RAMP = (  # of reversal: time, and share of FAST; then slowly through standstill, shares of SLOW
@@ -116,13 +116,13 @@ def _coast_down(sizes: Sizes) -> Experiment:
 
 
 def _standstill_steps(sizes: Sizes) -> Experiment:
-    steps, rest = _shares(CURRENT_STEPS, sizes.current_a), [0.0] * len(CURRENT_STEPS)
+    steps, zeros = _shares(CURRENT_STEPS, sizes.current_a), [0.0] * len(CURRENT_STEPS)
     return _locked(
         "standstill_steps",
         f"rotor held; current mode: id_ref {_list(steps, 1.0)} A, {1e3 * CURRENT_STEP_S:.0f} ms each, then the "
         "same in iq_ref; 10 kHz log",
-        [*steps, *rest],
-        [*rest, *steps],
+        [*steps, *zeros],
+        [*zeros, *steps],
         CURRENT_STEP_S,
     )
 

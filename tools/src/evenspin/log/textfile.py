@@ -10,7 +10,7 @@ from pathlib import Path
 
 from evenspin.errors import MISSING, InputError
 
-MOST_BYTES = 256_000_000  # unpacked; docs/log-format.md tells it
+MOST_BYTES = 256_000_000  # unpacked; documented in docs/log-format.md
 META_BYTES = 1_000_000
 BLOCK = 1 << 20  # bytes read at a time: what a small file unpacks to is known before memory is full of it
 LINES_BLOCK = 1 << 23  # characters split into lines at a time

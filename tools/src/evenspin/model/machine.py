@@ -13,7 +13,7 @@ gain_a = 1.1
 
 The numbers of MOTOR must be there, those of SIMULATED for a simulation. `base = "guo2024"` at the top takes what
 [plant] does not state from the [plant] of a built-in model, and nothing else. What is left has a neutral value: no
-noise, no load, slots and ratings not known. The drive is told the motor data of [plant] (DRIVE_FROM_PLANT) unless
+noise, no load, slots and ratings not known. The drive gets the motor data of [plant] (DRIVE_FROM_PLANT) unless
 [drive] states them. `drive_file = "drive.toml"` at the top (relative to the model) takes a table [drive] from another
 file, such as `evenspin tune` writes; [drive] of the model comes on top of it. [range] says between which limits a
 number of [plant] is known, as in `inertia_kgm2 = [4e-5, 6e-5]`.
@@ -36,7 +36,7 @@ from evenspin.native import tables
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 
-# The drive knows its motor unless the file says otherwise.
+# The drive knows its motor unless the file sets other values.
 DRIVE_FROM_PLANT = {
     "pole_pairs": "pole_pairs",
     "encoder_counts": "counts_per_rev",
@@ -50,7 +50,7 @@ DRIVE_FROM_PLANT = {
     "rdc_viscous_nms": "viscous_nms",
 }
 # Numbers that have no neutral value: another machine's would be silently wrong.
-TORQUE_ALONE = ("pole_pairs", "psi_wb", "viscous_nms")  # where a log tells the inertia itself
+TORQUE_ALONE = ("pole_pairs", "psi_wb", "viscous_nms")  # where a log gives the inertia itself
 MOTOR = ("pole_pairs", "resistance_ohm", "ld_h", "lq_h", "psi_wb", "inertia_kgm2", "viscous_nms")
 SIMULATED = (*MOTOR, "dc_link_v", "counts_per_rev")
 RATINGS = ("rated_current_a", "rated_torque_nm")
@@ -89,14 +89,14 @@ class Machine:
         parts = []
         for name in names:
             of_plant = name in self.plant
-            fields, told = (tables().model, self.plant_from) if of_plant else (tables().params, self.drive_from)
+            fields, known = (tables().model, self.plant_from) if of_plant else (tables().params, self.drive_from)
             value = self.plant[name] if of_plant else self.drive.get(name, fields[name].default)
             unit = f" {fields[name].unit}" if fields[name].unit else ""
             number = f"{name} = {value:.6g}{unit}"
             if given and name in given:
                 parts.append(f"{name}: {given[name]}")
-            elif name in told:
-                parts.append(f"{number} ({told[name]})")
+            elif name in known:
+                parts.append(f"{number} ({known[name]})")
             else:
                 parts.append(f"{number} ({'0, not given' if of_plant else DEFAULT_ORIGIN})")
         return f"Calculated with {'; '.join(parts)}."
@@ -106,7 +106,7 @@ class Machine:
         missing = [name for name in names if name not in self.plant_from]
         given = f"{len(names) - len(missing)} of {len(names)} numbers"
         if missing:
-            hint = 'give them in [plant], or base = "guo2024" at the top to take the rest from that one'
+            hint = 'give them in [plant], or base = "guo2024" at the top to take the others from that one'
             must = f"complete: {', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
             line = self.document.line_of(["plant"])
             raise InputError(self.document.path, "plant", given, must, hint, line)
@@ -227,9 +227,9 @@ def check_supply(machine: Machine, drive: Numbers) -> None:
         value = float(drive.get(limit, tables().params[limit].default))
         supply = float(machine.plant["dc_link_v"])
         if beyond(supply, value):
-            way = "at least" if limit == "over_voltage_v" else "at most"
+            bound = "at least" if limit == "over_voltage_v" else "at most"
             of = "the default" if limit not in drive else "given"
-            must = f"{way} dc_link_v ({supply:g} V), or the drive trips at once"
+            must = f"{bound} dc_link_v ({supply:g} V), or the drive trips at once"
             hint = f"give {limit} in [drive]"
             line = machine.document.line_of(["drive", limit])
             raise InputError(machine.document.path, f"drive.{limit}", f"{value:g} V ({of})", must, hint, line)

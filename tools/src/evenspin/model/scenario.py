@@ -16,7 +16,7 @@ offset_a_a = 0.2
 at_s = 0.0
 speed_rpm = 150.0       # or speed_rad_s; ramp_s: how long it takes to get there. Or control = "position" and
                         # position_ref_turn or position_ref_rad (target of the motion profile); home = 1 finds the index
-load_brake_a = 1.0      # A of q-axis current, or load_brake_nm; load_torque_nm, load_torque_a push either way
+load_brake_a = 1.0      # A of q-axis current, or load_brake_nm; load_torque_nm, load_torque_a push in either direction
 
 [[event]]
 at_s = 2.0
@@ -126,14 +126,14 @@ class Scenario:
     setup: Setup
 
     def with_changes(self, drive: Mapping[str, float | str] | None = None, seed: int | None = None) -> Setup:
-        """The same run with other drive parameters, words or numbers, or another seed."""
+        """This run with other drive parameters, words or numbers, or another seed."""
         given = {name: _number_of(name, value) for name, value in (drive or {}).items()}
-        told = dict.fromkeys(given, "given for this run")
+        given_here = dict.fromkeys(given, "given for this run")
         setup = self.setup
-        setup = replace(setup, drive={**setup.drive, **given}, drive_from={**setup.drive_from, **told})
+        setup = replace(setup, drive={**setup.drive, **given}, drive_from={**setup.drive_from, **given_here})
         return setup if seed is None else replace(setup, seed=seed)
 
-    def blame(self, error: NativeError) -> EvenspinError:
+    def locate(self, error: NativeError) -> EvenspinError:
         """Where in the files is what the library refused?"""
         if not isinstance(error, RefusedValueError):
             return error

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from evenspin.motor.plate import RPM, Plate
 
 AGREE = 0.12  # two constants of the same data sheet: tolerance of the magnets and rounding
-# What a factor between two constants of one motor usually means.
+# What a factor between two constants of one motor most often means.
 FACTORS: Mapping[float, str] = {
     math.sqrt(2.0): "rms against peak: see --currents and --ke-as",
     math.sqrt(3.0): "phase against line-to-line: see --ke-as",

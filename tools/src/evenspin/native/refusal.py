@@ -12,6 +12,7 @@ from evenspin.native.library import Library
 from evenspin.native.tables import tables
 
 PREFIX = "ES_"  # of the codes in the header
+MODES = ("current", "speed", "position")  # control_mode, the one input that a parameter may not go with
 LISTS = {
     "model": "model field",
     "param": "drive parameter",
@@ -56,6 +57,8 @@ class Refusal:
             return self.reason
         if self.code == "UNKNOWN":  # whatever was to be done with it
             return f"{self.name}: {self.reason}"
+        if self.code == "COMBINATION":
+            return f"{self.name} = {_word(self.name, self.given)}: {self.reason}"
         return f"{self.name} = {self.given:g}: {self.reason}" if self.name else self.reason
 
 
@@ -132,6 +135,14 @@ def _others(refusal: Refusal) -> str:
     return f"the other parameters leave {span}; see docs/parameters.md"
 
 
+def _word(name: str, value: float) -> str:
+    return tables().params[name].to_text(value) if name in tables().params else MODES[int(value)]
+
+
+def _combination(refusal: Refusal) -> str:
+    return f"does not go with {refusal.other} = {_word(refusal.other, refusal.minimum)}: {refusal.rule}"
+
+
 def _no_fit(refusal: Refusal) -> str:
     return (
         "does not fit the plant"
@@ -160,6 +171,7 @@ _WHY: dict[str, Callable[[Refusal], str]] = {
     "TIMES": lambda _: "needs at least one point, and times that are finite and rise",
     "BOARD": lambda refusal: f"the board allows at most {refusal.maximum:g} {refusal.unit}".rstrip(),
     "OTHERS": _others,
+    "COMBINATION": _combination,
     "NO_FIT": _no_fit,
     "RUNNING": lambda _: "cannot change while the drive runs; stop it first",
     "STARTED": lambda _: "cannot change after the start; do it before",

@@ -71,7 +71,7 @@ class Effect:
     acts_on: str
     doc: str
     signature: str
-    told_apart: str  # what separates it from the effects that look alike
+    told_apart: str  # what separates it from similar effects
     confused_with: tuple[str, ...]
     shown_by: Mapping[str, str]  # experiments of the log format that make it identifiable, and the condition ("": any)
     scenario_only: bool  # never the explanation of a log

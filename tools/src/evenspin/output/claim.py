@@ -85,7 +85,10 @@ class Claim:
 
 
 def _lock(handle: int) -> None:
-    for patience in (*[PATIENCE_S] * TRIES, None):  # who only looks whether it is free holds it for a moment
+    for patience in (
+        *[PATIENCE_S] * TRIES,
+        None,
+    ):  # a process that only checks whether it is free holds it for a moment
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return

@@ -88,17 +88,17 @@ class OutputFile(Writer):
     def finish(self, new: Path) -> None:
         """From the folder in which it has its own name to the place from which it is put."""
         assert self.staging is not None
-        aside = self.staging / "written"
-        new.rename(aside)
-        (aside / self.path.name).rename(self.staging / NEW)
-        shutil.rmtree(aside, ignore_errors=True)
+        displaced = self.staging / "written"
+        new.rename(displaced)
+        (displaced / self.path.name).rename(self.staging / NEW)
+        shutil.rmtree(displaced, ignore_errors=True)
 
     def done(self) -> None:
         if not self.recording:
             note_file(*self._noted(), self.origin)
 
     def _noted(self) -> tuple[Path, Path]:
-        """The file itself, and the folder whose notes tell of it."""
+        """The file itself, and the folder whose manifest lists it."""
         path = self.path.resolve()
         return path, path.parent if self._notes is None else self._notes.resolve()
 

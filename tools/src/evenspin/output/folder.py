@@ -104,7 +104,7 @@ def _why_not(folder: Path, made: Made, origin: Origin) -> str:
     if made.recording:
         return f"it is a recording of `{made.command}`"
     if any(value is None for value in made.files.values()):
-        return "an early version of evenspin made it, and nobody can tell whether it was changed since"
+        return "an early version of evenspin made it, and it cannot be checked whether it was changed since"
     if not made.by(origin):
         same = made.command == origin.command
         return "it was made of other inputs" if same else f"`{made.command}` made it"

@@ -27,7 +27,7 @@ AT_ONCE = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """An earlier output as its manifest tells it. `files` has no hashes (None) in one of an early version."""
+    """An earlier output as its manifest describes it. `files` has no hashes (None) in one of an early version."""
 
     command: str
     inputs: tuple[str, ...]
@@ -35,7 +35,7 @@ class Made:
     files: Mapping[str, str | None]
 
     def by(self, origin: Origin) -> bool:
-        """The same command, of the same inputs?"""
+        """Whether both are outputs of the same command and the same inputs."""
         return self.command == origin.command and set(self.inputs) == {str(path) for path in origin.inputs}
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from evenspin.errors import InputError
 
-HARMLESS = "choose a place apart from it"
+HARMLESS = "choose another place"
 
 
 @dataclass(frozen=True, slots=True)

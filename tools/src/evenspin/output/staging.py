@@ -1,7 +1,7 @@
 """The hidden folder beside an output in which it grows, and what killed writers left of theirs.
 
 .NAME.evenspin-XXXXXXXX/new      is being written
-.NAME.evenspin-XXXXXXXX/old      an earlier output that steps aside, where the file system cannot exchange two names
+.NAME.evenspin-XXXXXXXX/old      an earlier output, moved away, where the file system cannot exchange two names
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def put_in_place(staging: Path, target: Path) -> None:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Both names change places in one step; False: this system cannot."""
+    """Exchange two names in one step. False where this system cannot."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (OSError, AttributeError):

@@ -53,7 +53,7 @@ class Writer:
     def done(self) -> None:
         """It stands where it belongs."""
 
-    # ---- the way of all outputs
+    # ---- the steps of every output
 
     def claim(self) -> None:
         """From here on others that want to write it are refused."""

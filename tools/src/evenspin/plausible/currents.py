@@ -14,7 +14,7 @@ from evenspin.plausible.finding import Array, Finding, rms
 
 ODD = 0.2  # of the current that may be at odds with the angle
 RIGHT = 0.05  # what a right assignment leaves of it
-LOOK, SURE = 0.1, 0.02  # the same for the assignment of columns, of which many are tried
+SUSPECT, SURE = 0.1, 0.02  # ODD and RIGHT for the assignment of columns, of which many are tried
 ROWS = 4000  # are enough
 POLE_PAIRS_MOST = 60
 CURRENTS = ("id_a", "iq_a", "ia_a", "ib_a")
@@ -40,7 +40,7 @@ def check_currents(columns: Columns, pole_pairs: int) -> Finding | None:
     step = max(1, len(columns["iq_a"]) // ROWS)
     some = {name: columns[name][::step] for name in (*CURRENTS, "theta_m_rad")}
     tried = [pole_pairs] if pole_pairs > 0 else list(range(1, POLE_PAIRS_MOST + 1))
-    if min(park_share(some, p) for p in tried) <= LOOK:
+    if min(park_share(some, p) for p in tried) <= SUSPECT:
         return None
     found = [
         (_left(change(dq), expected), what)

@@ -14,9 +14,9 @@ STUCK_ROWS = 200
 MOVED = 0.005  # of the largest current: what goes on meanwhile
 STILL_RAD = 0.02
 STILL_COUNTS = 8.0
-STILL_WAY = 1.0  # rad that the noise of a speed may add up to
+STILL_TRAVEL = 1.0  # rad that the noise of a speed may add up to
 FLOWED = 0.3  # of the current that is asked for
-APART = 20  # rows between two angles that tell a speed
+SPACING = 20  # rows between two angles whose difference gives a speed
 FOLLOWED = 0.5  # correlation with what is asked for
 UNFOLLOWED = 0.7  # share of the speed that its reference leaves
 DIGITS = 3  # so many different values...
@@ -78,7 +78,7 @@ def _unasked(columns: Columns, locked: bool) -> str | None:
         return None
     driven = int(np.flatnonzero(q_ref)[-1]) + 1  # a shaft that coasts follows nothing
     angle, t_s = np.unwrap(columns["theta_m_rad"]), columns["t_s"]
-    rate = (angle[APART:] - angle[:-APART]) / (t_s[APART:] - t_s[:-APART])
+    rate = (angle[SPACING:] - angle[:-SPACING]) / (t_s[SPACING:] - t_s[:-SPACING])
     # the angle and the speed have to say it: one of them alone may be in another unit
     if all(rms(x[:driven] - ref[0]) > UNFOLLOWED * rms(x[:driven]) for x in (speed, rate)):
         return f"speed_ref_rad_s is {ref[0] + 0.0:g} in every row, and the shaft does something else: a dead channel"
@@ -88,8 +88,8 @@ def _unasked(columns: Columns, locked: bool) -> str | None:
 def _is_still(columns: Columns, counts: float) -> bool:
     theta, speed = columns["theta_m_rad"], columns["speed_rad_s"]
     least = max(STILL_RAD, STILL_COUNTS * 2.0 * np.pi / counts if counts > 0.0 else 0.0)
-    way = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(columns["t_s"]))
-    return float(np.ptp(np.unwrap(theta))) < least and float(np.ptp(way)) < STILL_WAY
+    travel = np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(columns["t_s"]))
+    return float(np.ptp(np.unwrap(theta))) < least and float(np.ptp(travel)) < STILL_TRAVEL
 
 
 def _turns(columns: Columns) -> float:
@@ -97,18 +97,18 @@ def _turns(columns: Columns) -> float:
 
 
 def _stuck(columns: Columns, pole_pairs: int) -> str | None:
-    """A current that stands while the three others and the angle tell that it moves."""
+    """A current that stands while the three others and the angle show that it moves."""
     angle = pole_pairs * columns["theta_m_rad"]
     d, q = park(columns["ia_a"], columns["ib_a"], angle)
     a = np.cos(angle) * columns["id_a"] - np.sin(angle) * columns["iq_a"]
     turned = angle - 2.0 * np.pi / 3.0
     b = np.cos(turned) * columns["id_a"] - np.sin(turned) * columns["iq_a"]
-    told = dict(zip(CURRENTS, (d, q, a, b), strict=True))
+    currents = dict(zip(CURRENTS, (d, q, a, b), strict=True))
     for name in CURRENTS:
         start, end = longest_stand(columns[name])
         if end - start < max(STUCK_ROWS, STUCK_SHARE * len(angle)):
             continue
-        if float(np.ptp(told[name][start:end])) > MOVED * float(np.max(np.abs(told[name]))) > 0.0:
+        if float(np.ptp(currents[name][start:end])) > MOVED * float(np.max(np.abs(currents[name]))) > 0.0:
             t_s = columns["t_s"]
             return f"{name} stands at {columns[name][start]:g} from {t_s[start]:.4g} to {t_s[end - 1]:.4g} s: stuck"
     return None

@@ -16,13 +16,13 @@ from evenspin.plausible.dead import is_constant
 from evenspin.plausible.finding import Array, Finding, rms
 from evenspin.plausible.torque import SMOOTH_S, mean_of, partial_slope
 
-FOLLOWS = 0.35  # share that a current or a speed may leave of its reference and still be said to follow it
+FOLLOWS = 0.35  # share that a current or a speed may leave of its reference and still count as following it
 ODD_REFERENCE = 0.7  # share left with which it does not
 CLEAR = 0.8  # correlation that is beyond doubt
 NONE = 0.3  # correlation that is none
 FACTOR = 20.0  # that no unit is off by
 EXPLAINED = 0.4  # of the torque, by acceleration
-LOAD_SHARE = 0.15  # of the rated torque that moves where the load is said to be none
+LOAD_SHARE = 0.15  # of the rated torque that moves where the load is stated to be none
 RPM = 30.0 / math.pi
 
 Columns = Mapping[str, Array]

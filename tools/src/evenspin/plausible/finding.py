@@ -21,7 +21,7 @@ class Finding:
     column: str
     data: str  # what the data say
     must: str
-    hint: str  # what it looks like, and what to do
+    hint: str  # what is likely wrong, and what to do
 
     def error(self, where: str | Path) -> InputError:
         return ColumnError(where, self.column, self.data, self.must, self.hint)

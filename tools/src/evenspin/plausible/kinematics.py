@@ -1,6 +1,7 @@
-"""Time, angle and speed of one shaft: the integral of the speed is the way of the angle, or a unit is another one.
+"""Time, angle and speed of one shaft: the integral of the speed is the travel of the angle, unless a unit is wrong.
 
-Both ways are taken over the same stretches of the log. Where they are proportional, the factor tells the unit.
+Travel and integral are taken over the same stretches of the log. Where they are proportional, the factor shows the
+unit.
 """
 
 from __future__ import annotations
@@ -16,23 +17,23 @@ from evenspin.plausible.finding import Array, Finding, rms, share
 TURN = 2.0 * math.pi
 BLOCKS = 400
 LEAST_ROWS = 50
-LEAST_RAD = 0.5  # a shorter way tells no unit
-BAND = 0.07  # of the factor between both ways: the same unit
+LEAST_RAD = 0.5  # a shorter travel does not determine a unit
+BAND = 0.07  # of the factor between travel and integral: the same unit
 MATCH = 0.02  # of a factor to that of a known unit
-LINEAR = 0.2  # share of a way that the other one, times a factor, may leave
-LOOSE = 0.05  # share of its way that a tracking filter leaves at most, about
-STILL = 0.02  # of the other way: a channel that does not move
-APART = 0.9  # share of a way that is left where the two have nothing to do with each other
+LINEAR = 0.2  # share of one that the other, times a factor, may leave unexplained
+LOOSE = 0.05  # share of the travel that a tracking filter leaves unexplained at most, about
+STILL = 0.02  # of the other one: a channel that does not move
+UNRELATED = 0.9  # share that is left unexplained where the two have nothing to do with each other
 WRAP = 0.9  # of the range of an angle: a step back by so much is that of a whole turn
 ALIASED = 0.35  # of a turn between two rows: whole turns are not counted for sure
-GAP = 3.0  # times the usual step in time
+GAP = 3.0  # times the median step in time
 
 Unit = tuple[float, str, str]  # factor, column, what it looks like
 
 
 @dataclass(frozen=True, slots=True)
-class Ways:
-    """The way of the angle and the integral of the speed, stretch by stretch."""
+class Travels:
+    """The travel of the angle and the integral of the speed, stretch by stretch."""
 
     angle: Array
     speed: Array
@@ -48,22 +49,22 @@ class Ways:
 
 
 def check_motion(t_s: Array, theta: Array, speed: Array, pole_pairs: int = 0, counts: float = 0.0) -> Finding | None:
-    """What contradicts. Nothing where the way is too short, or the two follow one another too loosely to tell."""
+    """What contradicts. None where the travel is too short, or the two are too loosely related to decide."""
     if len(t_s) < LEAST_ROWS or _is_aliased(t_s, theta, speed):
         return None
-    ways = _ways(t_s, theta, speed, TURN)
-    if abs(ways.factor - 1.0) < BAND or max(_length(ways.angle), _length(ways.speed)) < LEAST_RAD:
+    travels = _travels(t_s, theta, speed, TURN)
+    if abs(travels.factor - 1.0) < BAND or max(_length(travels.angle), _length(travels.speed)) < LEAST_RAD:
         return None
     periods = {"rad": (TURN, 1.0), "degrees": (360.0, TURN / 360.0), "turns": (1.0, TURN)}
     if counts > 1.0:
         periods["counts"] = (counts, TURN / counts)
-    tried = {unit: _ways(t_s, theta, speed, period) for unit, (period, _) in periods.items()}
+    tried = {unit: _travels(t_s, theta, speed, period) for unit, (period, _) in periods.items()}
     unit = min(tried, key=lambda name: (round(tried[name].left, 3), name != "rad"))
     best = tried[unit]
     if best.left < LINEAR:
-        plain = np.array_equal(best.angle, _ways(t_s, theta, speed, 0.0).angle)
+        plain = np.array_equal(best.angle, _travels(t_s, theta, speed, 0.0).angle)
         return _of_factor(best.factor, "rad" if plain else unit, periods, pole_pairs, t_s)
-    swapped = _ways(t_s, speed, theta, TURN)
+    swapped = _travels(t_s, speed, theta, TURN)
     if swapped.left < LINEAR and abs(swapped.factor - 1.0) < BAND:
         return Finding(
             "theta_m_rad",
@@ -71,11 +72,11 @@ def check_motion(t_s: Array, theta: Array, speed: Array, pole_pairs: int = 0, co
             "the rotor angle",
             "theta_m_rad and speed_rad_s look swapped: exchange the two names in the header",
         )
-    return _dead(ways) or (_apart(ways) if ways.left > APART else None)
+    return _dead(travels) or (_unrelated(travels) if travels.left > UNRELATED else None)
 
 
 def check_wrap(theta: Array) -> Finding | None:
-    """An angle alone tells its unit only where it jumps back by a whole turn."""
+    """An angle alone shows its unit only where it jumps back by a whole turn."""
     steps, size = np.diff(theta), float(np.ptp(theta))
     jumps = np.abs(steps) > WRAP * size
     if not np.any(jumps) or np.mean(jumps) > 0.2 or np.mean(np.abs(steps[~jumps]) > 0.5 * size) > 0.005:
@@ -93,11 +94,11 @@ def check_wrap(theta: Array) -> Finding | None:
 
 def exchanged_speed(t_s: Array, theta: Array, speed: Array, others: Mapping[str, Array]) -> Finding | None:
     """Another column that is the rate of the angle, where speed_rad_s is not or much less so."""
-    own = _ways(t_s, theta, speed, TURN)
+    own = _travels(t_s, theta, speed, TURN)
     if _length(own.angle) < LEAST_RAD or _is_aliased(t_s, theta, speed):
         return None
-    tried = {name: _ways(t_s, theta, column, TURN) for name, column in others.items()}
-    likely = {name: ways.left for name, ways in tried.items() if abs(ways.factor - 1.0) < BAND}
+    tried = {name: _travels(t_s, theta, column, TURN) for name, column in others.items()}
+    likely = {name: travels.left for name, travels in tried.items() if abs(travels.factor - 1.0) < BAND}
     name = min(likely, key=lambda key: likely[key], default="")
     if own.left < LOOSE or not name or likely[name] > min(LINEAR, 0.5 * own.left):
         return None
@@ -110,12 +111,12 @@ def _of_factor(
 ) -> Finding | None:
     """The unit, or the two units, that make this factor."""
     scale = periods[angle_unit][1]
-    rest = factor / scale
-    if angle_unit != "rad" and abs(abs(rest) - 1.0) < BAND:
+    other = factor / scale
+    if angle_unit != "rad" and abs(abs(other) - 1.0) < BAND:
         return _unit_finding([(scale, "theta_m_rad", angle_unit)], factor)
     units = list(_units(pole_pairs, periods))
     if angle_unit != "rad":
-        found = [unit for unit in units if _fits(rest, unit[0]) and unit[1] != "theta_m_rad"]
+        found = [unit for unit in units if _fits(other, unit[0]) and unit[1] != "theta_m_rad"]
         return _unit_finding([(scale, "theta_m_rad", angle_unit), *found[:1]], factor)
     alone = [[unit] for unit in units if _fits(factor, unit[0])]
     pairs = [
@@ -128,7 +129,7 @@ def _of_factor(
 
 
 def _units(pole_pairs: int, periods: dict[str, tuple[float, float]]) -> Iterator[Unit]:
-    """What the columns are given in by mistake, the most usual first."""
+    """Units that columns are given in by mistake, the most frequent first."""
     yield 1.0, "speed_rad_s", ""
     yield 60.0 / TURN, "speed_rad_s", "r/min"
     yield 360.0 / TURN, "speed_rad_s", "degrees per second"
@@ -168,8 +169,8 @@ def _si(column: str) -> str:
     return {"t_s": "seconds", "theta_m_rad": "mechanical rad"}.get(column, "mechanical rad/s")
 
 
-def _dead(ways: Ways) -> Finding | None:
-    angle, speed = _length(ways.angle), _length(ways.speed)
+def _dead(travels: Travels) -> Finding | None:
+    angle, speed = _length(travels.angle), _length(travels.speed)
     if angle < STILL * speed:
         data = f"moved by {angle:.3g} rad where speed_rad_s says {speed:.3g} rad"
         return Finding("theta_m_rad", data, "the angle of a shaft that turns", "the angle channel is dead: repair it")
@@ -179,17 +180,17 @@ def _dead(ways: Ways) -> Finding | None:
     return None
 
 
-def _apart(ways: Ways) -> Finding:
-    data = f"{100.0 * min(ways.left, 1.0):.0f} % of its way is not in theta_m_rad"
+def _unrelated(travels: Travels) -> Finding:
+    data = f"{100.0 * min(travels.left, 1.0):.0f} % of its integral is not in theta_m_rad"
     hint = "are both columns of the same shaft and in SI units?"
     return Finding("speed_rad_s", data, "the rate of theta_m_rad", hint)
 
 
-def _length(way: Array) -> float:
-    return float(np.sum(np.abs(way)))
+def _length(travel: Array) -> float:
+    return float(np.sum(np.abs(travel)))
 
 
-def _ways(t_s: Array, theta: Array, speed: Array, period: float) -> Ways:
+def _travels(t_s: Array, theta: Array, speed: Array, period: float) -> Travels:
     step_s = np.diff(t_s)
     angle = np.concatenate(([0.0], np.cumsum(_steps(theta, period))))
     integral = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * step_s)))
@@ -197,7 +198,7 @@ def _ways(t_s: Array, theta: Array, speed: Array, period: float) -> Ways:
     a, s = np.diff(angle[edges]), np.diff(integral[edges])
     gaps = np.concatenate(([0], np.cumsum(step_s > GAP * float(np.median(step_s)))))
     whole = np.diff(gaps[edges]) == 0
-    return Ways(a[whole], s[whole]) if np.any(whole) else Ways(a, s)
+    return Travels(a[whole], s[whole]) if np.any(whole) else Travels(a, s)
 
 
 def _steps(theta: Array, period: float) -> Array:
@@ -209,7 +210,7 @@ def _steps(theta: Array, period: float) -> Array:
 
 
 def _is_aliased(t_s: Array, theta: Array, speed: Array) -> bool:
-    """Too fast, or logged too slowly, to count turns of a wrapped angle; the speed agrees as far as can be told."""
+    """Too fast, or logged too slowly, to count turns of a wrapped angle; the speed agrees where it can be checked."""
     raw = np.diff(theta)
     if np.array_equal(_steps(theta, TURN), raw):
         return False

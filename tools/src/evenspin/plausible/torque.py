@@ -63,7 +63,7 @@ def current_is_reversed(t_s: Array, speed: Array, current: Array) -> bool:
 
 
 def work_share(speed: Array, current: Array) -> float:
-    """Work that a torque current does on a shaft, of all the work that goes either way: -1 .. 1; 0 without any."""
+    """Work that a torque current does on a shaft, of all the work in both directions: -1 .. 1; 0 without any."""
     power = current * speed
     total = float(np.sum(np.abs(power)))
     return float(np.sum(power)) / total if total > 0.0 else 0.0

@@ -41,8 +41,8 @@ class Page:
     chapters: Sequence[Chapter] = ()
 
     def all_pictures(self) -> list[Picture]:
-        told = [part for chapter in self.chapters for part in chapter.parts if isinstance(part, Picture)]
-        return [*self.pictures, *told]
+        in_chapters = [part for chapter in self.chapters for part in chapter.parts if isinstance(part, Picture)]
+        return [*self.pictures, *in_chapters]
 
 
 def write_page(folder: Path, page: Page) -> None:

@@ -17,5 +17,5 @@ def check_plot_file(path: Path) -> None:
 
 
 def save_figure(path: Path, figure: Any) -> None:
-    """The same figure always gives the same SVG; call it within `drawing`."""
+    """A figure always gives the same SVG; call it within `drawing`."""
     figure.savefig(path, dpi=150, metadata={"Date": None} if path.suffix == ".svg" else None)

@@ -36,9 +36,9 @@ def _model() -> str:
     text = (
         "Every number of the simulated machine. In a model file they go into the table `[plant]`. The numbers of a "
         'motor have no default: a model without them is an error that lists them, unless `base = "guo2024"` at the '
-        "top of the file (any built-in model) says whose `[plant]` gives the rest. The drive is told the motor data of "
-        "`[plant]` (`motor_*`, `observer_*`, `rdc_*` of inertia and viscous friction, `pole_pairs`, `encoder_counts`) "
-        "unless `[drive]` states them: what it assumes may differ from what the machine is."
+        "top of the file (any built-in model) states whose `[plant]` gives the others. The drive gets the motor data "
+        "of `[plant]` (`motor_*`, `observer_*`, `rdc_*` of inertia and viscous friction, `pole_pairs`, "
+        "`encoder_counts`) unless `[drive]` states them: what it assumes may differ from what the machine is."
     )
     words = dict.fromkeys(SIMULATED, "to be given") | dict.fromkeys(UNKNOWN, "not known")
     return page("Plant model", text, _field_table(tables().model.values(), words))

@@ -1,4 +1,4 @@
-"""How the pictures look."""
+"""Style of the pictures."""
 
 from __future__ import annotations
 

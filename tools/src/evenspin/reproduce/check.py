@@ -1,4 +1,4 @@
-"""One number and where it has to be. Bands have two sides: suddenly much better needs a look, too."""
+"""One number and where it has to be. Bands have two sides: suddenly much better needs a check, too."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """`required`: the exit status depends on it; otherwise a comparison with a reference."""
+    """`required`: the exit status depends on it; else a comparison with a reference."""
 
     what: str
     key: str

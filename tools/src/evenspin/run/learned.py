@@ -7,8 +7,8 @@ from pathlib import Path
 from evenspin.errors import InputError
 from evenspin.memory import AngleTable, check_table_file, read_table
 from evenspin.memory.table import Array
+from evenspin.model.methods import method_word, observer_of
 from evenspin.model.setup import Setup
-from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 
 ARO = "aro"
@@ -45,6 +45,5 @@ def learned_table(setup: Setup, simulation: Simulation) -> AngleTable | None:
 
 
 def _need_aro(setup: Setup, option: str) -> None:
-    method = tables().params["method"].to_text(setup.drive["method"])
-    if method != ARO:
-        raise InputError("run", "method", method, f"aro with {option}", "add --method aro")
+    if observer_of(setup.drive) != ARO:
+        raise InputError("run", "method", method_word(setup.drive), f"aro with {option}", "add --method aro")

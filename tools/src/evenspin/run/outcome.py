@@ -2,8 +2,8 @@
 
 Ripple is tied to the angle of the rotor: sensor errors, cogging, dead time and eccentricity repeat turn by turn. An
 unstable loop has a frequency of its own, and ends at its limits. So in the steady part of each stretch the q current is
-looked at without whatever repeats over the mechanical turn (1): more than OWN_PART of the limit of the current that
-does not die away, or a reference that swings between both limits, is an oscillation. Below that nothing is said.
+examined without whatever repeats over the mechanical turn (1): more than OWN_PART of the limit of the current that
+does not die away, or a reference that swings between both limits, is an oscillation. Below that nothing is reported.
 
     i_q(t) = mean + slope t + sum over n of a_n cos(n theta) + b_n sin(n theta) + what is left            (1)
 """
@@ -29,7 +29,7 @@ OWN_PART = 0.05  # of iq_limit_a, rms
 DYING = 0.7  # second half of the window over the first: below, it dies away
 AT_LIMIT = 0.98
 SWINGS = 4  # from limit to limit
-LEAST_TURNS = 3.0  # fewer do not tell an order from a frequency
+LEAST_TURNS = 3.0  # fewer do not separate an order from a frequency
 ORDERS, LEAST_ROWS, MOST_ROWS = 80, 200, 1600
 ROWS_PER_ORDER = 12  # two unknowns each
 
@@ -73,7 +73,7 @@ def outcome_of(setup: Setup, record: Record) -> Outcome:
 
 
 def _oscillation(setup: Setup, steady: Record, segment: Segment) -> str:
-    """Empty when there is none that can be told from ripple."""
+    """Empty when there is none that can be distinguished from ripple."""
     if len(steady) < LEAST_ROWS:
         return ""
     limit_a = setup.drive["iq_limit_a"]
@@ -95,7 +95,7 @@ def swings(reference_a: Array, limit_a: float) -> int:
 
 
 def own_current(steady: Record) -> float | None:
-    """rms of the q current without (1), A; 0 when it dies away, None when the rotor turns too little to tell."""
+    """rms of the q current without (1), A; 0 when it dies away, None when the rotor turns too little to decide."""
     every = -(-len(steady) // MOST_ROWS)
     theta = np.unwrap(steady["true_theta_m_rad"])[::every]
     current = steady["true_iq_a"][::every]
@@ -105,7 +105,7 @@ def own_current(steady: Record) -> float | None:
     angles = np.outer(theta, np.arange(1, min(ORDERS, rows // ROWS_PER_ORDER) + 1))
     basis = np.column_stack((np.ones(rows), np.linspace(-1.0, 1.0, rows), np.cos(angles), np.sin(angles)))
     square = basis.T @ basis
-    square[np.diag_indices_from(square)] *= 1.0 + 1e-9  # orders that look alike in these rows
+    square[np.diag_indices_from(square)] *= 1.0 + 1e-9  # orders that cannot be separated in these rows
     left = current - basis @ np.linalg.solve(square, basis.T @ current)
     half = rows // 2
     early, late = float(left[:half].std()), float(left[half:].std())

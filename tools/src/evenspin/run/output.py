@@ -14,6 +14,7 @@ from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
 from evenspin.log.case import write_json
 from evenspin.memory import AngleTable
 from evenspin.memory.picture import memory_picture
+from evenspin.model.methods import NONE, method_word, observer_of
 from evenspin.model.scenario import CONTROL, RPM
 from evenspin.model.setup import Setup
 from evenspin.native import tables
@@ -23,7 +24,6 @@ from evenspin.run.outcome import outcome_of
 from evenspin.sim import Record, truth_signals
 from evenspin.tableview import TableView, number
 
-OBSERVERS = ("dob", "ro", "aro")
 DEFAULT = "default, not measured"
 RO_SAMPLES = 6144  # of the firmware: DRIVE_OBSERVER_CAPACITY in firmware/app/drive.h
 
@@ -55,11 +55,10 @@ def run_signals() -> tuple[str, ...]:
 
 def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable | None = None) -> dict[str, Any]:
     """The run in numbers, for a script. `learned`: the memory of the angle observer."""
-    params = tables().params
     pieces = [measure_segment(record, segment, setup.plant["pole_pairs"]) for segment in segments(setup)]
     return {
         "scenario": setup.name,
-        "method": params["method"].to_text(setup.drive["method"]),
+        "method": method_word(setup.drive),
         "numeric": numeric,
         "seed": setup.seed,
         "duration_s": setup.duration_s,
@@ -70,7 +69,7 @@ def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable |
         "base": setup.base,
         "motor_data": motor_data(setup),
         "rejected_count": int(record["rejected_count"][-1]),
-        "observer_news": _news(setup, record, learned),
+        "observer_innovation": _innovation(setup, record, learned),
         "position_control": _controls_position(setup),
         "memory": learned.summary() if learned is not None else None,
         "segments": [{key: _finite(value) for key, value in piece.items()} for piece in pieces if piece],
@@ -93,7 +92,7 @@ def write_run(
     write_case(folder, meta_of(setup, name, [name]), {name: record.pick(LOG_COLUMNS)})
     truth = ("t_s", *truth_signals())
     write_csv(folder / "truth.csv", truth, record.pick(truth).values)
-    if record["isr_max_cycles"][-1] > 0.0:  # the board was told how long its interrupts take
+    if record["isr_max_cycles"][-1] > 0.0:  # the board was given the duration of its interrupts
         timing = ("t_s", *timing_columns(record.names))
         write_csv(folder / TIMING_FILE, timing, record.pick(timing).values)
     write_json(folder / "summary.json", summary)
@@ -137,7 +136,7 @@ def motor_data(setup: Setup) -> dict[str, dict[str, Any]]:
     """Motor data that this drive calculates with, and where each number comes from."""
     params = tables().params
     used: list[str] = []
-    if params["method"].to_text(setup.drive["method"]) in OBSERVERS:
+    if observer_of(setup.drive) != NONE:
         used += ["motor_psi_wb", "observer_inertia_kgm2", "observer_viscous_nms"]
     if params["current_controller"].to_text(setup.drive["current_controller"]) == "deadbeat":
         used += ["motor_resistance_ohm", "motor_ld_h", "motor_lq_h", "motor_psi_wb"]
@@ -161,10 +160,12 @@ def _shown(name: str, each: Mapping[str, Any]) -> str:
 
 def _notice(setup: Setup) -> str:
     """A method that rests for the whole run because a turn is longer than its memory."""
-    if tables().params["method"].to_text(setup.drive["method"]) != "ro":
+    if observer_of(setup.drive) != "ro":
         return ""
     curve = setup.inputs.get("speed_ref_rad_s")
     fastest = max((abs(value) for value in curve.value), default=0.0) if curve is not None else 0.0
+    if _controls_position(setup):
+        fastest = max(fastest, setup.drive["profile_speed_rad_s"])
     slowest = 2.0 * math.pi * setup.pwm_hz / RO_SAMPLES
     if not 0.0 < fastest < slowest:
         return ""
@@ -174,11 +175,11 @@ def _notice(setup: Setup) -> str:
     )
 
 
-def _news(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:
+def _innovation(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:
     """How far learning has come, 1 nothing, near 0 all; None where nothing is being learned."""
     if learned is None or learned.empty or setup.drive["observer_hold"]:
         return None
-    return float(record["observer_news"][-1])
+    return float(record["observer_innovation"][-1])
 
 
 def _controls_position(setup: Setup) -> bool:

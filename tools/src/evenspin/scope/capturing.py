@@ -19,14 +19,14 @@ SAY: dict[CaptureStatus, tuple[str, str]] = {
     CaptureStatus.COMPLETE: ("fetching", "Fetching"),
 }
 
-Tell = Callable[[dict[str, Any]], None]
+Send = Callable[[dict[str, Any]], None]
 
 
 class Capturing:
-    """`tell` gets status messages, `done` the record. Both are called from the thread of the capture."""
+    """`send` gets status messages, `done` the record. Both are called from the thread of the capture."""
 
-    def __init__(self, tell: Tell, done: Callable[[Capture, str], None]) -> None:
-        self._tell, self._done = tell, done
+    def __init__(self, send: Send, done: Callable[[Capture, str], None]) -> None:
+        self._send, self._done = send, done
         self._cancel = threading.Event()
         self._thread: threading.Thread | None = None
         self._last = ""
@@ -92,7 +92,7 @@ class Capturing:
     def _say(self, status: str, text: str) -> None:
         if status != self._last:
             self._last = status
-            self._tell({"type": "capture", "status": status, "text": text})
+            self._send({"type": "capture", "status": status, "text": text})
 
 
 def _title(wanted: messages.ArmCapture) -> str:

@@ -59,7 +59,7 @@ class Feed:
     live: Live | None = None
     state: DriveState | None = None
     values: dict[str, float] = field(default_factory=dict)
-    connection: Connection = Connection("searching", "Looking for the drive.")
+    connection: Connection = Connection("searching", "Searching for the drive.")
 
     def __post_init__(self) -> None:
         self._closing = threading.Event()
@@ -133,8 +133,8 @@ class Feed:
             self._stream(drive, names[: drive.info.stream_signals], self.rate_hz)
             self.drive = drive
         self._say("connected", drive.port)
-        for news in ("drive", "state", "layout"):
-            self.notify(news)
+        for topic in ("drive", "state", "layout"):
+            self.notify(topic)
 
     def _stream(self, drive: Drive, names: tuple[str, ...], rate_hz: float) -> Live:
         stream = drive.stream(names, rate_hz=rate_hz)
@@ -169,9 +169,9 @@ class Feed:
                 self.notify("state")
 
     def _say(self, status: str, text: str) -> None:
-        said = Connection(status, text)
-        if said != self.connection:
-            self.connection = said
+        connection = Connection(status, text)
+        if connection != self.connection:
+            self.connection = connection
             self.notify("link")
 
 

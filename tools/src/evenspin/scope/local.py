@@ -1,4 +1,4 @@
-"""`sim:` ports for the scope: a page looks at a drive that lives by the clock, so the virtual one is served by it."""
+"""`sim:` ports for the scope: a page watches a drive that runs in real time, so the virtual one is served by it."""
 
 from __future__ import annotations
 

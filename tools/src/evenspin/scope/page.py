@@ -20,7 +20,7 @@ Message = dict[str, Any]
 class Page:
     """What waits for it is at most the newest message of each kind: a slow page gets fewer.
 
-    Silence is counted in ticks of the loop that serves all pages: time in which nobody could be heard does not count.
+    Silence is counted in ticks of the loop that serves all pages: time in which no message could arrive does not count.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Page:
         self.requests = 0
         self._waiting: dict[Any, Message] = {}
         self._silent_ticks = 0
-        self._mute_ticks: int | None = None  # None: it never said that it is alive, so it need not
+        self._mute_ticks: int | None = None  # None: it never sent a sign of life, so it need not
         self._until_ping_ticks = 0
 
     # ---- messages
@@ -64,10 +64,10 @@ class Page:
 
     # ---- signs of life
 
-    def heard(self) -> None:
+    def note_message(self) -> None:
         self._silent_ticks = 0
 
-    def said_alive(self) -> None:
+    def note_alive(self) -> None:
         self._mute_ticks = 0
 
     def tick(self) -> None:
@@ -78,11 +78,11 @@ class Page:
 
     @property
     def silent_s(self) -> float:
-        """How long nothing was heard; a page that hangs is silent, too, although its browser answers."""
+        """How long nothing was received; a page that hangs is silent, too, although its browser answers."""
         mute_s = (self._mute_ticks or 0) * TICK_S
         return mute_s if mute_s > HUNG_S else self._silent_ticks * TICK_S
 
     def abort(self) -> None:
-        """Hang up without a farewell: nobody is there to hear it."""
+        """Hang up without a farewell: nobody is there to receive it."""
         if isinstance(self._transport, asyncio.Transport):
             self._transport.abort()

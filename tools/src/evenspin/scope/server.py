@@ -1,7 +1,7 @@
-"""HTTP and websockets. It serves its own files, and talks to pages that it served, on addresses that it was told.
+"""HTTP and websockets. It serves its own files, and talks to pages that it served, on addresses that it was given.
 
-A browser sends requests on behalf of any page that it shows, so Host and Origin are checked: a foreign page must not
-move a motor, and a foreign name that resolves to this machine must not read from it.
+A browser sends requests on behalf of any page that it shows, so Host and Origin are checked: a page of
+another origin must not move a motor, and another host name that resolves to this machine must not read from it.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from evenspin.errors import EvenspinError
 from evenspin.scope import messages
 from evenspin.scope.control import Control
-from evenspin.scope.desk import Desk
 from evenspin.scope.feed import Feed, Live
 from evenspin.scope.history import REDUCE_ABOVE_ROWS, reduce_rows
 from evenspin.scope.page import GONE_S, PING_S, TICK_S, WATCHER_GONE_S, Message, Page
+from evenspin.scope.session import Session
 from evenspin.scope.stopping import Stopper
 
 PUMP_S = 1.0 / 60.0
@@ -49,13 +49,13 @@ class Scope:
 
     def __init__(self, feed: Feed, host: str) -> None:
         self.feed = feed
-        self.desk = Desk(feed, self._tell_from_any_thread)
-        self.control = Control(self._tell_roles, self._stop_abandoned)
+        self.session = Session(feed, self._send_from_any_thread)
+        self.control = Control(self._send_roles, self._stop_abandoned)
         self._hosts = allowed_names(host)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._tasks: set[asyncio.Task[Any]] = set()  # the loop itself holds tasks only weakly
         self._work = ThreadPoolExecutor(4, "scope work")
-        self._stopper = Stopper(lambda: self.desk.do(messages.Simple(do="stop")))
+        self._stopper = Stopper(lambda: self.session.do(messages.Simple(do="stop")))
         feed.notify = self._notify
 
     @property
@@ -73,33 +73,33 @@ class Scope:
         for page in list(self.pages):
             with contextlib.suppress(ConnectionError):
                 await page.socket.close(code=WSCloseCode.GOING_AWAY, message=b"the scope was closed")
-        await self._loop.run_in_executor(None, self.desk.close)
+        await self._loop.run_in_executor(None, self.session.close)
         await self._loop.run_in_executor(None, self.feed.close)
         self._work.shutdown(wait=False, cancel_futures=True)
         self._stopper.close()
 
-    # ---- news for pages
+    # ---- updates of pages
 
-    def _tell_from_any_thread(self, message: Message | None) -> None:
+    def _send_from_any_thread(self, message: Message | None) -> None:
         loop = self._loop
         if message and loop is not None and not loop.is_closed():
             with contextlib.suppress(RuntimeError):  # closed in between
-                loop.call_soon_threadsafe(self.tell, message)
+                loop.call_soon_threadsafe(self.send, message)
 
-    def tell(self, message: Message) -> None:
+    def send(self, message: Message) -> None:
         for page in self.pages:
             page.put(message)
 
     def _notify(self, what: str) -> None:
         make = {
-            "link": self.desk.link_message, "drive": self.desk.drive_message, "state": self.desk.state_message,
-            "layout": self.desk.layout_message,
+            "link": self.session.link_message, "drive": self.session.drive_message, "state": self.session.state_message,
+            "layout": self.session.layout_message,
         }[what]  # fmt: skip
-        self._tell_from_any_thread(make())
+        self._send_from_any_thread(make())
         if what == "drive":
-            self._tell_from_any_thread(self.desk.values_message())
+            self._send_from_any_thread(self.session.values_message())
 
-    def _tell_roles(self) -> None:
+    def _send_roles(self) -> None:
         for page in self.pages:
             page.put(self.control.role_of(page))
 
@@ -118,8 +118,8 @@ class Scope:
         await socket_.prepare(request)
         page = Page(socket_, request.query.get("page", "")[:TOKEN_CHARS], request.transport)
         for message in (
-            self.desk.link_message(), self.desk.drive_message(), self.desk.values_message(),
-            self.desk.layout_message(), self.desk.state_message(),
+            self.session.link_message(), self.session.drive_message(), self.session.values_message(),
+            self.session.layout_message(), self.session.state_message(),
         ):  # fmt: skip
             if message is not None:
                 page.put(message)
@@ -127,7 +127,7 @@ class Scope:
         pump = asyncio.create_task(self._pump(page))
         try:
             async for got in socket_:
-                page.heard()
+                page.note_message()
                 if got.type == WSMsgType.TEXT:
                     self._receive(page, got.data)
                     await asyncio.sleep(0)  # what one page has queued must not hold up what another says
@@ -139,7 +139,7 @@ class Scope:
         return socket_
 
     async def stop_socket(self, request: web.Request) -> web.StreamResponse:
-        """A way for stops alone: nothing that a page has asked for before can stand in front of one."""
+        """A connection for stops alone: nothing that a page has asked for before can stand in front of one."""
         self._of_this_scope(request)
         socket_ = web.WebSocketResponse(autoping=False, max_msg_size=messages.MESSAGE_OCTETS, compress=False)
         await socket_.prepare(request)
@@ -149,7 +149,7 @@ class Scope:
             async for got in socket_:
                 for page in self.pages:
                     if token and page.token == token:
-                        page.heard()  # rows may be slow on the other way: what counts is that a stop comes through
+                        page.note_message()  # rows may be slow in return: what counts is that a stop comes through
                 if got.type == WSMsgType.TEXT:
                     self._spawn(self._stop_for(socket_, _id_of(got.data)))
                     await asyncio.sleep(0)
@@ -174,7 +174,7 @@ class Scope:
                     page.abort()
 
     def _stop_abandoned(self) -> None:
-        """The hand on the stop button has gone: the motor must not run on."""
+        """The page with the stop button has gone: the motor must not run on."""
         if self.feed.drive is not None:
             self._spawn(self._stopper.stop())
 
@@ -190,7 +190,7 @@ class Scope:
             page.put({"type": "answer", "id": _id_of(text), "error": str(error)})
             return
         if request.do == "alive":
-            page.said_alive()
+            page.note_alive()
         elif request.do == "take_control":
             self.control.take(page)
             page.put({"type": "answer", "id": request.id})
@@ -208,7 +208,7 @@ class Scope:
             result = await self._stopper.stop()
         else:
             try:
-                result = await asyncio.get_running_loop().run_in_executor(self._work, self.desk.do, request)
+                result = await asyncio.get_running_loop().run_in_executor(self._work, self.session.do, request)
             finally:
                 page.requests -= 1
         page.put({"type": "answer", "id": request.id, **result})
@@ -222,7 +222,7 @@ class Scope:
                     await page.socket.send_str(json.dumps(message))
                     if message["type"] == "layout":
                         page.layout, page.cursor = message["id"], 0
-                if page.capture != self.desk.captured_number:
+                if page.capture != self.session.captured_number:
                     await self._send_capture(page)
                 live = self.feed.live
                 if live is not None and live.number == page.layout:
@@ -239,8 +239,8 @@ class Scope:
         await page.socket.send_bytes(messages.frame(kind, live.number, rows.t_s, rows.values))
 
     async def _send_capture(self, page: Page) -> None:
-        page.capture = self.desk.captured_number
-        message, frame = self.desk.capture_message(), self.desk.capture_frame()
+        page.capture = self.session.captured_number
+        message, frame = self.session.capture_message(), self.session.capture_frame()
         if message is not None and frame is not None:
             await page.socket.send_str(json.dumps(message))
             await page.socket.send_bytes(frame)
@@ -254,7 +254,7 @@ class Scope:
         source = request.match_info["source"]
         try:
             seconds = float(request.query.get("seconds", "10"))
-            octets = await asyncio.get_running_loop().run_in_executor(self._work, self.desk.csv, source, seconds)
+            octets = await asyncio.get_running_loop().run_in_executor(self._work, self.session.csv, source, seconds)
         except (EvenspinError, ValueError) as error:
             raise web.HTTPConflict(text=f"{error}\n") from None
         headers = {"Content-Disposition": f'attachment; filename="{source}.csv"'}

@@ -1,4 +1,4 @@
-"""Ripple as lines: in orders of the angle when it was measured along, otherwise in hertz."""
+"""Ripple as lines: in orders of the angle when it was measured along, else in hertz."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def lines_of(
     per_turn = 2.0 * np.pi * (len(turned) - 1) / max(abs(turned[-1] - turned[0]), 1e-12)
     x, amplitude = order_spectrum(value, turned, min(max_order, per_turn / 2.5))
     if not len(x):
-        return _none(axis, f"Less than one {axis} turn in these rows: turn faster or look at more seconds.")
+        return _none(axis, f"Less than one {axis} turn in these rows: turn faster or show more seconds.")
     return Lines(axis, x, amplitude, mean)
 
 

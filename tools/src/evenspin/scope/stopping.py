@@ -1,4 +1,4 @@
-"""The way of a stop: past everything else that is asked, and never behind other stops."""
+"""The path of a stop: past everything else that is asked, and never behind other stops."""
 
 from __future__ import annotations
 

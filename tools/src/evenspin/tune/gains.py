@@ -44,8 +44,8 @@ def complete(drive: Numbers) -> dict[str, float]:
     return {name: each.default for name, each in tables().params.items()} | dict(drive)
 
 
-def told(plant: Numbers) -> dict[str, float]:
-    """What a drive is told of its motor."""
+def model_parameters(plant: Numbers) -> dict[str, float]:
+    """What a drive knows of its motor."""
     found = {name: plant[source] for name, source in DRIVE_FROM_PLANT.items()}
     return {
         name: min(max(value, tables().params[name].minimum), tables().params[name].maximum)
@@ -56,7 +56,7 @@ def told(plant: Numbers) -> dict[str, float]:
 def first_gains(plant: Numbers, limits: Numbers, ranges: Ranges, goal: Goal = GOALS[DEFAULT]) -> Gains:
     """Current, speed, observers and position; no simulation. `plant` may leave out what a simulation alone needs."""
     plant = {name: each.default for name, each in tables().model.items()} | dict(plant)
-    drive = dict(limits) | told(plant)
+    drive = dict(limits) | model_parameters(plant)
     comments: dict[str, str] = {}
     current, worst_current = _current(plant, ranges, goal, drive, comments)
     rated_a = plant["rated_current_a"] or 0.5 * drive["iq_limit_a"]

@@ -160,9 +160,9 @@ def _what_would(plant: Numbers, drive: Numbers, verdict: Verdict, speed: float) 
         if finer > MOST_COUNTS:
             break
         other = {**plant, "counts_per_rev": finer}
-        told = {**drive, **verdict.changes, "observer_gain": FIRST_OBSERVER_GAIN, "encoder_counts": finer}
+        setup = {**drive, **verdict.changes, "observer_gain": FIRST_OBSERVER_GAIN, "encoder_counts": finer}
         without = ripple_of(other, {**drive, "encoder_counts": finer}, speed, 12.0)
-        found = ripple_of(other, told, speed, TURNS[verdict.method])
+        found = ripple_of(other, setup, speed, TURNS[verdict.method])
         if found.outcome.good and found.rms < HELPS * without.rms:
             return (
                 f"an encoder of {counts:g} counts is too coarse for the torque that it calculates from two differences "

@@ -85,7 +85,8 @@ def drive_text(machine: Machine, found: Tuning, command: str) -> str:
     gains = found.gains
     head = [
         f"Made by `{command}` for {machine.name}, goal {found.goal.name}: {found.goal.text}.",
-        f"Current loop: phase margin {gains.current['q'].phase_deg:.0f}, worst {gains.current_worst.phase_deg:.0f}. "
+        f"Current loop: phase margin {gains.current['q'].phase_deg:.0f}, worst "
+        f"{gains.current_worst.phase_deg:.0f} deg. "
         f"Speed loop: {gains.speed.phase_deg:.0f} deg, distance from -1 {gains.speed.distance:.2f}, worst "
         f"{gains.speed_worst.distance:.2f}.",
     ]

@@ -84,8 +84,8 @@ def reproduce(
         work += [_run_later(set_name, method, "float") for set_name, method in pairs]
     work += [_trial_later(trial, numeric) for trial in trials]
     done = run_all(work, progress)
-    runs, rest = done[: len(pairs)], done[len(pairs) :]
-    float_runs, ripples = rest[: len(rest) - len(trials)], rest[len(rest) - len(trials) :]
+    runs, later = done[: len(pairs)], done[len(pairs) :]
+    float_runs, ripples = later[: len(later) - len(trials)], later[len(later) - len(trials) :]
     float_rows = [row for run in float_runs for row in run.rows]
     gains, limits, checks = frequency_results()
     rows = [row for run in runs for row in run.rows]

@@ -1,7 +1,7 @@
-"""The conditions of the paper: which scenario, which methods, what is detuned, and when it is looked at.
+"""The conditions of the paper: which scenario, which methods, what is detuned, and when it is measured.
 
 Off is the drive without an observer (PI), on the drive with it. Both start at t = 0; the observer starts empty and is
-looked at 50 s later. Off has nothing to learn and is looked at as soon as the start is over.
+measured 50 s later. Off has nothing to learn and is measured as soon as the start is over.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ STEADY_OFF = (Window(2.0, 7.0),)
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """`factors` multiply drive parameters. Without `off_windows` both runs are looked at in the same windows."""
+    """`factors` multiply drive parameters. Without `off_windows` both runs are measured in the same windows."""
 
     name: str
     scenario: str

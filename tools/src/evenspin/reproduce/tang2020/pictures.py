@@ -187,7 +187,7 @@ def sweep_picture(result: Result) -> Picture | None:
     panel = axes[0, 0]
     _line(panel, OFF, rpm, off)
     _line(panel, "aro-beyond", rpm, on, marker=".", markersize=4)
-    panel.plot(rpm[rests], on[rests], "o", color=OTHER_COLOURS[3], label="learning rests", markersize=5)
+    panel.plot(rpm[rests], on[rests], "o", color=OTHER_COLOURS[3], label="learning pauses", markersize=5)
     panel.set(xlabel="speed [rpm]", ylabel="speed ripple [rpm rms]", yscale="log", xlim=(0.0, rpm.max() * 1.02))
     _finish(figure, axes, 1)
     text = "At the marked speeds the rounding of the encoder repeats from turn to turn; there nothing is learned."

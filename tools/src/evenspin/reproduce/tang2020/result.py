@@ -23,7 +23,7 @@ from evenspin.sim.many import Progress, plain, run_all
 
 Array = NDArray[np.float64]
 
-SIGNALS = ("t_s", "true_speed_rad_s", "true_theta_m_rad", "fault", "observer_news")
+SIGNALS = ("t_s", "true_speed_rad_s", "true_theta_m_rad", "fault", "observer_innovation")
 VISIBLE = 0.03  # lines below this part of the rms, without observer, have no ratio
 BEFORE_S = 1.5  # shown before the first window
 
@@ -36,7 +36,7 @@ class Run:
     method: str
     setup: Setup
     seen: Sequence[Evenness]  # one per window
-    news: float
+    innovation: float
     turn_s: Array
     turn_rms_rpm: Array
     memory_a: Array
@@ -136,7 +136,7 @@ def _run(condition: Condition, method: str, numeric: str, keep: bool) -> Run:
         method=method,
         setup=setup,
         seen=[evenness(record, window.start_s, window.end_s) for window in windows],
-        news=float(record["observer_news"][-1]),
+        innovation=float(record["observer_innovation"][-1]),
         turn_s=turn_s,
         turn_rms_rpm=turn_rms_rpm,
         memory_a=simulation.memory(),
@@ -167,7 +167,7 @@ def _rows(off: Run, on: Run, condition: Condition) -> list[dict[str, Any]]:
                 "orders": {str(order): _db(after.orders[order] / before.orders[order]) for order in seen},
                 "orders_off_rpm": {str(order): before.orders[order] for order in seen},
                 "orders_on_rpm": {str(order): after.orders[order] for order in seen},
-                "observer_news": on.news,
+                "observer_innovation": on.innovation,
                 "time_to_90_pct_s": settled,
                 "window_s": [window.start_s, window.end_s],
             }

@@ -1,6 +1,6 @@
 """Speeds from 50 to 2500 rpm: is there one at which the observer makes the ripple larger?
 
-At some speeds every turn sees the same rounding errors of the encoder, which look like torque; there learning rests.
+At some speeds every turn sees the same rounding errors of the encoder, which appear as torque; there learning pauses.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _BESIDE = (75.0, 123.0, 451.0, 1003.0, 4000.0 / 3.0, 1523.0, 1875.0, 2007.0, 150
 SPEEDS_RPM = tuple(sorted({*(50.0 * k for k in range(1, 51)), *_BESIDE}))
 
 # Long enough for an error to shrink to a few percent of its start: 20 turns per factor e, six times faster at first.
-# Both runs are looked at in the last WINDOW_S, the one without observer in the WINDOW_S before, too.
+# Both runs are measured in the last WINDOW_S, the one without observer in the WINDOW_S before, too.
 SLOW_RPM, SLOW_S, FAST_S = 300.0, 55.0, 30.0
 WINDOW_S = 2.5
 SIGNALS = ("t_s", "true_speed_rad_s", "true_theta_m_rad")

@@ -71,14 +71,14 @@ def swept(result: Result) -> TableView:
             number(sum(point.off_rpm) / 2.0),
             number(point.on_rpm),
             f"{point.reduction_pct:.1f}",
-            "rests" if point.rests else "",
+            "pauses" if point.rests else "",
             "ok" if point.on_rpm <= point.allowed_rpm else "FAILED",
         )
         for point in result.sweep
     ]
     marks = ["" if point.on_rpm <= point.allowed_rpm else "bad" for point in result.sweep]
     text = (
-        "aro-beyond at any speed. rests: every turn would see the same rounding of the encoder below aro_sync_hz, so "
+        "aro-beyond at any speed. pauses: every turn would see the same rounding of the encoder below aro_sync_hz, so "
         "nothing is learned there. ok: not more ripple than without, up to what two windows without it differ."
     )
     return TableView("Sweep", text, ("rpm", "off rpm", "on rpm", "rms -%", "learning", "verdict"), rows, marks, left=0)

@@ -1,4 +1,4 @@
-"""Is the result what it should be? Bands have two sides: suddenly much better needs a look, too."""
+"""Is the result what it should be? Bands have two sides: suddenly much better needs a check, too."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ SIGNALS = ("t_s", "position_ref_rad", "position_error_rad", "fault")
 
 
 def turn_rows(record: Record, turn: int) -> NDArray[np.intp]:
-    """Rows in which the command is on its way through this turn (from 1)."""
+    """Rows in which the command passes through this turn (from 1)."""
     command = record["position_ref_rad"]
     inside = (command > (turn - 1) * TURN_RAD) & (command <= turn * TURN_RAD)
     if turn == TURNS:

@@ -7,7 +7,7 @@ export class Banners {
 
   constructor(scope) {
     this.scope = scope;
-    for (const news of ["state", "status", "role", "drive"]) scope.on(news, () => this.show());
+    for (const topic of ["state", "status", "role", "drive"]) scope.on(topic, () => this.show());
   }
 
   show() {

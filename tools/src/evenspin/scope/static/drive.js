@@ -45,7 +45,7 @@ export class DrivePanel {
     $("drive").append(
       h("div", { class: "segments", role: "group", "aria-label": "what is controlled" }, ...this.modeButtons),
       ...Object.values(this.fields), h("div", { class: "actions" }, this.armButton, this.startButton), this.said);
-    for (const news of ["state", "status", "role", "drive"]) scope.on(news, () => this.show());
+    for (const topic of ["state", "status", "role", "drive"]) scope.on(topic, () => this.show());
     this.setMode("speed");
   }
 

@@ -68,7 +68,7 @@ class Scope extends EventTarget {
       if (this.#captureLayout?.id === layout) this.capture.take(this.#captureLayout, t, columns);
       this.tell("record");
     } else if (layout === this.layout?.id && t.length) {
-      if (t[0] < this.ring.lastTime) this.ring = new Ring(this.layout.names); // the drive has started anew
+      if (t[0] < this.ring.lastTime) this.ring = new Ring(this.layout.names); // the drive has started again
       else if (t[0] - this.ring.lastTime > 0.1) this.ring.append([t[0]], columns.map(() => [NaN]));
       this.ring.append(t, columns);
     }
@@ -229,7 +229,7 @@ views.spectrum = new SpectrumView(scope);
 const parameters = new Parameters(scope);
 new Signals(scope);
 new Banners(scope);
-for (const news of ["state", "status", "drive"]) scope.on(news, showHeader);
+for (const topic of ["state", "status", "drive"]) scope.on(topic, showHeader);
 for (const tab of document.querySelectorAll("[data-view]")) tab.onclick = () => showView(tab.dataset.view);
 for (const tab of document.querySelectorAll("[data-side]")) tab.onclick = () => showSide(tab.dataset.side);
 $("theme").onclick = otherTheme;

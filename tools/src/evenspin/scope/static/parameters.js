@@ -56,8 +56,8 @@ export class Parameters {
     input.setAttribute("aria-label", name);
     const refusal = h("p", { class: "refusal", role: "alert" });
     const range = kind === "float" || kind === "integer" ? [`${exact(field.minimum)} … ${exact(field.maximum)}`, unit].filter(Boolean).join(" ") : "";
-    const usual = `default ${choices[field.default] ?? (kind === "flag" ? (field.default ? "on" : "off") : exact(field.default))}`;
-    const limits = h("p", { class: "limits" }, [range, usual, field.at_rest ? "changes at rest only" : ""].filter(Boolean).join(" · "));
+    const preset = `default ${choices[field.default] ?? (kind === "flag" ? (field.default ? "on" : "off") : exact(field.default))}`;
+    const limits = h("p", { class: "limits" }, [range, preset, field.at_rest ? "changes at rest only" : ""].filter(Boolean).join(" · "));
     const text = h("p", {}, doc);
     const words = name.split("_").flatMap((word, i) => (i ? ["_", h("wbr"), word] : [word]));
     const element = h("div", { class: "parameter" }, h("code", {}, ...words), input, limits, text, refusal);
@@ -130,8 +130,8 @@ export class Parameters {
   #question(what) {
     const { drive, values } = this.scope;
     if (!["defaults", "restore", "save"].includes(what)) return null;
-    const differing = drive.parameters.filter(({ name, default: usual }) => Math.fround(usual) !== Math.fround(values[name]));
-    const listed = differing.slice(0, LISTED).map(({ name, default: usual }) => `${name}: ${exact(values[name])}, default ${exact(usual)}`);
+    const differing = drive.parameters.filter(({ name, default: preset }) => Math.fround(preset) !== Math.fround(values[name]));
+    const listed = differing.slice(0, LISTED).map(({ name, default: preset }) => `${name}: ${exact(values[name])}, default ${exact(preset)}`);
     const more = differing.length > LISTED ? [`and ${differing.length - LISTED} more`] : [];
     return {
       defaults: [`Take the defaults of all ${drive.parameters.length} parameters?`,

@@ -10,7 +10,7 @@ export class Signals {
     this.said = h("div", { class: "said" });
     this.list = h("div", { class: "list" });
     $("side-signals").append(h("div", { class: "bar" }, this.search, this.said), this.list);
-    for (const news of ["drive", "layout", "role", "theme"]) scope.on(news, () => this.show());
+    for (const topic of ["drive", "layout", "role", "theme"]) scope.on(topic, () => this.show());
   }
 
   show() {

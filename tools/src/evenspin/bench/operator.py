@@ -1,4 +1,4 @@
-"""The hand at the bench: load machine and rotor lock. A virtual drive has its own; at a real one it is a person."""
+"""The operator at the bench: load machine and rotor lock. A virtual drive has its own; at a real one it is a person."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from evenspin.bench.transport import ControlClient, LocalTransport, Transport
 LoadSteps = Sequence[tuple[int, float]]  # (PWM period of the drive from which it acts, N m)
 
 
-class Hand(Protocol):
-    """What can be done to the shaft."""
+class Operator(Protocol):
+    """Actions on the shaft of the machine under test."""
 
     has_load_machine: bool
 
@@ -27,13 +27,13 @@ class Hand(Protocol):
         """What the load machine did since this period, and what it did then."""
         ...
 
-    def told(self) -> Mapping[str, float]:
+    def model_parameters(self) -> Mapping[str, float]:
         """Parameters that the model of a virtual drive gave it; a real drive has no model."""
         ...
 
 
-class LocalHand:
-    """The hand of a virtual drive in this process."""
+class LocalOperator:
+    """Operator of a virtual drive in this process."""
 
     has_load_machine = True
 
@@ -50,12 +50,12 @@ class LocalHand:
         steps = [(step.period, step.torque_nm) for step in self._drive.load_steps]
         return _since(steps, since)
 
-    def told(self) -> Mapping[str, float]:
-        return self._drive.told
+    def model_parameters(self) -> Mapping[str, float]:
+        return self._drive.model_parameters
 
 
-class RemoteHand:
-    """The hand of a virtual drive in another process."""
+class RemoteOperator:
+    """Operator of a virtual drive in another process."""
 
     has_load_machine = True
 
@@ -72,12 +72,12 @@ class RemoteHand:
         answer = self._control.ask({"do": "loads", "since": since})
         return [(int(period), float(torque_nm)) for period, torque_nm in answer["loads"]]
 
-    def told(self) -> Mapping[str, float]:
-        answer = self._control.ask({"do": "told"})
+    def model_parameters(self) -> Mapping[str, float]:
+        answer = self._control.ask({"do": "parameters"})
         return {str(name): float(value) for name, value in answer["parameters"].items()}
 
 
-class PersonHand:
+class PersonOperator:
     """A person without a load machine, asked to lock and to release the rotor."""
 
     has_load_machine = False
@@ -102,15 +102,15 @@ class PersonHand:
     def loads(self, since: int) -> LoadSteps:
         return []
 
-    def told(self) -> Mapping[str, float]:
+    def model_parameters(self) -> Mapping[str, float]:
         return {}
 
 
-def hand_for(transport: Transport, ask: Callable[[str], bool]) -> Hand:
+def operator_for(transport: Transport, ask: Callable[[str], bool]) -> Operator:
     if isinstance(transport, LocalTransport):
-        return LocalHand(transport)
+        return LocalOperator(transport)
     note = note_of(transport.name)
-    return RemoteHand(note.control) if note is not None else PersonHand(ask)
+    return RemoteOperator(note.control) if note is not None else PersonOperator(ask)
 
 
 def _since(steps: LoadSteps, period: int) -> LoadSteps:

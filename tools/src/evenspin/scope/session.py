@@ -30,18 +30,18 @@ Message = dict[str, Any]
 MODES = {"speed": Mode.SPEED, "current": Mode.CURRENT, "position": Mode.POSITION}
 
 
-class Desk:
-    """`tell` takes a message for all pages; it is called from any thread."""
+class Session:
+    """`send` takes a message for all pages; it is called from any thread."""
 
-    def __init__(self, feed: Feed, tell: Callable[[Message], None]) -> None:
+    def __init__(self, feed: Feed, send: Callable[[Message], None]) -> None:
         self.feed = feed
-        self.tell = tell
+        self.send = send
         self.captured: Capture | None = None
         self.captured_number = 0
         self._title = ""
         self._before: tuple[Drive, str, dict[str, float]] | None = None  # what a reset of many parameters replaced
         self._changing = threading.Lock()  # one change of the drive at a time; a stop does not wait for it
-        self._capturing = Capturing(tell, self._take_capture)
+        self._capturing = Capturing(send, self._take_capture)
         self._work: Mapping[str, Callable[[Any], Message | None]] = {
             "stop": self._stop,
             "arm": self._arm,
@@ -77,7 +77,7 @@ class Desk:
             return {"error": error.bare}
         except OSError as error:
             return {"error": str(error)}
-        except Exception as error:  # a mistake of ours: the page must hear of it, and the next stop must work
+        except Exception as error:  # a mistake of ours: the page must show it, and the next stop must work
             return {"error": f"{request.do} failed: {error!r}"}
         finally:
             self.feed.ask_state_soon()
@@ -121,7 +121,7 @@ class Desk:
     def _set(self, request: messages.SetParameters) -> Message:
         held = self.feed.need_drive().set(request.values)
         self.feed.values = {**self.feed.values, **held}
-        self.tell(self.values_message())
+        self.send(self.values_message())
         return {"values": held}
 
     def _restore(self, request: messages.Simple) -> None:
@@ -132,7 +132,7 @@ class Desk:
         after = self.feed.refresh_values()
         changed = {name: value for name, value in before.items() if after.get(name) != value}
         self._before = (drive, request.do, changed) if changed else None
-        self.tell(self.values_message())
+        self.send(self.values_message())
 
     def _undo(self, _: Any) -> None:
         drive, before = self.feed.need_drive(), self._before
@@ -141,13 +141,13 @@ class Desk:
         drive.set(before[2])
         self._before = None
         self.feed.refresh_values()
-        self.tell(self.values_message())
+        self.send(self.values_message())
 
     def _read_values(self, _: Any) -> None:
         self.feed.refresh_values()
-        self.tell(self.values_message())
+        self.send(self.values_message())
 
-    # ---- looking
+    # ---- reading
 
     def _watch(self, request: messages.Watch) -> None:
         self.feed.watch(request.signals, request.rate_hz)
@@ -202,8 +202,8 @@ class Desk:
     # ---- messages for all pages
 
     def link_message(self) -> Message:
-        said = self.feed.connection
-        return {"type": "link", "status": said.status, "text": said.text}
+        connection = self.feed.connection
+        return {"type": "link", "status": connection.status, "text": connection.text}
 
     def drive_message(self) -> Message | None:
         drive = self.feed.drive

@@ -19,13 +19,13 @@ READ_OCTETS = 1 << 16
 LINE_OCTETS = 1 << 16
 WAITING_OCTETS = 1 << 18  # requests that wait for their turn, and answers that wait for the client
 LINES_AT_ONCE = 32  # of one client; then it is the turn of the drive again
-HANDS = 64  # connections at once
+CONNECTIONS = 64  # connections at once
 
 Request = Mapping[str, Any]
 
 
 @dataclass(eq=False)
-class Hand:
+class ControlConnection:
     """A connection, what has arrived of its next requests, and what it has not taken of the answers."""
 
     connection: socket.socket
@@ -36,45 +36,45 @@ class Hand:
     waiting: Request | None = None  # an advance that waits for octets
 
 
-class Hands:
+class ControlConnections:
     """`do` is called with each request and answers with `reply`, at once or later."""
 
     def __init__(
-        self, listener: socket.socket, select: selectors.BaseSelector, do: Callable[[Hand, object], None]
+        self, listener: socket.socket, select: selectors.BaseSelector, do: Callable[[ControlConnection, object], None]
     ) -> None:
         self._listener, self._select, self._do = listener, select, do
         listener.setblocking(False)
-        self.all: list[Hand] = []
+        self.all: list[ControlConnection] = []
         select.register(listener, selectors.EVENT_READ, self._accept)
 
     def close(self) -> None:
-        for hand in list(self.all):
-            self.drop(hand)
+        for client in list(self.all):
+            self.drop(client)
         self._listener.close()
 
     @property
     def busy(self) -> bool:
         """Requests are here that had no turn yet."""
-        return any(hand.waiting is None and b"\n" in hand.text for hand in self.all)
+        return any(client.waiting is None and b"\n" in client.text for client in self.all)
 
     def serve(self) -> None:
         """A turn for everybody."""
-        for hand in list(self.all):
-            self._work(hand)
+        for client in list(self.all):
+            self._work(client)
 
-    def reply(self, hand: Hand, answer: Request) -> None:
-        if len(hand.out) > WAITING_OCTETS:
-            self.drop(hand)  # it does not read
+    def reply(self, client: ControlConnection, answer: Request) -> None:
+        if len(client.out) > WAITING_OCTETS:
+            self.drop(client)  # it does not read
             return
-        hand.out += json.dumps(answer).encode() + b"\n"
-        self._send(hand)
+        client.out += json.dumps(answer).encode() + b"\n"
+        self._send(client)
 
-    def drop(self, hand: Hand) -> None:
-        if not hand.closed:
-            hand.closed = True
-            self._select.unregister(hand.connection)
-            hand.connection.close()
-            self.all.remove(hand)
+    def drop(self, client: ControlConnection) -> None:
+        if not client.closed:
+            client.closed = True
+            self._select.unregister(client.connection)
+            client.connection.close()
+            self.all.remove(client)
 
     # ---- octets
 
@@ -83,70 +83,70 @@ class Hands:
             connection, _ = self._listener.accept()
         except OSError:
             return  # it has gone again, or there are too many
-        if len(self.all) >= HANDS:
+        if len(self.all) >= CONNECTIONS:
             connection.close()
             return
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        hand = Hand(connection)
-        self.all.append(hand)
-        self._select.register(connection, selectors.EVENT_READ, lambda: self._ready(hand))
+        client = ControlConnection(connection)
+        self.all.append(client)
+        self._select.register(connection, selectors.EVENT_READ, lambda: self._ready(client))
 
-    def _ready(self, hand: Hand) -> None:
-        if hand.closed:
+    def _ready(self, client: ControlConnection) -> None:
+        if client.closed:
             return
-        self._send(hand)
-        if hand.closed:
+        self._send(client)
+        if client.closed:
             return
         try:
-            octets = hand.connection.recv(READ_OCTETS)
+            octets = client.connection.recv(READ_OCTETS)
         except BlockingIOError:
             return
         except OSError:
             octets = b""
-        hand.text += octets
-        if not hand.greeted and hand.text.lstrip()[:1] not in (b"{", b""):
-            self._refuse(hand, "the first line is not a JSON object; the connection is closed")
-        elif not octets or len(hand.text) > WAITING_OCTETS:
-            self.drop(hand)
-        elif len(hand.text) - hand.text.rfind(b"\n") > LINE_OCTETS:
-            self._refuse(hand, f"a line is longer than {LINE_OCTETS} octets; the connection is closed")
+        client.text += octets
+        if not client.greeted and client.text.lstrip()[:1] not in (b"{", b""):
+            self._refuse(client, "the first line is not a JSON object; the connection is closed")
+        elif not octets or len(client.text) > WAITING_OCTETS:
+            self.drop(client)
+        elif len(client.text) - client.text.rfind(b"\n") > LINE_OCTETS:
+            self._refuse(client, f"a line is longer than {LINE_OCTETS} octets; the connection is closed")
 
-    def _refuse(self, hand: Hand, text: str) -> None:
-        self.reply(hand, {"error": text})
-        self.drop(hand)
+    def _refuse(self, client: ControlConnection, text: str) -> None:
+        self.reply(client, {"error": text})
+        self.drop(client)
 
-    def _send(self, hand: Hand) -> None:
-        if hand.closed or not hand.out:
+    def _send(self, client: ControlConnection) -> None:
+        if client.closed or not client.out:
             return
         try:
-            sent = hand.connection.send(hand.out)
-            del hand.out[:sent]
+            sent = client.connection.send(client.out)
+            del client.out[:sent]
         except BlockingIOError:
             pass
         except OSError:
-            self.drop(hand)
+            self.drop(client)
             return
-        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if hand.out else 0)
-        if self._select.get_key(hand.connection).events != events:
-            self._select.modify(hand.connection, events, lambda: self._ready(hand))
+        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.out else 0)
+        if self._select.get_key(client.connection).events != events:
+            self._select.modify(client.connection, events, lambda: self._ready(client))
 
     # ---- lines
 
-    def _work(self, hand: Hand) -> None:
+    def _work(self, client: ControlConnection) -> None:
         for _ in range(LINES_AT_ONCE):
-            if hand.closed or hand.waiting is not None or b"\n" not in hand.text:
+            if client.closed or client.waiting is not None or b"\n" not in client.text:
                 return
-            end = hand.text.index(b"\n")
-            line = bytes(hand.text[:end])
-            del hand.text[: end + 1]
+            end = client.text.index(b"\n")
+            line = bytes(client.text[:end])
+            del client.text[: end + 1]
             if not line.strip():
                 continue
-            hand.greeted = True
+            client.greeted = True
             try:
-                self._do(hand, parse(line))
+                self._do(client, parse(line))
             except Exception as error:  # a mistake of ours must not end the drive of everybody
-                self.reply(hand, {"error": f"failed: {error!r}"})
+                self.reply(client, {"error": f"failed: {error!r}"})
 
 
 def parse(line: bytes) -> object:

@@ -1,0 +1,90 @@
+"""Said before the work begins: from which size on each effect shows in what was recorded, and what would add most."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evenspin.driven.fit import Normal, prior_of
+from evenspin.driven.search import PRICE
+from evenspin.driven.signals import Signals
+from evenspin.driven.terms import Kind, Term
+from evenspin.native import tables
+
+MUCH = 3.0  # times the least size: from there on the log hardly shows an effect
+NEVER = {
+    "current_filter": "looks like a voltage that comes late: what the controller adds for its delay is not known",
+    "current_loop_delay": "looks like a voltage that comes late: what the controller adds for its delay is not known",
+    "two_mass": "searched for in case folders only",
+    "backlash": "searched for in case folders only",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Findable:
+    """`times`: smallest size that the log shows, over the least size that counts; infinite where it shows none."""
+
+    effect: str
+    times: float
+    why: str
+
+
+def findable(terms: Sequence[Term], normal: Normal, logs: Sequence[Signals]) -> list[Findable]:
+    found: dict[str, Findable] = {}
+    held = prior_of(terms, ())
+    inverse = np.linalg.inv(normal.h + held)
+    at = 0
+    for term in terms:
+        here = slice(at, at + len(term))
+        at += len(term)
+        if term.kind is not Kind.EFFECT:
+            continue
+        main = ~term.details
+        variance = np.diag(inverse)[here][main]
+        freed = 1.0 / np.maximum(
+            1.0 / variance - np.diag(held)[here][main], 1e-300
+        )  # without what holds this coordinate itself
+        z = term.off.copy()
+        z[main] += math.sqrt(PRICE) * np.sqrt(freed)
+        times = term.least(np.clip(z, term.low, term.high))
+        known = found.get(term.effect)
+        if known is None or times < known.times:
+            why = "the tolerance decides" if times < 1.0 else "the noise of the log decides"
+            found[term.effect] = Findable(term.effect, times, why)
+    for name, effect in tables().effects.items():
+        if name not in found and not effect.scenario_only:
+            found[name] = Findable(name, math.inf, NEVER.get(name, _missing(logs)))
+    return list(found.values())
+
+
+def _missing(logs: Sequence[Signals]) -> str:
+    if not all(log.has_angle for log in logs):
+        return "needs the angle"
+    return "needs the voltages" if not any(log.has_voltages for log in logs) else "no equation of the log has it"
+
+
+def advice(found: Sequence[Findable], logs: Sequence[Signals]) -> str:
+    """The cheapest extra signal or experiment that would add most."""
+    weak = [each.effect for each in found if each.times > MUCH and each.effect not in NEVER]
+    if not all(log.has_angle for log in logs):
+        return "record the angle of the encoder: what repeats with it, and errors of the current sensors, need it"
+    if not any(log.has_voltages for log in logs):
+        return "record the commanded voltages: resistance, flux, dead time and saturation need them"
+    speeds = np.concatenate([log.speed_rad_s[:: max(1, len(log) // 2000)] for log in logs])
+    top = float(np.max(np.abs(speeds)))
+    both = min(float(np.max(speeds)), -float(np.min(speeds))) > 0.3 * top
+    if not both:
+        return (
+            "record the other direction, too: Coulomb friction and a load of fixed sign are one thing in one direction"
+        )
+    moving = np.abs(speeds[np.abs(speeds) > 0.02 * top])
+    if float(np.percentile(moving, 90.0)) < 1.6 * float(np.percentile(moving, 10.0)):
+        return "record several speeds, with ramps between them: friction by its kind, inertia and flux need them"
+    if weak and "inductance_saturation" in weak or "winding_resistance" in weak:
+        return f"record a load, up to the rated current: {', '.join(weak)} show with current alone"
+    if weak:
+        return f"record some minutes more at low speed: {', '.join(weak)} show there"
+    return "nothing is missing for the effects that a log without the controller can show"

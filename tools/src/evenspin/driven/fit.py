@@ -1,0 +1,225 @@
+"""Weighted least squares of all windows of all logs, and what each choice of named terms costs.
+
+Weights come from the robust scatter of each equation with every term free. What is left is not white: the information
+of each equation is divided by the factor by which its scores scatter more between stretches than within.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.driven.model import Model, Point
+from evenspin.driven.noise import acceleration_noise, floors, noise_of, stated
+from evenspin.driven.terms import Kind, Term
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+HUBER = 2.0
+ROUNDS = 4
+INFLATED_LEAST = 1.0
+PINS = 4  # rounds in which coordinates that would leave their range are put at its end
+PINNED = 1e6
+SLACK = 1e-3
+OFF = 1e-6  # of its tolerance: a variant that does not act
+LEAST_FLOOR = 0.7  # of the noise: a fit that leaves less has taken noise for a signal
+MOST_NOISE = 0.95  # of the information of a column that noise may be said to be
+ALWAYS = ("encoder_offset",)  # within its tolerance, but too large for one linear step
+BENDING = ("encoder_offset", "encoder_eccentricity", "inductance_saturation")  # change the columns of the others
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One equation of one log: rows that fit, with their stretch. `noise`: of a column, the variance that noise of the
+    sensors gives it; the same noise is in what is left, and would pull the column's size towards nothing."""
+
+    r: Array
+    x: Array
+    stretch: NDArray[np.int64]
+    noise: Array
+    floor: float  # what noise alone leaves
+    kind: int  # which part of a residual it is
+
+    def sums(self, w: Array) -> tuple[Array, Array]:
+        """Normal equations with these weights, less what noise alone puts into them."""
+        h, g = self.x.T @ (w[:, None] * self.x), self.x.T @ (w * self.r)
+        excess = np.minimum(self.noise * float(np.sum(w)), MOST_NOISE * np.diag(h))
+        return np.asarray(h - np.diag(excess)), np.asarray(g - excess)
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """cost(dz) = constant + 2 g dz + dz H dz, about a point."""
+
+    constant: float
+    g: Array
+    h: Array
+    sigma: tuple[float, ...]  # of each piece, robust
+    inflation: tuple[float, ...]
+    grams: tuple[Array, ...]  # of each piece: what a step changes there is the root of dz G dz, rms
+    kinds: tuple[int, ...]  # of each piece: which part of a residual it is
+
+
+class Gatherer:
+    """Residuals and columns at a point. Columns that hardly change from point to point are kept."""
+
+    def __init__(
+        self, model: Model, fits: Sequence[Sequence[Flags]], stretches: Sequence[Sequence[NDArray[np.int64]]]
+    ) -> None:
+        self.model, self.fits, self.stretches = model, fits, stretches
+        self.noise = [stated(noise_of(log.signals), log.plant) for log in model.logs]
+        self._kept: list[dict[str, list[Array]]] = [{} for _ in model.logs]
+
+    def pieces(self, point: Point, named: Collection[str]) -> list[Piece]:
+        again = any(term.effect in BENDING and term.name in named for term in self.model.terms)
+        found = []
+        for log, kept in enumerate(self._kept):
+            here = self.model.residual(point, log)
+            floor = floors(self.model.logs[log], self.noise[log])
+            for term in self.model.terms:
+                if term.name not in kept or again or term.name in named:
+                    kept[term.name] = self._calm(term, log, self.model.columns_of(term, point, log, here))
+            for k, r in enumerate(here):
+                columns = [kept[term.name][k] for term in self.model.terms]
+                noise = np.concatenate([self._noise(term, log, k) for term in self.model.terms])
+                use = self.fits[log][k]
+                x = np.column_stack(columns)
+                found.append(Piece(r[use], x[use], self.stretches[log][k][use], noise, floor[k], k))
+        return found
+
+    def _calm(self, term: Term, log: int, columns: list[Array]) -> list[Array]:
+        """The acceleration of short windows is mostly noise of the angle: an inertia takes that of the long ones."""
+        if term.effect == "inertia":
+            equations = self.model.logs[log]
+            fine, shaft = (w.centre[w.used].astype(np.float64) for w in (equations.fine, equations.shaft))
+            columns[1] = np.interp(fine, shaft, columns[0][:, 0])[:, None]
+        return columns
+
+    def _noise(self, term: Term, log: int, part: int) -> Array:
+        equations, noise = self.model.logs[log], self.noise[log]
+        none = np.zeros(len(term))
+        if term.effect == "inertia" and part == 0:
+            return none + (equations.plant["inertia_kgm2"] * acceleration_noise(equations.shaft.bump, noise)) ** 2
+        return none
+
+
+def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:
+    """`prior`: inverse covariance with every term free; `toward`: where they pull, as a step from here."""
+    weights = [np.ones(len(piece.r)) / max(_mad(piece.r), 1e-30) ** 2 for piece in pieces]
+    step = np.zeros(len(prior))
+    sigma = [1.0] * len(pieces)
+    for _ in range(ROUNDS):
+        h, g = np.zeros((len(prior), len(prior))), np.zeros(len(prior))
+        for piece, w in zip(pieces, weights, strict=True):
+            of_piece = piece.sums(w)
+            h += of_piece[0]
+            g += of_piece[1]
+        step = solve(h, g, prior, toward)
+        for k, piece in enumerate(pieces):
+            left = piece.r + piece.x @ step
+            sigma[k] = max(_mad(left), LEAST_FLOOR * piece.floor, 1e-30)
+            weights[k] = np.minimum(1.0, HUBER / np.maximum(np.abs(left) / sigma[k], 1e-12)) / sigma[k] ** 2
+    n = len(prior)
+    h_all, g_all, constant, inflation = np.zeros((n, n)), np.zeros(n), 0.0, []
+    for piece, w in zip(pieces, weights, strict=True):
+        left = piece.r + piece.x @ step
+        factor = _inflation(piece.x, w * left, piece.x.T @ (w[:, None] * piece.x), piece.stretch)
+        inflation.append(factor)
+        h, g = piece.sums(w)
+        h_all += h / factor
+        g_all += g / factor
+        constant += float(np.sum(w * piece.r**2)) / factor
+    grams = tuple(piece.x.T @ piece.x / max(len(piece.r), 1) for piece in pieces)
+    kinds = tuple(piece.kind for piece in pieces)
+    return Normal(constant, g_all, h_all, tuple(sigma), tuple(inflation), grams, kinds)
+
+
+def solve(h: Array, g: Array, prior: Array, toward: Array) -> Array:
+    a = h + prior
+    b = prior @ toward - g
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+    return np.asarray(scale * np.linalg.solve(a * np.outer(scale, scale) + 1e-12 * np.eye(len(b)), scale * b))
+
+
+def cost_of(normal: Normal, prior: Array, toward: Array, low: Array) -> tuple[float, Array]:
+    """`low`: the smallest step of each coordinate; one that would go below stays there."""
+    pinned = np.zeros(len(low), dtype=bool)
+    step = solve(normal.h, normal.g, prior, toward)
+    for _ in range(PINS):
+        below = (step < low - SLACK * np.abs(low) - 1e-15) & ~pinned
+        if not np.any(below):
+            break
+        pinned |= below
+        at = np.flatnonzero(pinned)
+        stiff = PINNED * np.maximum(np.diag(normal.h)[at] + np.diag(prior)[at], 1e-300)
+        held, aim = prior.copy(), prior @ toward
+        held[at, at] += stiff
+        aim[at] += stiff * low[at]
+        step = solve(normal.h, normal.g - aim, held, np.zeros(len(low)))
+    data = normal.constant + float(2.0 * normal.g @ step + step @ normal.h @ step)
+    return data + float((step - toward) @ prior @ (step - toward)), step
+
+
+def prior_of(terms: Sequence[Term], named: Collection[str], reach: float = 1.0) -> Array:
+    """Inverse covariance. Of the variants of an effect one acts: the named one, or the first. `reach`: of a free term,
+    over its least size, where it is not to go as far as it could."""
+    acting = {term.effect: term.name for term in reversed(terms) if term.variant}
+    acting |= {term.effect: term.name for term in terms if term.variant and term.name in named}
+    sigma = []
+    for term in terms:
+        off = term.variant and acting[term.effect] != term.name
+        sigma.append(term.held * OFF if off else reach * term.free if term.name in named else term.held)
+    prior = np.diag(1.0 / np.concatenate(sigma) ** 2)
+    at = 0
+    for term in terms:
+        if term.together is not None:
+            prior[at : at + len(term), at : at + len(term)] += 1.0 / (len(term) * term.together) ** 2
+        at += len(term)
+    return np.asarray(prior)
+
+
+def pull_of(terms: Sequence[Term], point: Point) -> Array:
+    return np.concatenate([term.off - point[term.name] for term in terms])
+
+
+def moved(terms: Sequence[Term], point: Point, step: Array, keep: Collection[str]) -> Point:
+    """The point after a step. What is held is fitted again at every point, and stays off unless it bends the rest."""
+    out, at = {}, 0
+    for term in terms:
+        z = point[term.name] + step[at : at + len(term)]
+        if term.kind is not Kind.UNIT and term.name not in keep and term.effect not in ALWAYS:
+            z = term.off.copy()
+        out[term.name] = np.clip(z, term.low, term.high)
+        at += len(term)
+    return out
+
+
+def settled(terms: Sequence[Term], point: Point, step: Array, named: Collection[str]) -> Point:
+    """The point with all deviations of the unit, where causes that the table does not have are off unless chosen."""
+    out = moved(terms, point, step, {term.name for term in terms})
+    for term in terms:
+        if term.kind is Kind.FOREIGN and term.name not in named:
+            out[term.name] = term.off.copy()
+    return out
+
+
+def _mad(x: Array) -> float:
+    return float(1.4826 * np.median(np.abs(x))) if len(x) else 0.0
+
+
+def _inflation(x: Array, weighted: Array, h: Array, stretch: NDArray[np.int64]) -> float:
+    """How much more the scores of whole stretches scatter than those of independent windows."""
+    names, index = np.unique(stretch, return_inverse=True)
+    if len(names) < 4:
+        return 2.0
+    scores = np.zeros((len(names), x.shape[1]))
+    np.add.at(scores, index, x * weighted[:, None])
+    known = np.diag(h) > 1e-12 * max(float(np.max(np.diag(h))), 1e-300)
+    if not np.any(known):
+        return INFLATED_LEAST
+    ratio = np.sum(scores[:, known] ** 2, axis=0) / np.diag(h)[known]
+    return max(INFLATED_LEAST, float(np.median(ratio)))

@@ -1,0 +1,215 @@
+"""From the choice of terms to names: parameters with intervals, what else they may be, and when it is `unknown`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.driven.analysis import Explained
+from evenspin.driven.fit import prior_of
+from evenspin.driven.noise import floors, noise_of
+from evenspin.driven.search import Choice
+from evenspin.driven.terms import Kind
+from evenspin.effects.equations import Acting
+from evenspin.gap.intervals import Interval, of_effect, with_model_share
+from evenspin.log.tolerance import TOLERANCES
+
+Array = NDArray[np.float64]
+
+UNKNOWN = "unknown"
+MOST = 0.98  # confidence: the table of effects is not all there is
+TEMPER = 4.0  # cost that counts as one: what is left is not white
+RIVAL = 12.0  # cost within which another choice explains the log as well
+MENTIONED = 40.0  # cost within which it is mentioned
+LEFT_TIMES = 4.0  # of what noise leaves, from which something is left
+LEFT_SHARE = 0.02  # of the rated torque, or of the largest voltage
+PWM_UNKNOWN = 1.0  # of a dead time: 10 kHz were assumed, and 5 to 20 kHz are common
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """rms of an equation on stretches that no fit saw."""
+
+    log: str
+    equation: str
+    unit: str
+    before: float
+    after: float
+    floor: float
+    doubt: float = 0.0  # what the way of a dead time through zero current may make, which no log tells well
+
+
+@dataclass
+class Verdict:
+    names: list[str] = field(default_factory=list)
+    effects: list[Acting] = field(default_factory=list)  # those named; none where it is unknown
+    nearest: list[str] = field(default_factory=list)  # what came nearest where it is unknown
+    confidence: dict[str, float] = field(default_factory=dict)
+    intervals: dict[str, list[Interval]] = field(default_factory=dict)
+    alternatives: list[tuple[str, float]] = field(default_factory=list)
+    cannot_separate: dict[str, list[str]] = field(default_factory=dict)
+    unexplained: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    gaps: list[Gap] = field(default_factory=list)
+
+    @property
+    def unknown(self) -> bool:
+        return UNKNOWN in self.names
+
+
+EQUATIONS = (("torque_nm", "N m"), ("torque_fine_nm", "N m"), ("vd_v", "V"), ("vq_v", "V"))
+
+
+def judge(found: Explained, pwm_known: bool = True) -> Verdict:
+    """`pwm_known`: else a dead time is known as lost voltage only, and its interval has all common PWM frequencies."""
+    verdict = Verdict()
+    verdict.gaps = gaps_of(found)
+    weights = _weights(found.rivals)
+    for name in found.named:
+        if found.term(name).kind is Kind.EFFECT:
+            _name(found, name, weights, verdict)
+    if not pwm_known and "dead_time" in verdict.intervals:
+        verdict.intervals["dead_time"] = [
+            replace(i, half=max(i.half, PWM_UNKNOWN * i.value)) if i.parameter == "dead_time_s" else i
+            for i in verdict.intervals["dead_time"]
+        ]
+    doubtful = [name for name in verdict.names if verdict.cannot_separate.get(name)]
+    left = _left(found, verdict)
+    if found.foreign:
+        verdict.unexplained += [name.removeprefix("foreign: ") for name in found.foreign]
+    if found.foreign or left:
+        _none(verdict, verdict.names)
+    elif doubtful:
+        together = [f"{name} or {' or '.join(verdict.cannot_separate[name])}" for name in doubtful]
+        verdict.warnings += [f"{text}: the log does not separate them" for text in together]
+    near = {
+        n
+        for c in found.rivals
+        if c.cost < found.rivals[0].cost + RIVAL
+        for n in c.names
+        if found.term(n).kind is Kind.FOREIGN
+    }
+    if near and not verdict.unknown and verdict.names:
+        verdict.warnings.append(
+            f"{', '.join(sorted(n.removeprefix('foreign: ') for n in near))} would explain the log nearly as well"
+        )
+    return verdict
+
+
+def _none(verdict: Verdict, nearest: Sequence[str]) -> None:
+    verdict.nearest = list(nearest)
+    verdict.names = [UNKNOWN]
+    verdict.effects = []
+    verdict.confidence = {}
+    verdict.intervals = {}
+    verdict.cannot_separate = {}
+
+
+def _weights(rivals: Sequence[Choice]) -> list[float]:
+    cost = np.array([each.cost for each in rivals])
+    weight = np.exp(-0.5 * (cost - cost.min()) / TEMPER)
+    return list(weight / weight.sum())
+
+
+def _effects_of(found: Explained, names: frozenset[str]) -> set[str]:
+    return {found.term(name).effect or name for name in names}
+
+
+def _name(found: Explained, name: str, weights: Sequence[float], verdict: Verdict) -> None:
+    term = found.term(name)
+    assert term.hypothesis is not None
+    effect, z = term.effect, found.point[name]
+    verdict.names.append(effect)
+    verdict.effects.append((effect, term.hypothesis.to_params(z)))
+    has = [effect in _effects_of(found, choice.names) for choice in found.rivals]
+    share = sum(w for w, h in zip(weights, has, strict=True) if h)
+    verdict.confidence[effect] = round(min(MOST, share), 3)
+    verdict.intervals[effect] = _intervals(found, name)
+    best = found.rivals[0]
+    for choice, with_it in zip(found.rivals, has, strict=True):
+        behind = choice.cost - best.cost
+        if with_it or behind > MENTIONED:
+            continue
+        others = sorted(_effects_of(found, choice.names) - _effects_of(found, best.names))
+        others = [other for other in others if not other.startswith("foreign")]
+        if not others:
+            continue
+        text = " + ".join(others)
+        if text not in [known for known, _ in verdict.alternatives]:
+            verdict.alternatives.append((text, round(math.exp(-0.5 * behind / TEMPER), 4)))
+        if behind < RIVAL:
+            known = verdict.cannot_separate.setdefault(effect, [])
+            known += [other for other in others if other not in known]
+
+
+def _intervals(found: Explained, name: str) -> list[Interval]:
+    """From the covariance of the fit, with what a healthy unit of the type may differ by itself."""
+    term = found.term(name)
+    assert term.hypothesis is not None
+    terms = found.model.terms
+    covariance = np.linalg.inv(found.normal.h + prior_of(terms, found.named))
+    at = 0
+    for each in terms:
+        if each.name == name:
+            break
+        at += len(each)
+    part: Array = np.array(covariance[at : at + len(term), at : at + len(term)], dtype=np.float64)
+    for tolerance in TOLERANCES:
+        if tolerance.effect == term.effect and tolerance.sensor is None:
+            part += np.diag(np.full(len(term), tolerance.sigma**2))
+    for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
+        part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
+    return with_model_share(of_effect(term.hypothesis, found.point[name], part))
+
+
+def gaps_of(found: Explained) -> list[Gap]:
+    gaps = []
+    for log, recording in enumerate(found.recordings):
+        floor = floors(recording.equations, noise_of(recording.signals))
+        doubt = _doubt(found, log)
+        for k in range(len(found.after[log])):
+            if k == 1:  # the torque again, over shorter windows
+                continue
+            rows = recording.unseen[k]
+            before, after = (_rms(parts[log][k][rows]) for parts in (found.before, found.after))
+            unsure = _rms(doubt[k][rows]) if doubt is not None else 0.0
+            gaps.append(Gap(recording.signals.name, *EQUATIONS[k], before, after, floor[k], unsure))
+    return gaps
+
+
+def _doubt(found: Explained, log: int) -> list[Array] | None:
+    """What changes where the loss of a named dead time goes through zero current over all that the loss moves it."""
+    name = next((each for each in found.named if found.term(each).effect == "dead_time"), None)
+    if name is None:
+        return None
+    plant = found.recordings[log].equations.plant
+    z = found.point[name].copy()
+    z[1] += z[0] * plant["dc_link_v"] / min(plant["ld_h"], plant["lq_h"])
+    other = found.model.residual({**found.point, name: z}, log)
+    return [a - b for a, b in zip(other, found.after[log], strict=True)]
+
+
+def _left(found: Explained, verdict: Verdict) -> bool:
+    """Is more left than noise and the tolerances of the equations themselves?"""
+    much = []
+    for gap in verdict.gaps:
+        recording = next(each for each in found.recordings if each.signals.name == gap.log)
+        s = recording.signals
+        scale = found.scale.rated_torque_nm
+        if gap.unit == "V" and s.vq_v is not None and s.vd_v is not None:
+            scale = float(np.percentile(np.hypot(s.vd_v, s.vq_v), 99.0))
+        if gap.after > LEFT_TIMES * math.hypot(gap.floor, gap.doubt) and gap.after > LEFT_SHARE * scale:
+            much.append(
+                f"{gap.log}: {gap.after:.3g} {gap.unit} rms of {gap.equation} are left where noise leaves "
+                f"{gap.floor:.3g}"
+            )
+    verdict.unexplained += much
+    return bool(much)
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x * x))) if len(x) else math.nan

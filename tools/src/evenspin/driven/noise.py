@@ -1,0 +1,80 @@
+"""What noise of the sensors alone leaves of each equation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.driven.equations import Equations
+from evenspin.driven.signals import Signals
+from evenspin.driven.windows import Bump
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Standard deviation of a row."""
+
+    id_a: float
+    iq_a: float
+    theta_rad: float
+    speed_rad_s: float
+    vd_v: float
+    vq_v: float
+
+
+def noise_of(s: Signals) -> Noise:
+    """From what neighbouring rows differ by beyond a cubic: noise, rounding, and what happens between slow rows."""
+    theta = scatter(s.theta_m_rad) if s.has_angle else 0.0
+    speed = 0.0 if s.has_angle else scatter(s.speed_rad_s)
+    vd_v, vq_v = (scatter(v) if v is not None else 0.0 for v in (s.vd_v, s.vq_v))
+    return Noise(scatter(s.id_a), scatter(s.iq_a), theta, speed, vd_v, vq_v)
+
+
+def scatter(x: Array) -> float:
+    fourth = np.diff(x, 4) / math.sqrt(70.0)  # the sum of the squares of 1, 4, 6, 4, 1
+    return float(1.4826 * np.median(np.abs(fourth - np.median(fourth))))
+
+
+def floors(e: Equations, noise: Noise) -> list[float]:
+    """Per part of a residual, the standard deviation that noise alone would leave."""
+    p, r = e.plant["pole_pairs"], e.plant["resistance_ohm"]
+    kt = 1.5 * p * e.plant["psi_wb"]
+    found = []
+    for over in (e.shaft.bump, e.fine.bump):
+        moved = acceleration_noise(over, noise)
+        found.append(math.hypot(kt * noise.iq_a * _norm(over.value), e.plant["inertia_kgm2"] * moved))
+    if e.winding is not None:
+        over = e.winding.bump
+        slip = noise.theta_rad * _norm(over.slope) if noise.theta_rad > 0.0 else noise.speed_rad_s * _norm(over.value)
+        flux = p * e.plant["psi_wb"] * slip
+        for l_h, current_a, voltage_v, flux_v in (
+            (e.plant["ld_h"], noise.id_a, noise.vd_v, 0.0),
+            (e.plant["lq_h"], noise.iq_a, noise.vq_v, flux),
+        ):
+            drop = l_h * current_a * _norm(over.slope), (r * current_a + voltage_v) * _norm(over.value)
+            found.append(math.hypot(*drop, flux_v))
+    return found
+
+
+def stated(noise: Noise, plant: Mapping[str, float]) -> Noise:
+    """With the current noise of the model where it has one: not all that rows differ by is noise of the sensor."""
+    phase_a = math.hypot(plant["current_noise_a"], plant["current_lsb_a"] / math.sqrt(12.0))
+    if phase_a <= 0.0:
+        return noise
+    axis_a = math.sqrt(4.0 / 3.0) * phase_a  # of two sensors, the mean over the angle
+    return replace(noise, id_a=min(noise.id_a, axis_a), iq_a=min(noise.iq_a, axis_a))
+
+
+def acceleration_noise(over: Bump, noise: Noise) -> float:
+    """rad/s^2, of a window."""
+    return noise.theta_rad * _norm(over.curve) if noise.theta_rad > 0.0 else noise.speed_rad_s * _norm(over.slope)
+
+
+def _norm(weights: Array) -> float:
+    return float(np.linalg.norm(weights))

@@ -1,0 +1,98 @@
+"""Which terms are named: the choice of least cost, over all pairs and a beam of larger choices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.driven.fit import Normal, cost_of, prior_of
+from evenspin.driven.terms import Kind, Term
+
+Array = NDArray[np.float64]
+
+PRICE = 16.0  # of a named term: as much cost as four standard deviations of one that is held
+PRICE_FOREIGN = 25.0
+PER_COORDINATE = 3.0
+MOST_NAMED = 4
+BEAM = 12
+SHAFT_PARTS = 2  # of a residual are torques
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    names: frozenset[str]
+    cost: float  # with the price of each name
+    step: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Edges:
+    """What a term that acts on the winding has to change, rms, in the torque or in a voltage."""
+
+    torque_nm: float
+    volts: float
+
+
+def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array], edges: Edges) -> list[Choice]:
+    """The best choices, best first. Each named term has its least size; effects of one name exclude each other."""
+    toward = np.concatenate([term.off - point[term.name] for term in terms])
+    low = np.concatenate([np.where(term.details, -np.inf, term.low) - point[term.name] for term in terms])
+    by_name = {term.name: term for term in terms}
+    candidates = [term.name for term in terms if term.kind is not Kind.UNIT]
+    known: dict[frozenset[str], Choice | None] = {}
+    place, at = {}, 0
+    for term in terms:
+        place[term.name] = slice(at, at + len(term))
+        at += len(term)
+
+    def tried(names: frozenset[str]) -> Choice | None:
+        if names in known:
+            return known[names]
+        known[names] = None
+        effects = [by_name[name].effect or name for name in names]
+        if len(set(effects)) < len(effects):
+            return None
+        cost, step = cost_of(normal, prior_of(terms, names), toward, low)
+        for name in names:
+            term = by_name[name]
+            z = point[name] + step[place[name]]
+            if np.any(z[~term.details] < term.low[~term.details] - 1e-12) or np.any(
+                z > term.high + np.where(term.details, np.inf, 0.0)
+            ):
+                return None
+            if term.least(np.clip(z, term.low, term.high)) < 1.0:
+                return None
+            if not term.shaft_only and not _shows(normal, place[name], z - term.off, edges):
+                return None
+        price = sum(
+            (PRICE_FOREIGN if by_name[name].kind is Kind.FOREIGN else PRICE)
+            + PER_COORDINATE * (np.sum(~by_name[name].details) - 1)
+            for name in names
+        )
+        known[names] = Choice(names, cost + float(price), step)
+        return known[names]
+
+    found = [tried(frozenset())]
+    found += [tried(frozenset((name,))) for name in candidates]
+    found += [tried(frozenset(pair)) for pair in combinations(candidates, 2)]
+    for size in range(3, MOST_NAMED + 1):
+        best = sorted((c for c in known.values() if c is not None and len(c.names) == size - 1), key=lambda c: c.cost)[
+            :BEAM
+        ]
+        for choice in best:
+            for name in candidates:
+                if name not in choice.names:
+                    found.append(tried(choice.names | {name}))
+    return sorted((c for c in known.values() if c is not None), key=lambda c: c.cost)
+
+
+def _shows(normal: Normal, place: slice, z: Array, edges: Edges) -> bool:
+    for gram, kind in zip(normal.grams, normal.kinds, strict=True):
+        changed = float(z @ gram[place, place] @ z) ** 0.5
+        if changed > (edges.torque_nm if kind < SHAFT_PARTS else edges.volts):
+            return True
+    return False

@@ -1,0 +1,111 @@
+"""The columns of a log on an even grid, as the equations take them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evenspin.driven.windows import Bump
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+SPEED_S = 2.5e-3  # half width of the bump that makes the speed out of the angle
+SPEED_ROWS = 5
+GAP_PERIODS = 3.0
+FASTEST_HZ = 4500.0  # faster rows are averaged: the equations of the machine are slower
+VOLTAGES = ("vd_v", "vq_v")
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """Rows with an even step. What the drive measured, in its own frame; `speed_rad_s` is made from the angle."""
+
+    name: str
+    period_s: float
+    t_s: Array
+    theta_m_rad: Array  # unwrapped; integrated from the speed where no angle was recorded
+    has_angle: bool
+    speed_rad_s: Array
+    id_a: Array
+    iq_a: Array
+    vd_v: Array | None
+    vq_v: Array | None
+    vdc_v: Array | None
+    load_nm: Array
+    has_load: bool
+    good: Flags  # no gap in time, every value there
+
+    @property
+    def has_voltages(self) -> bool:
+        return self.vd_v is not None and self.vq_v is not None
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+
+def signals_of(name: str, columns: Mapping[str, Array]) -> Signals:
+    """From the columns of a log in SI units; `theta_m_rad` is unwrapped."""
+    t_s = columns["t_s"]
+    period_s = float(np.median(np.diff(t_s)))
+    count = int(np.floor((t_s[-1] - t_s[0]) / period_s + 1e-6)) + 1
+    grid_s = t_s[0] + period_s * np.arange(count)
+    wanted = ("theta_m_rad", "speed_rad_s", "id_a", "iq_a", *VOLTAGES, "vdc_v", "load_torque_nm")
+    even: dict[str, Array] = {}
+    good: Any = np.ones(count, dtype=bool)
+    for key in wanted:
+        values = columns.get(key)
+        if values is None or not np.isfinite(values).any():
+            continue
+        there = np.isfinite(values)
+        even[key] = np.interp(grid_s, t_s[there], values[there])
+        if not there.all():
+            good &= np.interp(grid_s, t_s, (~there).astype(float)) == 0.0
+    late = np.flatnonzero(np.diff(t_s) > GAP_PERIODS * period_s)
+    for k in late:
+        good = np.asarray(good & ((grid_s <= t_s[k]) | (grid_s >= t_s[k + 1])))
+    step = max(1, int(np.floor(1.0 / (period_s * FASTEST_HZ))))
+    if step > 1:
+        rows = count // step * step
+        even = {key: _mean(values[:rows], step) for key, values in even.items()}
+        good = good[:rows].reshape(-1, step).all(axis=1)
+        grid_s, period_s = _mean(grid_s[:rows], step), period_s * step
+    has_angle = "theta_m_rad" in even
+    if has_angle:
+        theta = even["theta_m_rad"]
+        speed = smoothed_slope(theta, period_s)
+    else:
+        speed = even["speed_rad_s"]
+        theta = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * period_s)))
+    zero = np.zeros(len(grid_s))
+    return Signals(
+        name,
+        period_s,
+        grid_s,
+        theta,
+        has_angle,
+        speed,
+        even.get("id_a", zero),
+        even["iq_a"],
+        even.get("vd_v"),
+        even.get("vq_v"),
+        even.get("vdc_v"),
+        even.get("load_torque_nm", zero),
+        "load_torque_nm" in even,
+        good,
+    )
+
+
+def smoothed_slope(values: Array, period_s: float) -> Array:
+    """Derivative of every row, smoothed over a few of them."""
+    bump = Bump.of(max(SPEED_S, SPEED_ROWS * period_s), period_s)
+    inner = np.convolve(values, bump.slope[::-1], mode="valid")
+    return np.asarray(np.concatenate((np.full(bump.half, inner[0]), inner, np.full(bump.half, inner[-1]))))
+
+
+def _mean(values: Array, step: int) -> Array:
+    return np.asarray(values.reshape(-1, step).mean(axis=1))

@@ -1,0 +1,85 @@
+"""What a healthy machine and bench may differ from the model file by: two named sets of least sizes.
+
+`laboratory` is that of the measured-log format: the sizes that the hypotheses of the effects state. `bench` is what
+amplifiers, couplings and data sheets on ordinary benches leave open: an electrical zero that is new at every power-up,
+current gains of some per cent, a resistance by its temperature. Smaller is a deviation of this unit and no effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from evenspin.effects import Hypothesis, Scale
+from evenspin.errors import InputError, did_you_mean
+
+HELD = 4.0  # a deviation of the unit is held by its least size over this, as one standard deviation
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """`times`: least size of an effect in units of what its hypothesis calls the edge of the laboratory."""
+
+    name: str
+    inductance: float  # relative, one standard deviation
+    gain: float  # of both current sensors together, which no log without a torque sensor tells from the machine
+    torque: float  # of the rated torque, rms: what acts on the winding and changes less has not been seen
+    volts: float  # of the dc link, rms
+    times: Mapping[str, float] = field(default_factory=dict)
+    least: Mapping[str, float] = field(default_factory=dict)  # of the rated current, of a PWM period
+
+    def scaled(self, hypothesis: Hypothesis, scale: Scale, pwm_hz: float) -> float:
+        """Least size of an effect, as `hypothesis.magnitude` counts it."""
+        times = self.times.get(hypothesis.name, 1.0)
+        units = {"current_offset": scale.rated_current_a, "dead_time": 1.0 / pwm_hz}
+        if hypothesis.name in self.least:
+            own = hypothesis.magnitude(_along(hypothesis, self.least[hypothesis.name] * units[hypothesis.name]))
+            return max(times, own)
+        return times
+
+
+def _along(hypothesis: Hypothesis, size: float):  # type: ignore[no-untyped-def]
+    import numpy as np
+
+    z = np.zeros(len(hypothesis.coordinates))
+    z[0] = size
+    return z
+
+
+LABORATORY = Tolerances(
+    "laboratory", 0.015, 0.002, 0.0005, 0.0002, {"encoder_eccentricity": 2.5}, {"current_offset": 0.004}
+)
+BENCH = Tolerances(
+    "bench",
+    0.08,
+    0.01,
+    0.002,
+    0.001,
+    MappingProxyType(
+        {
+            "winding_resistance": 4.0,  # 15 %: 38 K of copper
+            "torque_constant": 2.5,  # 3 %: magnets, and the current gains behind a measured constant
+            "inertia": 1.7,  # 6 %
+            "viscous_friction": 2.5,
+            "coulomb_friction": 3.0,  # 0.75 % of the rated torque
+            "load_torque": 3.0,
+            "stribeck_friction": 4.0,
+            "cogging": 2.4,
+            "misalignment": 3.0,
+            "current_gain": 5.6,  # mismatch of 4.5 %: two amplifiers of 2 to 5 %
+            "encoder_offset": 25.0,  # 0.25 rad
+            "encoder_eccentricity": 8.0,
+            "inductance_saturation": 1.7,
+            "flux_harmonics": 2.0,
+        }
+    ),
+    MappingProxyType({"current_offset": 0.01, "dead_time": 0.003}),
+)
+SETS = {each.name: each for each in (LABORATORY, BENCH)}
+
+
+def tolerances_of(name: str) -> Tolerances:
+    if name not in SETS:
+        raise InputError("gap", "--tolerances", name, " or ".join(SETS), did_you_mean(name, SETS))
+    return SETS[name]

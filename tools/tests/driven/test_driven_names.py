@@ -1,0 +1,104 @@
+"""Logs of the simulated drive with an effect hidden: the equations name it without knowing the controller."""
+
+import json
+
+import numpy as np
+import pytest
+from driven_logs import columns_of, hide, write_log
+from evenspin.driven import run_driven
+
+# Sizes about twice what a bench leaves open; tolerances: 3 % of size, as asked of any log, and what ten seconds leave.
+HIDDEN = {
+    "cogging": ({"amplitude_nm": 0.06, "phase_rad": 1.0, "order": 18.0}, "amplitude_nm", 0.05),
+    "coulomb_friction": ({"torque_nm": 0.06}, "torque_nm", 0.05),
+    "inertia": ({"factor": 1.3}, "factor", 0.03),
+    "torque_constant": ({"factor": 0.9}, "factor", 0.01),
+    "winding_resistance": ({"factor": 1.4}, "factor", 0.04),
+    "dead_time": ({"dead_time_s": 1.5e-6}, "dead_time_s", 0.08),
+    "current_offset": ({"offset_a_a": 0.2, "offset_b_a": -0.1}, "offset_a_a", 0.05),
+}
+
+
+@pytest.mark.parametrize("effect", HIDDEN)
+def test_a_hidden_effect_is_named_with_its_size(effect, tmp_path):
+    params, key, tolerance = HIDDEN[effect]
+    log = write_log(tmp_path / "log.csv", hide(**{effect: params}))
+    result = run_driven([log], "servo", "bench", None)
+    assert result.verdict["verdict"] == [effect]
+    assert result.verdict["parameters"][effect][key] == pytest.approx(params[key], rel=tolerance)
+    interval = result.verdict["intervals"][effect][key]
+    assert interval["low"] <= params[key] <= interval["high"]
+    assert result.verdict["gap_after"] < result.verdict["gap_before"]
+
+
+def test_a_pair_that_acts_in_different_equations_is_named_as_a_pair(tmp_path):
+    columns = hide(coulomb_friction={"torque_nm": 0.06}, winding_resistance={"factor": 1.4})
+    result = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None)
+    assert sorted(result.verdict["verdict"]) == ["coulomb_friction", "winding_resistance"]
+
+
+def test_a_healthy_machine_has_no_name_and_is_all_clear(tmp_path):
+    result = run_driven([write_log(tmp_path / "log.csv", hide())], "servo", "bench", None)
+    assert result.verdict["verdict"] == []
+    assert result.verdict["clear"]
+
+
+def test_a_drag_with_the_square_of_the_speed_is_unknown_and_not_viscous(tmp_path):
+    columns = dict(hide())
+    # A fan that the load sensor does not see: the sensor then reads that much less.
+    columns["theta_m_rad"] = np.unwrap(columns["theta_m_rad"])
+    speed = np.convolve(np.gradient(columns["theta_m_rad"], columns["t_s"]), np.ones(9) / 9.0, mode="same")
+    columns["load_torque_nm"] = columns["load_torque_nm"] - 0.15 * speed * np.abs(speed) / 70.0**2
+    result = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None)
+    assert result.verdict["verdict"] == ["unknown"]
+    assert "square of the speed" in " ".join(result.verdict["unexplained"])
+    assert result.verdict["parameters"] == {}
+
+
+def test_what_is_within_the_tolerance_of_a_bench_is_an_effect_in_the_laboratory(tmp_path):
+    log = write_log(tmp_path / "log.csv", hide(encoder_offset={"angle_el_rad": 0.1}))
+    assert run_driven([log], "servo", "bench", None).verdict["verdict"] == []
+    laboratory = run_driven([log], "servo", "laboratory", None).verdict
+    assert laboratory["verdict"] == ["encoder_offset"]
+    assert laboratory["parameters"]["encoder_offset"]["angle_el_rad"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_what_is_written_is_a_model_that_leaves_nothing_to_name(tmp_path):
+    log = write_log(tmp_path / "log.csv", hide(winding_resistance={"factor": 1.4}))
+    out = tmp_path / "out"
+    out.mkdir()
+    run_driven([log], "servo", "bench", out)
+    assert json.loads((out / "verdict.json").read_text())["verdict"] == ["winding_resistance"]
+    assert (out / "report.html").is_file()
+    again = run_driven([log], out / "model.toml", "bench", None)
+    assert again.verdict["verdict"] == []
+
+
+def test_two_logs_of_one_machine_have_one_verdict_though_each_was_powered_up_with_its_own_zero(tmp_path):
+    hidden = {"coulomb_friction": {"torque_nm": 0.06}}
+    logs = [
+        write_log(tmp_path / f"{number}.csv", hide(number, **hidden, encoder_offset={"angle_el_rad": zero}))
+        for number, zero in ((1, 0.12), (2, -0.08))
+    ]
+    verdict = run_driven(logs, "servo", "bench", None).verdict
+    assert verdict["verdict"] == ["coulomb_friction"]
+    assert verdict["parameters"]["coulomb_friction"]["torque_nm"] == pytest.approx(0.06, rel=0.05)
+    assert set(verdict["gap_records"]) == {"1", "2"}
+    zeros = [verdict["unit"][f"zero@{log}"] for log in (0, 1)]
+    assert zeros[0] - zeros[1] == pytest.approx(0.2, abs=0.02)
+
+
+def test_an_electrical_zero_far_off_is_found_though_the_equations_bend(tmp_path):
+    # 0.6 rad: the mean of the q axis falls by 17 %, which one linear step would take for a weak magnet.
+    log = write_log(tmp_path / "log.csv", hide(encoder_offset={"angle_el_rad": 0.6}))
+    verdict = run_driven([log], "servo", "bench", None).verdict
+    assert verdict["verdict"] == ["encoder_offset"]
+    assert verdict["parameters"]["encoder_offset"]["angle_el_rad"] == pytest.approx(0.6, abs=0.01)
+
+
+def test_at_one_speed_an_inertia_is_left_open_and_nothing_is_named(tmp_path):
+    columns = {name: values[2000:] for name, values in columns_of(speeds=(30.0,) * 6).items()}
+    verdict = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None).verdict
+    assert verdict["verdict"] == []
+    assert verdict["can_be_found"]["inertia"]["times_least_size"] > 3.0
+    assert "direction" in verdict["record_next"]
