@@ -46,7 +46,9 @@ def commission(
     force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
-    """Measure a motor of which only the limits are known, and tune its drive. Exit status 0: every step is good.
+    """Measure a motor of which only the limits are known, and tune its drive.
+
+    Exit status 0 only when every step is good.
 
     Offsets, resistance, inductances, pole pairs, direction, electrical zero, flux, inertia and friction, then gains,
     then a proof that the tuned drive turns the motor both ways. The shaft must be free. Nothing that the drive held of
