@@ -154,8 +154,8 @@ def test_the_command_writes_what_it_found_and_keeps_the_way_back(evenspin, tmp_p
     words = ("commission", "--port", f"sim:{path}", "--max-current", machine.max_current_a, "--yes", "--no-methods")
     said = evenspin(*words, "--out", out, "--json")
     assert said.status == 0, said.err
-    told = json.loads(said.out)
-    assert told["good"] and told["pole_pairs"] == machine.plant["pole_pairs"]
+    given = json.loads(said.out)
+    assert given["good"] and given["pole_pairs"] == machine.plant["pole_pairs"]
     found = load_machine(out / "model.toml")
     assert found.plant["resistance_ohm"] == pytest.approx(machine.plant["resistance_ohm"], rel=0.03)
     low, high = found.ranges["lq_h"]

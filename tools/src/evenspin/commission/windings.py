@@ -63,7 +63,7 @@ def winding_roughly(bench: Bench) -> Step:
 
 
 def d_axis(bench: Bench) -> Step:
-    """Steps along the magnets, which make no torque: first a cautious one, then with what it taught."""
+    """Steps along the magnets, which make no torque: first a cautious one, then with what it showed."""
     since, drive, known = bench.clock, bench.drive, bench.known
     most, r = bench.bounds.max_current_a, known.resistance.value
     run_currents(drive)
