@@ -57,7 +57,7 @@ class Row:
             found.append(f"{self.done.known.counts:g} counts")
         if not abs(self.zero_rad) <= ZERO_RAD:
             found.append(f"zero {self.zero_rad:+.3f} rad")
-        if self.peak_a > 1.25 * self.machine.max_current_a:
+        if self.peak_a > self.machine.max_current_a:
             found.append(f"{self.peak_a:.3g} A")
         if self.done.seconds > BENCH_S:
             found.append(f"{self.done.seconds:.0f} s")

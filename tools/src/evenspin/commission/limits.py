@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from evenspin.errors import InputError
 from evenspin.native import tables
 
-OVER_CURRENT_PART = 1.25
+ASKED_PART = 0.8  # of the largest current: what a loop may ask for; the rest is for its overshoot, and beyond it trips
 OVER_VOLTAGE_PART = 1.25
 UNDER_VOLTAGE_PART = 0.5
 OVER_SPEED_PART = 1.25
@@ -42,7 +42,7 @@ class Bounds:
 
 def blank(bounds: Bounds, supply_v: float, speed: float) -> dict[str, float]:
     """Parameters of a drive that knows its motor's limits and nothing else. `speed`: that trips it, rad/s."""
-    limit = bounds.max_current_a
+    limit = ASKED_PART * bounds.max_current_a
     over_v = bounds.max_voltage_v or OVER_VOLTAGE_PART * supply_v
     if over_v <= supply_v:
         raise InputError(
@@ -56,7 +56,7 @@ def blank(bounds: Bounds, supply_v: float, speed: float) -> dict[str, float]:
         "pll_kp_per_s": 754.0, "pll_ki_per_s2": 142122.0, "speed_divider": 10.0, "speed_inline": 0.0,
         "speed_error_gain": 1.0, "speed_kp_a_per_unit": 0.0, "speed_ki_a_per_unit_s": 0.0,
         "iq_limit_a": limit, "id_limit_a": limit, "observer_limit_a": limit,
-        "over_current_a": OVER_CURRENT_PART * limit, "over_voltage_v": over_v,
+        "over_current_a": bounds.max_current_a, "over_voltage_v": over_v,
         "under_voltage_v": UNDER_VOLTAGE_PART * supply_v,
         "over_speed_rad_s": speed, "profile_speed_rad_s": 0.5 * speed, "encoder_jump_rad": 0.05,
         "align_periods": float(ALIGN_PERIODS), "align_turns": 1.0, "align_rest_s": 20.0,

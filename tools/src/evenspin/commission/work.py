@@ -16,7 +16,7 @@ from evenspin.bench.numbers import Mode, State
 from evenspin.bench.schema import own_schema
 from evenspin.commission import motion, steps, windings
 from evenspin.commission.findings import Known, Quality, Step
-from evenspin.commission.limits import OVER_CURRENT_PART, OVER_SPEED_PART, Bounds
+from evenspin.commission.limits import ASKED_PART, OVER_SPEED_PART, Bounds
 from evenspin.commission.signals import need_rest, rows
 from evenspin.errors import EvenspinError
 from evenspin.model.machine import SIMULATED, Machine, load_machine
@@ -117,8 +117,8 @@ def _tune(done: Commissioned, goal: str, methods: bool) -> None:
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "measured.toml"
         limits = {
-            "iq_limit_a": done.bounds.max_current_a, "id_limit_a": done.bounds.max_current_a,
-            "over_current_a": OVER_CURRENT_PART * done.bounds.max_current_a,
+            "iq_limit_a": ASKED_PART * done.bounds.max_current_a, "id_limit_a": ASKED_PART * done.bounds.max_current_a,
+            "over_current_a": done.bounds.max_current_a,
         }  # fmt: skip
         if done.bounds.max_speed_rad_s:
             limits["over_speed_rad_s"] = min(OVER_SPEED_PART * done.bounds.max_speed_rad_s, done.known.over_speed_rad_s)
@@ -248,7 +248,7 @@ def _board(done: Commissioned) -> dict[str, float]:
     over_v = done.bounds.max_voltage_v or 1.25 * done.known.supply_v
     speed = done.bounds.max_speed_rad_s or done.known.base_rad_s
     limits = {
-        "over_current_a": OVER_CURRENT_PART * done.bounds.max_current_a, "over_voltage_v": over_v,
+        "over_current_a": done.bounds.max_current_a, "over_voltage_v": over_v,
         "over_speed_rad_s": OVER_SPEED_PART * speed,
     }  # fmt: skip
     empty = {name: field.default for name, field in tables().model.items()}
