@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -59,6 +59,11 @@ soak: setup ## 10 minutes of 8 signals at 1 kHz over a 625000 baud link of a vir
 
 STABILITY_CASES ?= 200
 STABILITY_SEED  ?= 1
+
+MOTORS ?= 30
+
+motors: setup ## random machines behind the virtual drive, commissioned and tuned: numbers within 3 %? (30: 15 min)
+	@$(PYTHON) tools/tests/motors_campaign.py $(MOTORS)
 
 stability: setup ## random drives: does the simulated firmware do what `design rc` says? (200 cases: 5 min)
 	@$(PYTHON) tools/tests/stability_campaign.py $(STABILITY_CASES) $(STABILITY_SEED)

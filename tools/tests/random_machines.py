@@ -77,14 +77,14 @@ def _draw(seed: int, rng: np.random.Generator) -> RandomMachine:
     }  # fmt: skip
 
     def offset() -> float:
-        return rng.uniform(-0.004, 0.004) * clip
+        return rng.uniform(-1.0, 1.0) * min(0.004 * clip, 0.3)
 
     effects = {
         "coulomb_friction": {"torque_nm": rng.uniform(0.003, 0.03) * torque},
         "encoder_offset": {"angle_el_rad": rng.uniform(-3.1, 3.1)},
         "current_offset": {
-            "offset_a_a": rng.uniform(-0.004, 0.004) * clip,
-            "offset_b_a": rng.uniform(-0.004, 0.004) * clip,
+            "offset_a_a": offset(),
+            "offset_b_a": offset(),
         },
     }
     plant = {key: float(f"{value:.6g}") if isinstance(value, float) else value for key, value in plant.items()}

@@ -88,7 +88,7 @@ def note_of(name: str) -> Note | None:
 
 
 def virtual_drive(name: str) -> VirtualDrive:
-    """`sim:MODEL?effect.param=value&plant.field=value&seed=1&baud=625000`."""
+    """`sim:MODEL?effect.param=value&plant.field=value&seed=1&baud=625000&fresh=1`."""
     model, _, query = name.removeprefix(SIM).partition("?")
     machine = load_machine(
         find_model(model, Path(), lambda must, hint: InputError("bench", "--port", name, f"sim: and {must}", hint))
@@ -110,14 +110,17 @@ def virtual_drive(name: str) -> VirtualDrive:
             plant[field] = value
         elif group in tables().effects:
             effects.setdefault(group, {})[field] = value
-        elif not group and field in ("seed", "baud"):
+        elif not group and field in ("seed", "baud", "fresh"):
             options[field] = value
         else:
-            known = [*tables().effects, "plant", "seed", "baud", "numeric"]
-            must = "an effect with its parameter, plant.FIELD, seed, baud or numeric"
+            known = [*tables().effects, "plant", "seed", "baud", "numeric", "fresh"]
+            must = "an effect with its parameter, plant.FIELD, seed, baud, numeric or fresh"
             raise InputError("bench", "--port", key, must, did_you_mean(group or field, known))
     seed = int(options.get("seed", 1))
-    return VirtualDrive(machine, effects, plant=plant, seed=seed, numeric=numeric, baud=options.get("baud"))
+    fresh = bool(options.get("fresh", 0.0))
+    return VirtualDrive(
+        machine, effects, plant=plant, seed=seed, numeric=numeric, baud=options.get("baud"), fresh=fresh
+    )
 
 
 def _address(name: str) -> tuple[str, int]:

@@ -47,6 +47,7 @@ COMMANDS = {
         "Parameters of current, speed and position loop, observers and ripple suppression, from the numbers of a "
         "machine.",
     ),
+    "commission": Entry("commission", "Measure a motor of which only the limits are known, and tune its drive."),
     "drive": Entry(
         "drive", "Run the firmware on the simulated machine behind the link that a board has. Ends with Ctrl-C."
     ),

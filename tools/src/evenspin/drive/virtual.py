@@ -43,12 +43,17 @@ class VirtualDrive:
         seed: int = 1,
         numeric: str = "float",
         baud: float | None = None,
+        fresh: bool = False,
     ) -> None:
-        """`effects`: beside those of the model; `baud`: octets pass no faster than over such a serial line."""
+        """`effects`: beside those of the model; `baud`: octets pass no faster than over such a serial line; `fresh`:
+        the drive holds the defaults of the firmware, as after flashing, whatever the model says of it; its board bears
+        what the model needs."""
         if baud is not None and not 1200.0 <= baud <= 1e8:
             raise InputError("drive", "--baud", baud, "a number in 1200 .. 1e8 baud", "625000 is what the board has")
         machine.need(SIMULATED)
-        check_supply(machine, machine.drive)
+        if not fresh:
+            check_supply(machine, machine.drive)
+        self.fresh = fresh
         self.machine = machine
         self.seed = seed
         self.numeric = numeric
@@ -56,6 +61,8 @@ class VirtualDrive:
         for name, params in (effects or {}).items():
             self.effects.setdefault(name, {}).update(params)
         self.plant = {**machine.plant, **(plant or {})}
+        if fresh:
+            self.plant |= _board_of(self.plant, machine.drive)
         self.octets_per_s = None if baud is None else baud / BITS_PER_OCTET
         self._octets_per_ms = None if self.octets_per_s is None else self.octets_per_s / 1000.0
         self._record: tuple[str, ...] = ()
@@ -64,14 +71,17 @@ class VirtualDrive:
     @property
     def model_parameters(self) -> Mapping[str, float]:
         """Drive parameters that the model states or that follow from its [plant]."""
-        return {name: value for name, value in self.machine.drive.items() if name not in BENCH_DRIVE}
+        stated = {} if self.fresh else self.machine.drive
+        return {name: value for name, value in stated.items() if name not in BENCH_DRIVE}
 
     def _power_on(self) -> None:
         sim = Simulation(self.numeric)
         for name, value in self.plant.items():
             sim.set_model(name, value)
         defaults = {name: field.default for name, field in tables().params.items()}
-        for name, value in {**defaults, **self.machine.drive, **BENCH_DRIVE}.items():
+        if self.fresh:
+            defaults |= _within_board(defaults, self.plant)
+        for name, value in {**defaults, **self.model_parameters, **BENCH_DRIVE}.items():
             sim.set_param(name, value)
         for effect, params in self.effects.items():
             for name, value in params.items():
@@ -180,3 +190,23 @@ class VirtualDrive:
 
     def read(self, signal: str) -> float:
         return self._sim.read(signal)
+
+
+def _board_of(plant: Mapping[str, float], drive: Mapping[str, float]) -> dict[str, float]:
+    """A board for this machine, where the model does not say which: its own limits, or what its converter sees."""
+    wanted = {
+        "board_current_a": max(drive.get("over_current_a", 0.0), plant["current_range_a"]),
+        "board_dc_link_v": max(drive.get("over_voltage_v", 0.0), 1.4 * plant["dc_link_v"]),
+        "board_speed_rad_s": max(drive.get("over_speed_rad_s", 0.0), 2000.0),
+    }
+    most = {name: tables().model[name].maximum for name in wanted}
+    return {name: min(value, most[name]) for name, value in wanted.items() if not plant[name]}
+
+
+def _within_board(drive: Mapping[str, float], plant: Mapping[str, float]) -> dict[str, float]:
+    """The firmware of a board has defaults that its board bears."""
+    current, voltage, speed = (plant[f"board_{name}"] for name in ("current_a", "dc_link_v", "speed_rad_s"))
+    most = dict.fromkeys(("over_current_a", "iq_limit_a", "id_limit_a", "align_current_a"), current)
+    most |= {"over_voltage_v": voltage, "under_voltage_v": 0.5 * voltage, "over_speed_rad_s": speed}
+    most |= {"profile_speed_rad_s": speed}
+    return {name: min(drive[name], value) for name, value in most.items()}

@@ -69,7 +69,7 @@ def current_margins(plant: Numbers, axis: str, kp: float, ki: float) -> Margins:
     if not np.abs(closed).max() < 1.0:
         return NONE
     with warnings.catch_warnings():  # it looks at the pole z = 1, too
-        warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("ignore")
         gain, phase, distance, _, crossover, _ = control.stability_margins(loop)
     return _margins(gain, phase, distance, crossover)
 
