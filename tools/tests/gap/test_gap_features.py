@@ -249,7 +249,7 @@ def test_every_module_of_an_effect_is_named_like_one():
     import evenspin.effects
 
     modules = {module.name for module in pkgutil.iter_modules(evenspin.effects.__path__)}
-    assert modules - set(tables().effects) == {"hypothesis", "registry"}
+    assert modules - set(tables().effects) == {"equations", "hypothesis", "registry"}
 
 
 def test_every_effect_that_may_explain_a_log_says_how_it_shows_and_what_it_looks_like():
