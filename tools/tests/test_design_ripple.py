@@ -16,7 +16,7 @@ def test_first_order_is_that_of_an_independent_calculation() -> None:
     found = prepare("guo2024", 1.0, SPEEDS_RPM, {})
 
     for each, expected in zip(found.at, INDEPENDENT_FIRST_PCT, strict=True):
-        assert 100.0 * each.first_rpm / each.speed_rpm == pytest.approx(expected, abs=0.006)  # the digits that were given
+        assert 100.0 * each.first_rpm / each.speed_rpm == pytest.approx(expected, abs=0.006)  # given digits
 
 
 def test_first_and_second_order_are_those_of_the_simulated_drive(float_result) -> None:
