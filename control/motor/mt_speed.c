@@ -29,16 +29,15 @@ void ctl_mt_reset(ctl_mt_t *self)
     self->state = rest;
 }
 
-/* counts over time, in speed units; |counts| is cut where either numeric would lose it. */
+/* counts over time, in speed units; any counts: what no motor does ends at speed_max. */
 static num_t speed_of(const ctl_mt_params_t *p, int32_t counts, uint32_t cycles)
 {
-    const int32_t some = (counts > 32767) ? 32767 : ((counts < -32767) ? -32767 : counts);
 #ifdef EVENSPIN_FIXED
-    const num_t travel = num_sat64((int64_t)some * p->speed_1_count); /* speed unit, if it took one sample time */
+    const num_t travel = num_sat64((int64_t)counts * p->speed_1_count); /* speed unit, if it took one sample time */
     const num_t samples = num_sat64((int64_t)(((uint64_t)cycles << 24) / p->sample_cyc));
     const num_t value = (travel != 0) ? num_div(travel, samples) : 0;
 #else
-    const num_t value = num_div((num_t)some * p->speed_1_count * (num_t)p->sample_cyc, (num_t)cycles);
+    const num_t value = num_div((num_t)counts * p->speed_1_count * (num_t)p->sample_cyc, (num_t)cycles);
 #endif
     return num_clamp(value, num_neg(p->speed_max), p->speed_max);
 }

@@ -10,8 +10,7 @@
  * first edge after such a standstill gives no speed yet, because the clock may have wrapped in between.
  *
  * Source   Ohmae et al. 1982, microprocessor-controlled high-accuracy wide-range speed regulator.
- * Total    equal times, jumps of time or count and the wrap of the clock give a value within +-speed_max. More than
- *          32767 counts between two samples count as 32767.
+ * Total    equal times, jumps of time or count and the wrap of the clock give a value within +-speed_max.
  * Cost     1 division (fixed: 2).
  */
 #ifndef CONTROL_MOTOR_MT_SPEED_H

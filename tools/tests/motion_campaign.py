@@ -49,7 +49,7 @@ CASES = (
     Case("servo"),
     Case("tang2020-rig1"),
     Case("tang2020-rig2"),
-    Case("yeh2024", speed=40.0),  # above 49 rad/s M/T has more than 32767 counts a sample
+    Case("yeh2024", speed=40.0),
     Case("guo2024", "light", LIGHT, {"speed_kp_a_per_unit": 0.00368, "speed_ki_a_per_unit_s": 0.092}),
     Case("guo2024", "light, with the gains of the heavy one: it oscillates", LIGHT),
     Case("guo2024", "heavy", {"inertia_kgm2": 7.06e-4}),

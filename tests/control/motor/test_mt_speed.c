@@ -76,6 +76,22 @@ void test_ctl_mt_does_not_notice_the_wrap_of_the_count(void)
     assert_steady(-3.3, INT32_MIN + 30, 0U);
 }
 
+/* An encoder of 2^22 counts passes 32767 of them in a millisecond at 49 rad/s: a speed that stops there lets the motor run away. */
+void test_ctl_mt_more_counts_than_16_bits_hold_are_the_speed_that_they_are(void)
+{
+    ctl_mt_params_t p = valid_params();
+    p.speed_1_count = num_of(1.0 / 1024.0);
+    p.speed_max = num_of(100.0);
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_mt_init(&mt, &p).status);
+
+    (void)ctl_mt_step(&mt, 0, SAMPLE, SAMPLE);
+    ASSERT_NUM_WITHIN(bound(90.0), 90.0, ctl_mt_step(&mt, 92160, 2U * SAMPLE, 2U * SAMPLE));
+    ASSERT_NUM_WITHIN(bound(90.0), -90.0, ctl_mt_step(&mt, 0, 3U * SAMPLE, 3U * SAMPLE));
+    ASSERT_NUM_WITHIN(0.0, 100.0, ctl_mt_step(&mt, INT32_MAX, 4U * SAMPLE, 4U * SAMPLE));
+    ASSERT_NUM_WITHIN(0.0, -100.0, ctl_mt_step(&mt, 0, 5U * SAMPLE, 5U * SAMPLE));
+    ASSERT_NUM_WITHIN(0.0, -100.0, ctl_mt_step(&mt, INT32_MIN, 6U * SAMPLE, 6U * SAMPLE));
+}
+
 void test_ctl_mt_first_sample_has_no_speed_yet(void) { ASSERT_NUM_WITHIN(0.0, 0.0, ctl_mt_step(&mt, 1000, 5U, 100U)); }
 
 void test_ctl_mt_at_a_reversal_over_one_edge_is_zero_then_follows(void)

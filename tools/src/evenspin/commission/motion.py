@@ -185,7 +185,6 @@ def _counts(bench: Bench, taken: np.ndarray, current: float) -> tuple[np.ndarray
         share = np.abs(true) / (np.abs(true).max() or 1.0)
         most = 3.5 * known.over_speed_rad_s  # M/T is cut at four times
         rows = (share > 0.02) & (np.abs(seen) < most) & (np.sign(seen) == np.sign(true))
-        rows &= np.abs(seen) * known.counts / (2.0 * math.pi) / RATE_HZ < 30_000.0  # M/T counts no further
         if rows.sum() < 30:
             ratio = 16.0
             counts = min(ratio * known.counts, drive.parameters["encoder_counts"].maximum)

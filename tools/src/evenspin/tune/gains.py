@@ -22,7 +22,6 @@ MOTION_SHARE = 1.0 / 256.0  # of over_speed_rad_s: what the motion check takes f
 MOTION_TORQUE = 0.1  # of the largest torque: what a load may leave for the acceleration
 STALL_RAD = 2.0 * math.pi / 256.0
 PLL_HZ, FINE_PLL_HZ, FINE_COUNTS = 100.0, 300.0, 50_000.0  # a fine encoder leaves the tracking filter little to smooth
-MT_COUNTS = 32_767.0  # that M/T counts in a speed sample; beyond it the measured speed stands still
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ def _speed(
     comments["speed_error_gain"] = "electrical rad/s"
     ts_s = drive["speed_divider"] / plant["pwm_hz"]
     count = 2.0 * math.pi / (counts * ts_s)  # rad/s of a count in a sample
-    _speed_source(drive, comments, counts, count)
+    _speed_source(drive, comments, counts)
     most_kp = goal.count_current_part * rated_a / count
     first = w = 2.0 * math.pi * goal.speed_hz
     speeds = (min(2.0 * count, 0.3 * drive["over_speed_rad_s"]), 0.5 * drive["over_speed_rad_s"])
@@ -152,12 +151,9 @@ def _speed(
     raise InputError("tune", "speed loop", f"{goal.speed_hz:g} Hz", "possible with its margins", "check J and psi")
 
 
-def _speed_source(drive: dict[str, float], comments: dict[str, str], counts: float, count_rad_s: float) -> None:
-    """M/T is right at every speed, as far as it can count."""
-    fast = 1.2 * drive["over_speed_rad_s"] > MT_COUNTS * count_rad_s
-    drive["speed_source"] = tables().params["speed_source"].to_number("pll" if fast else "mt")
-    if fast:
-        comments["speed_source"] = f"M/T counts up to {MT_COUNTS * count_rad_s:.4g} rad/s with this encoder"
+def _speed_source(drive: dict[str, float], comments: dict[str, str], counts: float) -> None:
+    """M/T is right at every speed."""
+    drive["speed_source"] = tables().params["speed_source"].to_number("mt")
     w = 2.0 * math.pi * (FINE_PLL_HZ if counts >= FINE_COUNTS else PLL_HZ)
     drive |= {"pll_kp_per_s": 2.0 * w, "pll_ki_per_s2": w * w}
     comments["pll_kp_per_s"] = f"tracking filter of {w / (2.0 * math.pi):g} Hz"
