@@ -194,7 +194,7 @@ def test_the_demo_leaves_a_report(evenspin, tmp_path):
     assert said.status == 0
     assert "paper sim." in said.out
     assert page.count("<svg") == 20  # 6, 6 and 8 of the three papers
-    assert len(json.loads((tmp_path / "demo" / "results.json").read_text())["guo2024"]["rows"]) == 16
+    assert len(json.loads((tmp_path / "demo" / "results.json").read_text())["guo2024"]["rows"]) == 20  # 5 methods at 4 speeds
 
 
 def test_every_command_has_an_example_in_its_help(evenspin):
@@ -236,4 +236,4 @@ def test_a_method_is_a_choice_of_the_drive_and_a_misspelt_one_gets_a_hint(evensp
 
     assert said.status == 2
     assert said.err.startswith('run: --method = \'fal-frc\': must be "pi" or "crc" or')
-    assert said.err.rstrip().endswith("did you mean fal-forc?")
+    assert said.err.rstrip().endswith("did you mean fal-forc or fal-forc+ro?")

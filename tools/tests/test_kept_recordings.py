@@ -315,7 +315,8 @@ def test_a_trip_is_in_the_headline_in_the_file_and_in_the_exit_status(
     assert rows["t_s"][-1] >= 0.499  # it goes on to its end
     trip = json.loads((out / "manifest.json").read_text())["recorded"]["trip"]
     at_s = rows["t_s"][np.argmax(rows["fault"] != 0.0)]  # as the drive's own signal says, row by row
-    assert trip["fault"] == "over_speed" and at_s - 0.001 <= trip["t_s"] <= at_s
+    # a row a millisecond; what the speed interrupt finds gets the time of the next current period, 0.1 ms later
+    assert trip["fault"] == "over_speed" and at_s - 0.001 <= trip["t_s"] <= at_s + 1.5e-4
     (event,) = [event for event in read_raw(out / "raw.mcap").events if "fault" in event]
     assert event["fault"] == "over_speed" and event["t_s"] == pytest.approx(trip["t_s"])
 

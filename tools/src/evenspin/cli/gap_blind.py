@@ -19,6 +19,8 @@ MADE = "<!-- Made by `make blind`. Do not edit. -->\n\n# Verdicts on blind cases
 app = typer.Typer(no_args_is_help=True, help="Blind cases: make them, and score the verdicts on them.")
 gap_blind_logs.register(app)
 
+NUMBERS = {2: "two", 3: "three"}
+
 
 @app.command("make")
 def make(
@@ -139,7 +141,7 @@ def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> Non
         raise InputError("--effects", "names", effects, "outside of the vocabulary for that kind", hint)
     for several, number in SEVERAL.items():
         if counts.get(several) and not any(map(go_together, itertools.combinations(within, number))):
-            must = f"{number} or more that go together for that kind"
+            must = f"{NUMBERS[number]} or more that go together for that kind"
             raise InputError("--effects", "names", effects, must, hint)
 
 
