@@ -67,3 +67,8 @@ def test_a_question_about_evenspin_itself_loads_no_command(option: str) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     allowed = ["evenspin.cli.commands", "evenspin.cli.main", "evenspin.cli.origin", "evenspin.cli.output"]
     assert done.stdout.splitlines()[-1] == str(allowed)
+
+
+def test_a_command_is_registered_once_however_often_it_is_called() -> None:
+    before = typer.main.get_command(app).commands["bench"]
+    assert typer.main.get_command(app).commands["bench"] is before

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, MutableMapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import typer
@@ -144,8 +145,9 @@ class LoadedWhenCalled(MutableMapping[str, Any]):
         raise TypeError(f"{name}: the list of commands is fixed")
 
 
+@cache
 def load(module: str) -> dict[str, Any]:
-    """The commands that a module of this package registers."""
+    """The commands that a module of this package registers. Once: a module adds to its own group when it registers."""
     holder = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown", context_settings=CONTEXT)
     holder.callback()(_nothing)  # a group, even of one command
     importlib.import_module(f"evenspin.cli.{module}").register(holder)
