@@ -12,7 +12,7 @@ from evenspin.errors import NativeError, did_you_mean
 
 NUMERICS = ("float", "fixed")
 HEADER = "evenspin_capi.h"
-SUPPORTED_ABI = 3
+SUPPORTED_ABI = 4
 REINSTALL = "install the package again: make setup"
 
 
@@ -30,9 +30,13 @@ class Library:
         return self.ffi.string(pointer).decode() if pointer != self.ffi.NULL else ""
 
 
-@functools.cache
 def load(numeric: str = "float") -> Library:
-    """Load the library of this numeric, once per process."""
+    """The library of this numeric, loaded once per process."""
+    return _loaded(numeric)  # the cache takes load() and load("float") for two calls
+
+
+@functools.cache
+def _loaded(numeric: str) -> Library:
     from cffi import FFI
 
     if numeric not in NUMERICS:
