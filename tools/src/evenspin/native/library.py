@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,9 +68,7 @@ def declarations(header: str) -> str:
 
 def library_folder(header: str) -> Path:
     """evenspin/_lib, with this header in it; an editable installation keeps it in site-packages."""
-    import evenspin
-
-    candidates = [Path(entry) / "_lib" for entry in evenspin.__path__] + _installed_folders()
+    candidates = [Path(entry) / "_lib" for entry in sys.modules["evenspin"].__path__] + _installed_folders()
     for candidate in candidates:
         if (candidate / header).is_file():
             return candidate
@@ -78,7 +77,6 @@ def library_folder(header: str) -> Path:
 
 def _installed_folders() -> list[Path]:
     import site
-    import sys
 
     return [Path(entry) / "evenspin" / "_lib" for entry in [*sys.path, *site.getsitepackages()] if entry]
 

@@ -16,7 +16,7 @@ from evenspin.log.case import write_json
 from evenspin.memory import AngleTable
 from evenspin.memory.picture import memory_picture
 from evenspin.model.methods import NONE, method_word, observer_of
-from evenspin.model.scenario import CONTROL, RPM
+from evenspin.model.scenario_schema import CONTROL, RPM
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.report.figures import Curve, pictures
