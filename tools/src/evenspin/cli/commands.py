@@ -58,11 +58,11 @@ COMMANDS = {
     ),
     "scenarios": Entry(
         "catalogue",
-        "Scenarios that come with the package, as `evenspin run` takes them: list them, print one, copy one.",
+        "Scenarios that come with the package, as evenspin run takes them: list them, print one, copy one.",
     ),
     "models": Entry(
         "catalogue",
-        "Models that come with the package, as `model` of a scenario and `--model` take them: list, print, copy one.",
+        "Models that come with the package, as model of a scenario and --model take them: list, print, copy one.",
     ),
     "effects": Entry(
         "lists",
