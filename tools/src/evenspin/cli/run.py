@@ -49,7 +49,7 @@ def run(
     from evenspin.memory import write_table
     from evenspin.model.methods import drive_of_word
     from evenspin.output import OutputFile, OutputFolder
-    from evenspin.run import assumed, run_signals, segment_table, summary_of, write_run
+    from evenspin.run import assumed, run_signals, run_tables, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
     from evenspin.sim import complete, prepare
     from evenspin.sim.progress import progress_bar
@@ -75,7 +75,8 @@ def run(
     learned = learned_table(setup, simulation)
     summary = summary_of(setup, record, numeric.value, learned)
     screen = console(STDOUT if as_json else None)
-    print_table(segment_table(summary), screen)
+    for view in run_tables(summary):
+        print_table(view, screen)
     outcome = summary["outcome"]
     if outcome["text"]:
         screen.print(outcome["text"], style="bold red", soft_wrap=True)
