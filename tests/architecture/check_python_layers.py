@@ -33,7 +33,7 @@ ORDER = (
     ("compare", "memory", "design", "motor"),
     ("identify",),
     ("bench", "reproduce", "run", "gap", "balance"),
-    ("tune", "driven"),
+    ("tune", "driven", "grid"),
     ("commission", "scope", "blind", "api"),
     ("cli",),
 )

@@ -22,6 +22,10 @@ class Entry:
 
 COMMANDS = {
     "run": Entry("run", "Run a scenario through the firmware: log, truth, summary, pictures."),
+    "sweep": Entry(
+        "sweep",
+        "Run a scenario over a grid of its parameters, on all cores: one table of every number, with pictures.",
+    ),
     "reproduce": Entry(
         "reproduce",
         "Run the scenarios of a paper and compare: ours, its simulation, its experiment, the target band.",

@@ -49,3 +49,12 @@ SpeedOption = Annotated[
     float | None,
     typer.Option("--speed", metavar="RAD_S", help="Turn at this speed meanwhile; the motor stops at the end."),
 ]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        help="As if it stood in the file: a parameter of the drive, a number of [plant], EFFECT.PARAMETER, or a key of "
+        "the scenario; several times.",
+    ),
+]
