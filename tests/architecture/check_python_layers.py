@@ -29,7 +29,7 @@ ORDER = (
     ("model", "blocks", "effects", "output"),
     ("sim",),
     ("log", "analysis", "doctor", "importer"),
-    ("report", "cycles", "drive"),
+    ("report", "cycles", "drive", "export"),
     ("compare", "memory", "design", "motor"),
     ("identify",),
     ("bench", "reproduce", "run", "gap", "balance"),

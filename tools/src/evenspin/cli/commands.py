@@ -68,6 +68,7 @@ COMMANDS = {
         "catalogue",
         "Models that come with the package, as model of a scenario and --model take them: list, print, copy one.",
     ),
+    "export": Entry("export", "Export a scenario for other simulators."),
     "effects": Entry(
         "lists",
         "Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and "
