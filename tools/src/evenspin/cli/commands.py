@@ -22,6 +22,10 @@ class Entry:
 
 COMMANDS = {
     "run": Entry("run", "Run a scenario through the firmware: log, truth, summary, pictures."),
+    "diff": Entry(
+        "diff",
+        "Compare two runs: what was set differently, and every ripple, overshoot, settling and error side by side.",
+    ),
     "sweep": Entry(
         "sweep",
         "Run a scenario over a grid of its parameters, on all cores: one table of every number, with pictures.",
