@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from evenspin.cli.options import Force, SetOption
+from evenspin.cli.options import Force, ScenarioName, SetOption
 from evenspin.cli.origin import origin
 from evenspin.cli.output import console
 
@@ -34,7 +34,7 @@ def group() -> None:
 
 
 def fmu(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file .toml, or a built-in scenario.")],
+    scenario: ScenarioName,
     out: Annotated[Path, typer.Option("--out", metavar="FILE.fmu", help="The FMU to write.")],
     kind: Annotated[
         Kind, typer.Option(help="drive: the firmware on the machine; plant: the machine, driven by phase duties.")

@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from evenspin.cli.options import Force, JsonFlag, MethodOption, Numeric, NumericOption, OutFolder, SetOption
+from evenspin.cli.options import (
+    Force,
+    JsonFlag,
+    MethodOption,
+    Numeric,
+    NumericOption,
+    OutFolder,
+    ScenarioName,
+    SetOption,
+)
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
 
@@ -17,7 +26,7 @@ def register(app: typer.Typer) -> None:
 
 
 def run(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file .toml, or a built-in scenario.")],
+    scenario: ScenarioName,
     out: OutFolder,
     method: MethodOption = None,
     set_: SetOption = None,

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from evenspin.cli.options import Force, JsonFlag, Numeric, NumericOption, OutFolder, SetOption
+from evenspin.cli.completion import change_names
+from evenspin.cli.options import Force, JsonFlag, Numeric, NumericOption, OutFolder, ScenarioName, SetOption
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
 
@@ -16,12 +17,13 @@ def register(app: typer.Typer) -> None:
 
 
 def sweep(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file .toml, or a built-in scenario.")],
+    scenario: ScenarioName,
     vary: Annotated[
         list[str],
         typer.Option(
             "--vary",
             metavar="NAME=VALUES",
+            autocompletion=change_names,
             help="A,B,C or FIRST:LAST:COUNT or FIRST:LAST:COUNT:log; several times: every combination.",
         ),
     ],
