@@ -20,8 +20,8 @@ TEXT = """\
 `meta.json` stands beside the CSV files of a case ([log-format.md](log-format.md)) and says which drive they are of:
 nominal values, what a data sheet says, and how the controller is set. `evenspin run` and `evenspin bench run` write it;
 a log of another drive gets it by hand, or none: `evenspin gap LOG.csv --model MODEL` needs no `meta.json`. *Needed* is
-what `evenspin compare` does not work without; `evenspin gap CASE_DIR` also wants the sampling periods and the ratings of
-the motor. Gains are those of the loops in SI units, per rad/s and not per unit."""
+what `evenspin compare` does not work without; `evenspin gap CASE_DIR` wants the sampling periods and the ratings of the
+motor, too. Gains are those of the loops in SI units, per rad/s and not per unit."""
 WORDS = {  # what is no number of the machine or the drive, by its path
     "case": "the name of the case, in quotes",
     "experiments": f"names of the records, one CSV each: {', '.join(EXPERIMENTS)}, or others",
