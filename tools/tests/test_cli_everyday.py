@@ -145,3 +145,19 @@ def test_identification_takes_the_columns_that_a_recording_has(evenspin, tmp_pat
     assert found[0].torque_nm == pytest.approx(0.5 * columns["iq_a"], rel=1e-8)
     write_csv(tmp_path / "less.csv", ["t_s", "iq_a"], np.zeros((5, 2)))
     assert "in the header" in evenspin("identify", "friction", tmp_path / "less.csv", "--torque-per-a-nm", "0.5").err
+
+
+def test_a_port_that_another_program_uses_is_said_to_be_in_use(evenspin):
+    """Not its cable: `bench stop` beside a recording is what somebody tries."""
+    import pty
+
+    import serial
+
+    ours, theirs = pty.openpty()
+    name = os.ttyname(theirs)
+    with serial.Serial(name, exclusive=True):
+        said = evenspin("bench", "stop", "--port", name)
+    os.close(ours)
+    os.close(theirs)
+
+    assert said.status == 3 and "another program uses it" in said.err and "Errno" not in said.err
