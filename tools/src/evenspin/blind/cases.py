@@ -204,7 +204,7 @@ def make_case(plan: Plan, folder: Path) -> Truth:
     else:
         raise EvenspinError(f"{plan.case}: no motor can do this with {', '.join(plan.names)}")
 
-    _write(folder, meta | {"case": plan.case}, experiments, records)
+    write_records(folder, meta | {"case": plan.case}, experiments, records)
 
     def quiet(parameters: Parameters) -> dict[str, Record]:
         return run_experiments(without_noise(parameters), experiments, angles_rad, seed, VALIDATION)
@@ -251,7 +251,7 @@ def _is_sane(records: Mapping[str, Record]) -> bool:
     return True
 
 
-def _write(
+def write_records(
     folder: Path, meta: dict[str, Any], experiments: Sequence[Experiment], records: Mapping[str, Record]
 ) -> None:
     folder.mkdir(parents=True)
