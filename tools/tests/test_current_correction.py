@@ -1,7 +1,8 @@
-"""Current sensors corrected by what the drive learns (current_correction), in the simulated drive: what is left, and what must not move it.
+"""Current sensors corrected by what the drive learns (current_correction), in the simulated drive: what is left, and
+what must not move it.
 
-Bands: an independent simulation of such a correction left 0.01 % ripple and 0.3 % distortion in an ideal drive, 0.02 % and 2 % in
-one with dead time, noise, a wrong resistance and a late voltage.
+Bands: an independent simulation of such a correction left 0.01 % ripple and 0.3 % distortion in an ideal drive, 0.02 %
+and 2 % in one with dead time, noise, a wrong resistance and a late voltage.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ ESTIMATES = ("current_offset_a_a", "current_offset_b_a", "current_gain_a", "curr
 TRUE = {"current_offset_a_a": 0.2, "current_offset_b_a": 0.05, "current_gain_a": 1.1, "current_gain_b": 0.9}
 NOT_IDEAL = {"dead_time": {"dead_time_s": 0.15 / 24.0 / 1e4}, "current_loop_delay": {"extra_periods": 1.0}}
 NOISE = {"current_noise_a": 0.03}
-RIPPLE = {"torque_ripple": {"order_1": 4, "amplitude_1_nm": 0.004, "phase_1_rad": 0.4, "order_2": 24, "amplitude_2_nm": 0.006}}
+RIPPLE = {
+    "torque_ripple": {"order_1": 4, "amplitude_1_nm": 0.004, "phase_1_rad": 0.4, "order_2": 24, "amplitude_2_nm": 0.006}
+}
 LEARNED, SLOW, SMALL, BOUND = 1.0, 2.0, 6.0, 7.0
 
 
@@ -95,7 +98,12 @@ def test_dead_time_noise_a_wrong_resistance_and_a_late_voltage_leave_little(resi
 
 @pytest.mark.parametrize("start_a", [(0.71, -0.71), (-0.71, 0.0), (0.91, 0.76)])
 def test_a_wrong_start_of_a_tenth_of_the_rated_current_is_gone_after_two_seconds(start_a):
-    start = {"current_offset_a_a": start_a[0], "current_offset_b_a": start_a[1], "current_gain_a": 0.9, "current_gain_b": 1.1}
+    start = {
+        "current_offset_a_a": start_a[0],
+        "current_offset_b_a": start_a[1],
+        "current_gain_a": 0.9,
+        "current_gain_b": 1.1,
+    }
     _, record = _first("pi", current_correction="learned", **start)
     _known(record, np.searchsorted(record["t_s"], 2.0))
 
@@ -116,7 +124,9 @@ def test_with_a_wrong_resistance_a_cancelled_torque_ripple_moves_the_estimates_b
 
 
 def test_nothing_moves_at_standstill_or_too_slowly_and_the_drive_says_so():
-    held = _run([0, 1], [0, 0], [0, 3], 60.0, brake=False, stall_s=0, speed_deviation_s=0, motor_resistance_ohm=0.47, **TRUE)
+    held = _run(
+        [0, 1], [0, 0], [0, 3], 60.0, brake=False, stall_s=0, speed_deviation_s=0, motor_resistance_ohm=0.47, **TRUE
+    )
     slow = _run([0], [10], [4], 20.0, motor_resistance_ohm=0.47, **TRUE)
     for record in (held, slow):
         _known(record, share=1e-4)
@@ -159,4 +169,6 @@ def test_the_sensor_errors_of_tang_2020_are_learned_under_deadbeat_control_besid
     for k in (at, -1):
         assert record["current_offset_a_a"][k] == pytest.approx(0.65, rel=0.02)
         assert record["current_offset_b_a"][k] == pytest.approx(0.0, abs=0.02 * 0.65)
-        assert record["current_gain_b"][k] / record["current_gain_a"][k] - 1.0 == pytest.approx(0.14, abs=0.02 * 0.14 + 0.002)
+        assert record["current_gain_b"][k] / record["current_gain_a"][k] - 1.0 == pytest.approx(
+            0.14, abs=0.02 * 0.14 + 0.002
+        )

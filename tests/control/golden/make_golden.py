@@ -319,8 +319,8 @@ def make_pi() -> list[str]:
 
 
 def make_current_error() -> list[str]:
-    """What one turn leaves of known sensor errors: phase currents through the sensors, then a discrete Fourier transform of the vector that
-    the drive sees. The voltages are those of the machine, which a balanced winding ties to the true currents."""
+    """What one turn shows of known sensor errors: phase currents through the sensors, then a discrete Fourier transform
+    of the vector that the drive sees. True currents and voltages are balanced."""
     rows = []
     amplitude, angle, samples = 3.0, 0.3, 500
     cases = (
@@ -343,7 +343,7 @@ def make_current_error() -> list[str]:
         forwards = sum(x * w for x, w in zip(seen, turning, strict=True)) / samples
         backwards = sum(x / w for x, w in zip(seen, turning, strict=True)) / samples
         n = backwards / forwards.conjugate()
-        # half of what is seen is taken away; phases by projection on their axes, gains so that they make this negative sequence
+        # half of it is taken away: phases by projection on their axes, gains so that they make this negative sequence
         phases = [0.5 * (dc * cmath.exp(-2j * math.pi * x / 3.0)).real for x in range(3)]
         if three:
             gains = [1.0 + 0.5 * 2.0 * (n * cmath.exp(2j * math.pi * x / 3.0)).real for x in range(3)]
@@ -352,7 +352,8 @@ def make_current_error() -> list[str]:
             apart = (n * math.sqrt(3.0) * cmath.exp(-1j * math.pi / 6.0)).real
             gains = [1.0 + 0.25 * apart, 1.0 - 0.25 * apart, 1.0]
         rows.append((three, *offset, *gain, *phases, *gains))
-    fields = "int three; double oa, ob, oc, ga, gb, gc, learned_oa, learned_ob, learned_oc, learned_ga, learned_gb, learned_gc;"
+    learned = ", ".join(f"learned_{x}" for x in ("oa", "ob", "oc", "ga", "gb", "gc"))
+    fields = f"int three; double oa, ob, oc, ga, gb, gc, {learned};"
     what = "sensor errors in A and as gains, and what half of them looks like after one turn of 3 A at 0.3 rad"
     return [table("GOLDEN_CURRENT_ERROR", what, fields, rows)]
 

@@ -39,8 +39,8 @@ BEYOND_BANDS = (
     ("load_dip_rpm", 5.0, 30.0),
 )
 BEYOND_SPEEDS = (150.0, 203.0, 255.0, 295.0)
-# What is left when the errors of the current sensors are learned and taken off, at the four speeds before and after the load step; from
-# the independent simulation of this correction. (key, low, high)
+# What is left when the errors of the current sensors are learned and taken off, at the four speeds before and after the
+# load step; from an independent simulation of such a correction. (key, low, high)
 CORRECTED = "corrected"
 CORRECTED_BANDS = (
     ("n1_pct", 0.0, 0.01),

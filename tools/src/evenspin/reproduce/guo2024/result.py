@@ -111,8 +111,8 @@ def drive_of(method: str, set_name: str) -> Mapping[str, float]:
     if method not in (BEYOND, CORRECTED):
         return {"method": tables().params["method"].to_number(method)}
     printed = builtin_scenario("guo2024/first").setup.drive
-    fast = method == BEYOND and set_name == "third"
-    other = builtin_scenario("guo2024/corrected" if method == CORRECTED else f"guo2024/beyond{'_fast' if fast else ''}").setup.drive
+    beyond = f"beyond{'_fast' if set_name == 'third' else ''}"
+    other = builtin_scenario(f"guo2024/{CORRECTED if method == CORRECTED else beyond}").setup.drive
     return {name: value for name, value in other.items() if value != printed[name]}
 
 
