@@ -194,7 +194,7 @@ def test_the_demo_leaves_a_report(evenspin, tmp_path):
     assert said.status == 0
     assert "paper sim." in said.out
     assert page.count("<svg") == 20  # 6, 6 and 8 of the three papers
-    assert len(json.loads((tmp_path / "demo" / "results.json").read_text())["guo2024"]["rows"]) == 20
+    assert len(json.loads((tmp_path / "demo" / "results.json").read_text())["guo2024"]["rows"]) == 24
 
 
 def test_every_command_has_an_example_in_its_help(evenspin):
