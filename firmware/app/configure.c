@@ -49,6 +49,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
+    drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_speed(p, &s->scale, &s->speed);
@@ -104,5 +105,6 @@ void drive_rest(drive_t *d)
     drive_rest_speed(&d->speed, &d->setup->speed);
     drive_rest_observer(&d->observer, &d->setup->observer);
     drive_rest_position(&d->position);
+    ctl_plausibility_restart(&d->plausibility);
     drive_command_nothing(d);
 }

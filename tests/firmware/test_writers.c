@@ -39,7 +39,11 @@ static void watched(uint8_t in, void (*code)(void))
     accesses_watch(code, written);
 }
 
-static void current(void) { drive_current_isr(&drive); }
+static void current(void)
+{
+    drive_current_isr(&drive);
+    drive_watch_isr(&drive);
+}
 static void speed(void) { drive_speed_isr(&drive); }
 static void take_over(void) { drive_take_over(&drive); }
 static void background(void) { drive_background(&drive); }
@@ -238,6 +242,8 @@ static const member_t MEMBERS[] = {
     MEMBER(observer.meter, CURRENT | TAKE_OVER | REST),
     MEMBER(observer.seen, CURRENT),
     MEMBER(observer.estimate, CURRENT | TAKE_OVER | REST),
+    MEMBER(link_mean_v, CURRENT),
+    MEMBER(plausibility, CURRENT | TAKE_OVER | REST),
     MEMBER(speed_count, CURRENT),
     MEMBER(bad_samples, CURRENT | REST),
     MEMBER(lost_samples, CURRENT | REST),
