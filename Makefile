@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean simulators
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean simulators gap-cases
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -101,6 +101,9 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
 	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md --force
+
+gap-cases: setup ## the hard cases of the gap search with all effects to choose from (3 min; with the likely ones in `make test`)
+	@EVENSPIN_CAMPAIGN=1 $(PYTHON) -m pytest -q tools/tests/blind/test_blind_hard.py
 
 COUNT ?= 60
 SEEDS ?= 1
