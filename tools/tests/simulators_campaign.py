@@ -52,7 +52,7 @@ noise; `opens`: what the effect itself makes. One motor, large effects.
 FRICTION = (
     "motulator's friction is a coefficient that depends on the speed: dry friction is viscous below 0.05 rad/s and does "
     "not hold a shaft. With that border at 0.5 rad/s a dry friction was still named alone, to 0.1 %, with a confidence "
-    "of 0.49; at 2 rad/s, where it is no dry friction any more, it was named to 0.5 % beside `unknown` (one case each)."
+    "of 0.49; at 2 rad/s, where it is no dry friction any more, it was named to 0.5 % beside `unknown`; one case each."
 )
 
 
@@ -65,7 +65,7 @@ def main() -> None:
     angles_rad = list(rng.uniform(0.0, 2.0 * np.pi, len(experiments)))
     values = {name: EFFECTS[name](rng, meta, SIZE) for name in motulator_drive.EFFECTS}
     quiet = without_noise(referee.parameters_of(meta)) | {"sensor.current_lsb_a": 0.0}
-    told = dict(meta) | {"current_noise_a": 0.0, "current_lsb_a": 0.0}
+    described = dict(meta) | {"current_noise_a": 0.0, "current_lsb_a": 0.0}
     rows = []
     plain: Mapping[str, Mapping[str, np.ndarray]] = {}
     for name in NAMES:
@@ -75,7 +75,7 @@ def main() -> None:
             who: run_experiments(p, experiments, angles_rad, 1, VALIDATION, by)
             for who, by in (("referee", referee.simulate), ("motulator", motulator_drive.simulate))
         }
-        plant = {who: _to_plant(told, experiments, records, effects) for who, records in made.items()}
+        plant = {who: _to_plant(described, experiments, records, effects) for who, records in made.items()}
         plain = plain or made["referee"]
         opens = gap_between(made["referee"], plain)
         rows.append(

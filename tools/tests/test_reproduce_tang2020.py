@@ -353,7 +353,7 @@ def test_the_demo_leaves_a_report(evenspin, tmp_path, result, monkeypatch):
     assert said.status == 0
     assert "paper sim." in said.out
     assert page.count("<svg") == 20  # 6, 6 and 8 of the three papers
-    assert len(content["guo2024"]["rows"]) == 20
+    assert len(content["guo2024"]["rows"]) == 24
     assert {name for name, _ in asked} == {"100 rpm", "451 rpm", "load step", "speed step"}
 
 
