@@ -65,7 +65,8 @@ static double input(const fmu_t *fmu, int which)
 /* What acts from outside in the next period. */
 static void apply(fmu_t *fmu)
 {
-    const sim_outside_t outside = {input(fmu, LOAD_TORQUE), input(fmu, LOAD_BRAKE), input(fmu, DC_LINK)};
+    const sim_outside_t outside = {
+        .load_torque_nm = input(fmu, LOAD_TORQUE), .load_brake_nm = input(fmu, LOAD_BRAKE), .dc_link_v = input(fmu, DC_LINK)};
     fmu->plant.outside = outside;
 }
 
