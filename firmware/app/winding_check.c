@@ -4,7 +4,7 @@
 
 #define VOLT_SHARE 0.05f  /* of the voltage: divider of the dc link, and its filter behind a link that changes */
 #define LATE_PERIODS 0.3f /* by which the voltage may act late: filter of the currents, drivers */
-#define LEGS 1.82f       /* |alpha| + |beta| of what three legs lose, over the loss of one: 4/3 (sin 30 + cos 30 degrees) */
+#define LEGS 1.82f        /* |alpha| + |beta| of what three legs lose, over the loss of one: 4/3 (sin 30 + cos 30 degrees) */
 #define DIAGONAL 1.3f     /* |alpha| + |beta| of a vector, over the same of one across to it: at most sqrt(2) */
 #define COUNTS 1.8f       /* of the encoder by which an angle may be off the ones before, along the diagonal */
 #define NEW_SHARE 0.25f   /* of the error in each period; the rest is kept */

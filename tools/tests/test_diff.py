@@ -1,14 +1,27 @@
 """`evenspin diff`: two runs side by side, settings and numbers."""
 
 import json
+import shutil
 
+import evenspin as es
 import pytest
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Two runs of one scenario, made once."""
+    folder = tmp_path_factory.mktemp("runs")
+    events = [{"at_s": 0.0, "speed_rpm": 300.0, "load_brake_a": 1.0}, {"at_s": 0.25, "load_brake_a": 2.0}]
+    scenario = es.load({"name": "short", "model": "guo2024", "duration_s": 0.5, "event": events})
+    scenario.change(method="pi").simulate().save(folder / "a")
+    scenario.change({"cogging.amplitude_nm": 0.01}, method="forc").simulate().save(folder / "b")
+    return folder
+
+
 @pytest.fixture
-def runs(evenspin, scenario, tmp_path):
-    for name, words in (("a", ("--method", "pi")), ("b", ("--method", "forc", "--set", "cogging.amplitude_nm=0.01"))):
-        assert evenspin("run", scenario, *words, "--out", tmp_path / name).status == 0
+def runs(made, tmp_path):
+    for name in ("a", "b"):
+        shutil.copytree(made / name, tmp_path / name)
     return tmp_path / "a", tmp_path / "b"
 
 

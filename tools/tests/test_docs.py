@@ -1,11 +1,13 @@
 """The manual: every link leads somewhere, and pages made from code are current."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 from evenspin.api import __all__ as offered
 from evenspin.api.reference import pages as api_pages
+from evenspin.log.reference import pages as log_pages
 from evenspin.model.reference import pages as file_pages
 from evenspin.model.scenario_schema import event_keys
 
@@ -37,9 +39,9 @@ def test_every_link_of_a_page_leads_somewhere(page):
     assert broken == []
 
 
-@pytest.mark.parametrize("name", ["api.md", "scenario.md"])
+@pytest.mark.parametrize("name", ["api.md", "scenario.md", "meta.md"])
 def test_a_page_made_from_code_is_current(name):
-    made = (api_pages() | file_pages())[name]
+    made = (api_pages() | file_pages() | log_pages())[name]
 
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run `evenspin docs`"
 
@@ -49,3 +51,13 @@ def test_the_page_of_the_library_has_every_name_and_the_page_of_scenarios_every_
 
     assert all(f"`{name}" in api for name in offered)
     assert all(f"| `{key}` |" in scenario for key in event_keys())
+
+
+def test_the_page_of_meta_json_says_what_a_simulation_needs():
+    """A case that others wrote has these keys, and was written without the page."""
+    meta = json.loads((ROOT / "tests/data/foreign_drive/example_clean/meta.json").read_text())
+    page = log_pages()["meta.md"]
+
+    for key in meta["motor"]:
+        assert f"| `motor.{key}` |" in page
+    assert "| `motor.psi_wb` | yes |" in page and "| `motor.slots` |  |" in page

@@ -115,3 +115,41 @@ def test_reference_pages_hold_the_whole_tables():
     assert all(f"## {name}" in made["effects.md"] for name in tables().effects)
     assert all(f"`{name}`" in made["model.md"] for name in tables().model)
     assert "`none`" not in made["faults.md"]
+
+
+def test_a_long_table_can_be_folded_and_is_open_on_paper(tmp_path):
+    rows = [(str(number), "x") for number in range(40)]
+    tables = [TableView("Long", "", ("x", "y"), rows), TableView("Short", "", ("x", "y"), rows[:3])]
+    write_page(tmp_path, Page("T", "s", (), tables, (), "evenspin run x"))
+
+    page = (tmp_path / "report.html").read_text()
+
+    assert page.count("<details>") == page.count("</details>") == 1 and "40 rows" in page
+    assert "beforeprint" in page
+
+
+def test_the_tour_has_a_chapter_for_each_paper_with_its_most_telling_picture_first():
+    """With pages that stand for the papers: the real ones take half a minute."""
+    from types import SimpleNamespace
+
+    from evenspin.report.figures import Picture
+    from evenspin.reproduce import tour
+
+    def page(result, command):
+        drawn = [Picture(name, name, "", "<svg/>", {"x": [1.0]}) for name in ("other", "best")]
+        return Page(
+            "p", f"about {result.name}", [("fact", "1")], [TableView("T", "", ("a",), [("1",)])], drawn, command
+        )
+
+    part = tour.Part("paper", "What one learns", "best", "doing", lambda progress: None, page, lambda result: [])
+    result = SimpleNamespace(name="it", passed=False)
+    before, tour.PARTS = tour.PARTS, (part,)
+    try:
+        made = tour.page_of({"paper": result}, "evenspin demo")
+    finally:
+        tour.PARTS = before
+
+    assert made.facts == [("What one learns", "a required check FAILED, see its table")]
+    chapter = made.chapters[0]
+    assert (chapter.title, chapter.text) == ("What one learns", "about it")
+    assert [each.name for each in chapter.parts if isinstance(each, Picture)] == ["paper_best", "paper_other"]

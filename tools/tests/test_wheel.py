@@ -24,7 +24,8 @@ PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 @pytest.fixture(scope="session")
 def wheel(tmp_path_factory):
     """Built once for all processes, in the folder in which `make setup` builds: only what has changed is compiled."""
-    shared = tmp_path_factory.getbasetemp().parent / "wheel"
+    own = tmp_path_factory.getbasetemp()  # of this process; that of the session is above it where there are several
+    shared = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "wheel"
     with _alone(ROOT / "build" / ".wheel-lock"):
         if not shared.exists():
             shared.mkdir()

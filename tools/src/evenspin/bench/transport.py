@@ -58,6 +58,8 @@ class SerialTransport:
             self._port = serial.Serial(name, baud, timeout=POLL_S, write_timeout=1.0, exclusive=True)
             self._port.reset_input_buffer()
         except (OSError, ValueError) as error:
+            if _locked(error):
+                raise NoDeviceError(f"{name}: another program uses it; end that one, or stop the drive there") from None
             raise NoDeviceError(f"{name}: cannot be opened ({_reason(error)}); check cable, name and rights") from None
 
     def write(self, octets: bytes) -> None:
@@ -227,6 +229,11 @@ def connect(name: str, address: tuple[str, int]) -> socket.socket:
     made.settimeout(None)
     made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return made
+
+
+def _locked(error: BaseException) -> bool:
+    """pyserial reports a port that another program has locked as an OSError with this text."""
+    return "exclusively lock" in str(error) or "[Errno 16]" in str(error)
 
 
 def _reason(error: Exception) -> str:

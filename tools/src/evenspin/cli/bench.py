@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from evenspin.cli import bench_calibrate, bench_capture, bench_log
+from evenspin.cli import bench_calibrate, bench_capture, bench_config, bench_log
+from evenspin.cli.bench_config import shown_value
 from evenspin.cli.bench_port import PortOption, connected
 from evenspin.cli.options import Force, JsonFile
-from evenspin.cli.origin import origin
 from evenspin.cli.output import check_json_file, console, write_json
 
 if TYPE_CHECKING:
     from evenspin.bench import Drive
 
 app = typer.Typer(no_args_is_help=True, help="Watch a drive, tune it, record it: a board, or a virtual drive.")
-config = typer.Typer(no_args_is_help=True, help="Parameters of the drive as a file.")
 
 
 def register(parent: typer.Typer) -> None:
@@ -28,9 +27,7 @@ def register(parent: typer.Typer) -> None:
     for command in (ports, info, watch, get, fault, stop, clear, save):
         app.command(command.__name__)(command)
     app.command("set")(set_)
-    app.add_typer(config, name="config")
-    for on_file in (pull, push, diff):
-        config.command(on_file.__name__)(on_file)
+    bench_config.register(app)
     bench_capture.register(app)
     bench_log.register(app)
     bench_calibrate.register(app)
@@ -132,9 +129,20 @@ def watch(
                     sys.stdout.write(json.dumps(values) + "\n")
                     sys.stdout.flush()
                 else:
-                    screen.print("  ".join(f"{value:16.5g}" for value in values.values()))
+                    screen.print("  ".join(f"{_as_word(drive, name, value):>16}" for name, value in values.items()))
                 drive.need_no_fault()
                 drive.sleep(1.0 / rate)
+
+
+def _as_word(drive: Drive, name: str, value: float) -> str:
+    """A state and a fault have names; their numbers are for programs."""
+    from evenspin.bench.numbers import State
+
+    if name == "state" and value in list(State):
+        return State(int(value)).name.lower()
+    if name == "fault":
+        return drive.schema.fault(int(value)).name
+    return f"{value:.5g}"
 
 
 def get(
@@ -163,6 +171,9 @@ def get(
     print_table(TableView("Parameters", "", ("name", "value", "unit", "range"), rows, left=4), console(json_file))
 
 
+SAVED = "Kept over a power cycle."
+
+
 def set_(
     settings: Annotated[list[str], typer.Argument(metavar="NAME=VALUE...", help="Numbers, or words of a choice.")],
     port: PortOption = None,
@@ -184,7 +195,10 @@ def set_(
             name, equals, text = word.partition("=")
             if not equals:
                 raise InputError("bench set", "NAME=VALUE", word, "a name, =, and a value", "for example rc_gain=0.4")
+            if name in wanted:
+                raise InputError("bench set", "NAME=VALUE", word, "the only one of its name", "keep one of the two")
             wanted[name] = parse_value(drive.schema.parameter(name), text)
+        fields = {name: drive.parameters[name] for name in wanted}
         held = drive.set(wanted)
         if keep:
             drive.save()
@@ -192,7 +206,10 @@ def set_(
         write_json({name: shortest(value) for name, value in held.items()}, json_file)
     screen = console(json_file)
     for name, value in held.items():
-        screen.print(f"{name} = {shortest(value):g}")
+        unit = f" {fields[name].unit}" if fields[name].unit else ""
+        screen.print(f"{name} = {shown_value(fields[name], value)}{unit}")
+    if keep:
+        screen.print(SAVED)
 
 
 def fault(
@@ -238,6 +255,7 @@ def stop(port: PortOption = None) -> None:
     """
     with connected(port) as drive:
         drive.stop()
+    console().print("The bridge is off.")
 
 
 def clear(port: PortOption = None) -> None:
@@ -249,6 +267,7 @@ def clear(port: PortOption = None) -> None:
         drive.clear_fault()
         drive.sleep(0.05)
         drive.need_no_fault()
+    console().print("No fault.")
 
 
 def save(port: PortOption = None) -> None:
@@ -258,85 +277,4 @@ def save(port: PortOption = None) -> None:
     """
     with connected(port) as drive:
         drive.save()
-
-
-def pull(
-    file: Annotated[Path, typer.Argument(metavar="FILE.toml", help="A new file.")],
-    port: PortOption = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a file that says something else.")] = False,
-) -> None:
-    """Write all parameters of the drive to a file.
-
-    Example: `evenspin bench config pull drive.toml`
-    """
-    from evenspin.bench.config import config_toml
-    from evenspin.output import OutputFile
-
-    with connected(port) as drive:
-        text = config_toml(drive)
-    if not (file.is_file() and file.read_bytes() == text.encode()):  # what it says already it may go on saying
-        OutputFile(file, origin(), option="config pull", recording=True, force=force).write(text)
-    console().print(f"{file}", style="bold")
-
-
-def push(
-    file: Annotated[Path, typer.Argument(metavar="FILE.toml")],
-    port: PortOption = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Also a file of another firmware, as far as names fit.")
-    ] = False,
-    keep: Annotated[bool, typer.Option("--save", help="Keep them over a power cycle.")] = False,
-    json_file: JsonFile = None,
-) -> None:
-    """Write a file to the drive, all of it or nothing; only what differs is sent.
-
-    Example: `evenspin bench config push drive.toml --save`
-    """
-    from evenspin.bench.config import diff_error, differences, read_config, same_schema
-
-    check_json_file(json_file)
-    with connected(port) as drive:
-        if not force and not same_schema(file, drive):
-            raise diff_error(file)
-        changes = differences(read_config(file, drive), drive)
-        drive.set({change.field.name: change.file for change in changes})
-        if keep:
-            drive.save()
-    _show(changes, json_file)
-
-
-def diff(
-    file: Annotated[Path, typer.Argument(metavar="FILE.toml")], port: PortOption = None, json_file: JsonFile = None
-) -> None:
-    """What differs between a file and the drive. Exit status 1 when something does.
-
-    Example: `evenspin bench config diff drive.toml`
-    """
-    from evenspin.bench.config import differences, read_config
-
-    check_json_file(json_file)
-    with connected(port) as drive:
-        changes = differences(read_config(file, drive), drive)
-    _show(changes, json_file)
-    if changes:
-        raise typer.Exit(1)
-
-
-def _show(changes: list[Any], json_file: str | None) -> None:
-    from evenspin.bench.config import shortest
-    from evenspin.tableview import TableView, print_table
-
-    if json_file is not None:
-        write_json({c.field.name: {"file": shortest(c.file), "drive": shortest(c.drive)} for c in changes}, json_file)
-    screen = console(json_file)
-    if not changes:
-        screen.print("no difference")
-        return
-    rows = [(c.field.name, _shown(c.field, c.file), _shown(c.field, c.drive), c.field.unit) for c in changes]
-    print_table(TableView("Differences", "", ("name", "file", "drive (before)", "unit"), rows, left=4), screen)
-
-
-def _shown(field: Any, value: float) -> str:
-    from evenspin.bench.config import shortest
-
-    return field.to_text(value) if field.kind in ("choice", "flag") else f"{shortest(value):g}"
+    console().print(SAVED)

@@ -108,7 +108,8 @@ COMMANDS = {
     ),
     "docs": Entry(
         "pages",
-        "Write the pages of docs made from code: parameters, effects, faults, model, scenario, api, gap-thresholds.",
+        "Write the pages of docs made from code: parameters, effects, faults, model, scenario, meta, api, "
+        "gap-thresholds.",
     ),
 }
 

@@ -41,6 +41,7 @@ def compare(
     screen = console()
     print_table(TableView(f"{result.case}: rms of simulation less log", "", header, rows, left=1), screen)
     screen.print(f"gap {result.gap:.4f}")
+    screen.print("Noise is in it. How much of it is noise, and what is missing: evenspin gap CASE_DIR --out DIR")
 
 
 def parse_effects(words: list[str]) -> dict[str, dict[str, float]]:

@@ -50,7 +50,8 @@ def drive(
     from evenspin.model.machine import find_model, load_machine
 
     if pty == (tcp is not None):
-        raise InputError("drive", "--pty, --tcp", f"{pty}, {tcp}", "one of the two", "evenspin drive --pty")
+        given = "both" if pty else "neither"
+        raise InputError("drive", "--pty, --tcp", given, "one of the two", "evenspin drive --pty")
     if pty and speed is Speed.MAX:
         raise InputError("drive", "--speed", "max", "with --tcp", "evenspin drive --tcp 127.0.0.1:0 --speed max")
     path = find_model(model, Path(), lambda must, hint: InputError("drive", "--model", model, must, hint))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,6 +28,10 @@ def _say_version(wanted: bool) -> None:
         print(build())
         raise typer.Exit
 
+
+INTERRUPTED = 130
+# What every error of a command line is; typer does not export it.
+USAGE: type[Exception] = typer.BadParameter.__mro__[2]
 
 app = typer.Typer(
     cls=Commands,
@@ -59,9 +63,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         words = split_json_option(name_the_identification(take_quiet(words)))
         remember(words, words[:1] != [] and words[0] in JSON_WITH_FILE)
         check_json_of_flag()
-        app(words, prog_name="evenspin")
+        status = app(words, prog_name="evenspin", standalone_mode=False)
+        if status == INTERRUPTED:
+            fail("evenspin: interrupted", INTERRUPTED)
+        sys.exit(status if isinstance(status, int) else 0)
     except EvenspinError as error:
         fail(str(error), error.exit_code)
+    except typer.Abort:
+        fail("evenspin: interrupted", INTERRUPTED)
+    except USAGE as error:
+        fail_usage(error)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads any more: nothing to say
         sys.exit(0)
@@ -71,7 +82,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except MemoryError:
         fail("evenspin: out of memory: shorten duration_s or lower log_rate_hz", 2)
     except KeyboardInterrupt:
-        fail("evenspin: interrupted", 130)
+        fail("evenspin: interrupted", INTERRUPTED)
+
+
+def fail_usage(error: Any) -> None:
+    """A wrong word, option or number of them: one line as all others, or the help where there was no word at all."""
+    if type(error).__name__ == "NoArgsIsHelpError":  # typer does not export it
+        error.show()
+        sys.exit(error.exit_code)
+    where = error.ctx.command_path if getattr(error, "ctx", None) is not None else "evenspin"
+    fail(f"{where}: {error.format_message().rstrip('.')}; see `{where} --help`", error.exit_code)
 
 
 def fail(text: str, status: int) -> None:

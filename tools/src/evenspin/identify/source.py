@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from evenspin.errors import MISSING, InputError
 from evenspin.log.case import META, read_case, read_meta
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
-from evenspin.log.csvfile import read_csv
+from evenspin.log.csvfile import header_of, read_csv
 from evenspin.log.experiments import LOCKED
 from evenspin.model.machine import Machine
 from evenspin.plausible.currents import CURRENTS, check_currents
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 TURN_RAD = 2.0 * np.pi
 USED = ("t_s", "theta_m_rad", "iq_a", "iq_ref_a")
+NEEDED = frozenset((*USED, "speed_ref_rad_s", "speed_rad_s"))
 TORQUE_FROM = ("measured", "command")
 
 
@@ -56,7 +57,7 @@ def read_runs(paths: Sequence[Path], torque: str = "measured", torque_per_a_nm: 
             case = read_case(path)
             meta, records = case.meta, dict(case.experiments)
         else:
-            records = {path.name.removesuffix(".gz").removesuffix(".csv"): read_csv(path, LOG_COLUMNS, LOG_UNITS)}
+            records = {path.name.removesuffix(".gz").removesuffix(".csv"): _read_log(path)}
             meta = read_meta(path.parent / META) if torque_per_a_nm is None else {}
         for name, record in records.items():
             if name not in LOCKED:
@@ -64,6 +65,16 @@ def read_runs(paths: Sequence[Path], torque: str = "measured", torque_per_a_nm: 
         k_t = torque_per_a_nm if torque_per_a_nm is not None else _torque_per_a(path, meta)
         runs += [run_of(record, name, k_t, torque, path) for name, record in records.items()]
     return runs
+
+
+def _read_log(path: Path) -> Record:
+    """A single file needs the columns that are used; of the others those that it has are checked, too."""
+    there = set(header_of(path)) | NEEDED
+    names = [name for name in LOG_COLUMNS if name in there]
+    read = read_csv(path, names, [LOG_UNITS[LOG_COLUMNS.index(name)] for name in names])
+    missing = np.full(len(read), np.nan)
+    columns = [read[name] if name in read else missing for name in LOG_COLUMNS]
+    return Record(LOG_COLUMNS, LOG_UNITS, np.column_stack(columns))
 
 
 def torque_from(machine: Machine | None, torque_per_a_nm: float | None) -> str:

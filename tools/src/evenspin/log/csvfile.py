@@ -26,6 +26,11 @@ def write_csv(path: Path, names: Sequence[str], values: NDArray[np.float64]) -> 
             file.write(csv_rows(values[start : start + ROWS_AT_ONCE]))
 
 
+def header_of(path: Path) -> list[str]:
+    """Names of the columns."""
+    return [name.strip() for name in read_text(path).split("\n", 1)[0].strip().split(",")]
+
+
 def read_csv(path: Path, names: Sequence[str], units: Sequence[str]) -> Record:
     """Read these columns; the file may have more, in any order. What cannot be read is an InputError."""
     text = read_text(path)

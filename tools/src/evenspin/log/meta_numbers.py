@@ -51,7 +51,7 @@ class MetaNumbers:
         value = value_of(self.content, path)
         if not is_number(value):
             raise self.refusal(path, "a finite number")
-        field = _field(path)
+        field = field_of(path)
         if field is not None:
             whole = field.kind != "integer" or float(value).is_integer()
             if not (field.minimum <= value <= field.maximum and whole):
@@ -89,7 +89,7 @@ class MetaNumbers:
         return InputError(self.file, ".".join(path), value_of(self.content, path), must, HINT)
 
 
-def _field(path: tuple[str, ...]) -> Field | None:
+def field_of(path: tuple[str, ...]) -> Field | None:
     """What the simulator's tables say of it."""
     known = tables()
     if path in PARAMS:

@@ -6,12 +6,27 @@
   const digits = (value) => (value === null || value === undefined ? "" : String(Number(value.toPrecision(6))).replace("-", "−"));
   const dark = matchMedia("(prefers-color-scheme: dark)");
 
+  // Bars as wide as they say, whatever stands beside them.
+  const bars = (width) => (plot, series, first, last) => {
+    const fill = new Path2D(), clip = new Path2D();
+    const { left, top, width: wide, height } = plot.bbox;
+    clip.rect(left, top, wide, height);
+    for (let i = first; i <= last; i++) {
+      const x = plot.data[0][i], y = plot.data[series][i];
+      if (y === null || y === undefined) continue;
+      const [from, to] = [x - width / 2, x + width / 2].map((end) => plot.valToPos(end, "x", true));
+      const high = Math.min(plot.valToPos(y, "y", true), top + height);
+      fill.rect(from, high, to - from, top + height - high);
+    }
+    return { fill, stroke: null, clip };
+  };
+
   function series(line) {
-    const bars = line.kind === "bars";
+    const isBars = line.kind === "bars";
     return {
       label: line.label, width: line.width * 1.2, dash: line.dashed ? [6, 4] : undefined,
-      stroke: line.dashed ? css("--ink") : line.colour, fill: bars ? line.colour : undefined,
-      paths: bars ? uPlot.paths.bars({ size: [0.9, 60] }) : line.kind === "points" ? () => null : undefined,
+      stroke: line.dashed ? css("--ink") : line.colour, fill: isBars ? line.colour : undefined,
+      paths: isBars ? bars(line.bar_width) : line.kind === "points" ? () => null : undefined,
       points: { show: line.kind === "points", size: 4 }, value: (_, value) => digits(value) || "-",
     };
   }
@@ -25,11 +40,13 @@
 
   function draw(panel, height, place) {
     const data = uPlot.join(panel.lines.map((line) => [line.x, line.y]));
+    const ends = [data[0][0], data[0][data[0].length - 1]];
+    const whole = (low, high) => panel.x_range && low <= ends[0] && high >= ends[1];
     const y = panel.log ? { distr: 3, log: 10 } : {};
     if (panel.y_range) y.range = panel.y_range;
     const options = {
       width: Math.max(200, place.clientWidth), height: Math.max(180, height), title: panel.title,
-      scales: { x: { time: false }, y }, axes: [axis(panel.x), axis(panel.y)],
+      scales: { x: { time: false, range: (_, low, high) => whole(low, high) ? panel.x_range : [low, high] }, y }, axes: [axis(panel.x), axis(panel.y)],
       series: [{ label: panel.x, value: (_, value) => digits(value) || "-" }, ...panel.lines.map(series)],
       cursor: panel.group ? { sync: { key: panel.group } } : {},
     };

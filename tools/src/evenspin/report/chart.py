@@ -63,6 +63,7 @@ def chart_json(chart: Chart) -> str:
             "title": panel.title,
             "x": panel.x_label,
             "y": panel.y_label,
+            "x_range": panel.x_range,
             "y_range": panel.y_range,
             "log": panel.log_y,
             "group": panel.group,
@@ -82,6 +83,7 @@ def _line_json(line: Line) -> dict[str, Any]:
         "width": line.width,
         "dashed": line.dashed,
         "kind": line.kind,
+        "bar_width": line.bar_width,
         "x": _numbers(line.x, "%.10g"),
         "y": _numbers(line.y, "%.6g"),
     }

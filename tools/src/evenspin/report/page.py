@@ -71,9 +71,15 @@ class Page:
 
     def contents(self) -> list[tuple[str, str]]:
         """What can be jumped to, in the order of the page: place and title."""
-        drawn = [(picture.name, picture.title) for picture in self.pictures]
-        parts: list[TableView | Chapter] = [*self.tables, *self.chapters]
-        return drawn + [(anchor(part.title), part.title) for part in parts]
+        parts: list[TableView | Picture] = [*self.pictures, *self.tables]
+        found = [_place(part) for part in parts]
+        for chapter in self.chapters:
+            found += [_place(chapter), *(_place(part) for part in chapter.parts if isinstance(part, Picture))]
+        return found
+
+
+def _place(part: TableView | Picture | Chapter) -> tuple[str, str]:
+    return (part.name if isinstance(part, Picture) else anchor(part.title)), part.title
 
 
 def write_page(folder: Path, page: Page) -> None:
