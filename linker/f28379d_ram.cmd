@@ -3,7 +3,7 @@
  * The program is lost at power-off and does not start by itself. Nothing is copied, so load and run addresses are the
  * same and _FLASH is not defined. Code lies in LS0..GS9, data elsewhere, for the reasons in f28379d_flash.cmd; GS9 has the
  * end of one and the begin of the other. Capture and
- * black box share one block, 128 rows of 8 signals each. */
+ * black box share one block, 64 rows of 8 signals each. */
 
 MEMORY
 {
@@ -12,10 +12,10 @@ MEMORY
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121
     RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 above the boot ROM's, M1 without its last 8 words (errata) */
-    RAM_PROGRAM : origin = 0x008000, length = 0x00D400   /* LS0..LS5, D0, D1, GS0..GS8, 1/4 of GS9: 53 k words */
-    RAM_DRIVE   : origin = 0x015400, length = 0x004400   /* rest of GS9, GS10..GS12, GS13's lower half */
-    RAM_CAPTURE : origin = 0x019800, length = 0x000800   /* GS13, upper half */
-    RAM_BOX     : origin = 0x01A000, length = 0x000800   /* GS14, lower half */
+    RAM_PROGRAM : origin = 0x008000, length = 0x00DC00   /* LS0..LS5, D0, D1, GS0..GS8, 3/4 of GS9: 55 k words */
+    RAM_DRIVE   : origin = 0x015C00, length = 0x004400   /* rest of GS9, GS10..GS13 */
+    RAM_CAPTURE : origin = 0x01A000, length = 0x000400   /* GS14, first quarter */
+    RAM_BOX     : origin = 0x01A400, length = 0x000400   /* GS14, second quarter */
     RAM_DATA    : origin = 0x01A800, length = 0x0017F8   /* GS14's upper half, GS15 without its last 8 words (errata) */
 }
 

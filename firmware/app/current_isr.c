@@ -171,7 +171,7 @@ static inline void correct_currents(drive_t *d)
 }
 
 /* What the dead time will take away in the period that the voltage acts in, from the currents that are asked for: into the integral parts,
- * which hold it without having to find it anew six times a turn. */
+ * which hold it without having to find it again six times a turn. */
 static inline void compensate_dead_time(drive_t *d, const drive_setup_t *setup, num_t lead)
 {
     drive_current_t *const c = &d->current;

@@ -51,7 +51,9 @@ def _ripple(record, begin_s, end_s):
     return np.std(record["true_speed_rad_s"][part]) / RPM
 
 
-@pytest.mark.parametrize(("rpm", "load_a", "numeric"), [(60.0, 2.0, "float"), (255.0, 3.5, "fixed"), (900.0, 2.0, "float")])
+@pytest.mark.parametrize(
+    ("rpm", "load_a", "numeric"), [(60.0, 2.0, "float"), (255.0, 3.5, "fixed"), (900.0, 2.0, "float")]
+)
 def test_dead_time_compensation_takes_four_fifths_of_the_fifth_and_seventh_current_harmonic(rpm, load_a, numeric):
     without = _run(rpm, load_a, DEAD_TIME, numeric=numeric)
     with_it = _run(rpm, load_a, DEAD_TIME, numeric=numeric, dead_time_s=1.5e-6)
