@@ -155,8 +155,8 @@ static void add_to_calibration(drive_t *d)
     }
 }
 
-/* The phase currents of the sample without what the sensors add to them, and what that is learned from. What trips was judged before. */
-static inline void correct_currents(drive_t *d, const drive_setup_t *setup)
+/* The phase currents of the sample, the third as the sum of the others, without what the sensors add to them, and what that is learned from. What trips was judged before. */
+static inline void correct_currents(drive_t *d)
 {
     const drive_sensors_map_t *const m = &d->sensors.map[d->sensors.at];
     /* of the last sample: current and voltage are still where its control left them */
@@ -167,7 +167,32 @@ static inline void correct_currents(drive_t *d, const drive_setup_t *setup)
     }
     d->ia_a = (d->ia_a * m->scale[0]) - m->shift_a[0];
     d->ib_a = (d->ib_a * m->scale[1]) - m->shift_a[1];
-    d->ic_a = setup->sensors.three ? ((d->ic_a * m->scale[2]) - m->shift_a[2]) : (-d->ia_a - d->ib_a);
+    d->ic_a = -d->ia_a - d->ib_a;
+}
+
+/* What the dead time will take away in the period that the voltage acts in, from the currents that are asked for: into the integral parts,
+ * which hold it without having to find it again six times a turn. */
+static inline void compensate_dead_time(drive_t *d, const drive_setup_t *setup, num_t lead)
+{
+    drive_current_t *const c = &d->current;
+    const num_t            volt = num_mul(setup->sensors.dead_share, drive_per_base(d->sample.vdc_v, d->scale.inv_voltage));
+    ctl_rotor_t            rotor;
+    angle_sincos_lead(d->tracking.theta_e, lead, &rotor.sine, &rotor.cosine);
+    const ctl_dq_t now = ctl_dead_time_unchecked(c->ref, rotor, volt, setup->sensors.per_soft);
+    c->d.state.x = num_add(c->d.state.x, num_sub(now.d, d->sensors.dead.d));
+    c->q.state.x = num_add(c->q.state.x, num_sub(now.q, d->sensors.dead.q));
+    d->sensors.dead = now;
+}
+
+static inline void correct_more(drive_t *d, const drive_setup_t *setup, num_t lead)
+{
+    if (setup->sensors.three) {
+        const drive_sensors_map_t *const m = &d->sensors.map[d->sensors.at];
+        d->ic_a = ((d->sample.ic_a - d->offset_c_a) * m->scale[2]) - m->shift_a[2];
+    }
+    if (setup->sensors.compensates) {
+        compensate_dead_time(d, setup, lead);
+    }
 }
 
 static inline void act(drive_t *d, const drive_setup_t *setup)
@@ -179,9 +204,12 @@ static inline void act(drive_t *d, const drive_setup_t *setup)
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
         lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
     } else if (d->state == DRIVE_RUN) {
-        correct_currents(d, setup);
+        correct_currents(d);
         take_references(d);
         lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
+        if (setup->sensors.more) { /* one branch for both */
+            correct_more(d, setup, lead);
+        }
     } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
         at = d->align.at;
         const ctl_dq_t ref = {d->align.current_now, (num_t)0};

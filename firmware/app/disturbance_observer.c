@@ -62,7 +62,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     o->fast_gain = num_from_float(p->aro_fast_gain);
     o->fast_samples = (uint32_t)(p->aro_fast_s * (float)DRIVE_PWM_HZ);
     o->remove_mean = p->aro_remove_mean != 0U;
-    o->feeds = p->position_method == (uint16_t)DRIVE_POSITION_RDC;
+    o->feeds = (p->position_method == (uint16_t)DRIVE_POSITION_RDC) || (p->speed_model_ff != 0U);
     o->rest_torque = num_from_float(p->aro_rest_torque_a * scale->inv_current);
     o->rest_turns = num_from_float(p->aro_rest_turns);
     o->rest_step = num_from_float(p->aro_rest_accel_rad_s2 * ts_s * scale->inv_speed);

@@ -17,6 +17,7 @@
 #define FIRMWARE_APP_DRIVE_H
 
 #include "control/motor/current_error.h"
+#include "control/motor/dead_time.h"
 #include "control/motor/deadbeat.h"
 #include "control/motor/frames.h"
 #include "control/motor/mt_speed.h"
@@ -135,6 +136,8 @@ typedef struct {
     uint16_t             rc_capacity;
     bool                 rc_used;
     num_t                rc_period_scale; /**< N = this / |speed reference|. */
+    bool                 feeds;           /**< The model of rdc is fed forward. */
+    num_t                lead_rad;        /**< Angle that the shaft turns until a torque of now acts, per speed unit. */
 } drive_speed_setup_t;
 
 typedef struct {
@@ -150,8 +153,10 @@ typedef enum { DRIVE_CORRECTION_OFF = 0, DRIVE_CORRECTION_FIXED, DRIVE_CORRECTIO
 /** Correction of the current sensors. */
 typedef struct {
     drive_state_t              plain_state; /**< RUN, or with a correction no state at all: in which nothing is corrected. */
-    bool                       used, learns, three;
-    float                      offset[3], gain[3]; /**< By parameters; offsets in current units. */
+    bool                       used, learns, three, more; /**< `more`: three sensors, or a dead time. */
+    float                      offset[3], gain[3];        /**< By parameters; offsets in current units. */
+    bool                       compensates;               /**< The dead time of the bridge, too. */
+    num_t                      dead_share, per_soft;      /**< Dead time over PWM period; 1 / current of the soft sign. */
     ctl_current_error_params_t learning;
 } drive_sensors_setup_t;
 
@@ -205,8 +210,9 @@ typedef struct {
 typedef struct {
     drive_sensors_map_t map[2]; /**< Main loop; the one at `at` is in force. */
     volatile uint16_t   at;
-    ctl_turn_log_t      log;            /**< Current interrupt. */
-    ctl_current_error_t learned;        /**< Main loop, */
+    ctl_turn_log_t      log;     /**< Current interrupt. */
+    ctl_dq_t            dead;    /**< Compensation of the dead time that the current controllers hold; current interrupt. */
+    ctl_current_error_t learned; /**< Main loop, */
     float               seen_d, seen_q; /**< and sums of the currents that it has seen in this turn, */
     uint16_t            seen;           /**< so many. */
 } drive_sensors_t;

@@ -118,7 +118,7 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
     uint16_t unused = PARAM_COUNT; /* a method that is not asked for may be beyond the numeric */
     q->src.omega_half_ts = drive_fitted(p->src_cutoff_per_rad * scale->speed_rad_s * ts_s * 0.5f, PARAM_src_cutoff_per_rad,
                                         (q->method == DRIVE_POSITION_SRC) ? &bad : &unused);
-    make_rdc(p, scale, &q->rdc, (q->method == DRIVE_POSITION_RDC) ? &bad : &unused);
+    make_rdc(p, scale, &q->rdc, ((q->method == DRIVE_POSITION_RDC) || (p->speed_model_ff != 0U)) ? &bad : &unused);
     q->torque_delay = p->torque_delay_samples;
     q->error_max = num_from_float(p->following_error_rad);
     q->error_samples = p->following_error_samples;

@@ -52,6 +52,16 @@ static inline num_t weighted(drive_speed_t *s, const drive_speed_setup_t *setup,
     return used;
 }
 
+/* Torque that friction and the lines over the angle ask for, where the shaft will be when it acts. */
+static inline num_t model_torque(drive_t *d, num_t ref)
+{
+    const ctl_rdc_params_t *const p = &d->setup->position.rdc;
+    const int32_t                 ahead = (int32_t)angle_step_from_rad_unchecked(num_mul(ref, d->setup->speed.lead_rad));
+    const num_t known = num_add(ctl_friction_unchecked(&p->friction, ref), ctl_harmonics(&p->harmonics, d->position.now + ahead));
+    d->speed.fed = num_sub(known, num_mul(p->friction.viscous, ref));
+    return known;
+}
+
 void drive_speed_step(drive_t *d)
 {
     const drive_command_t *const cmd = drive_active_command(d);
@@ -83,7 +93,14 @@ void drive_speed_step(drive_t *d)
     s->error = num_mul(num_sub(weighted(s, &d->setup->speed, ref), s->meas), d->setup->speed.error_scale);
     s->correction = ripple_correction(d, s->error, ref);
     const num_t room = drive_active_order(d)->iq_max; /* what the d axis leaves */
-    s->iq_ref = num_clamp(ctl_pi_output(&s->pi, num_add(s->error, s->correction)), num_neg(room), room);
+    const num_t feedback = ctl_pi_output(&s->pi, num_add(s->error, s->correction));
+    if (d->setup->speed.feeds) {
+        const num_t torque = num_add(feedback, model_torque(d, ref));
+        s->iq_ref = num_clamp(torque, num_neg(room), room);
+        ctl_pi_commit(&s->pi, num_add(feedback, num_sub(s->iq_ref, torque)));
+        return;
+    }
+    s->iq_ref = num_clamp(feedback, num_neg(room), room);
     ctl_pi_commit(&s->pi, s->iq_ref);
 }
 

@@ -19,6 +19,9 @@ uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, d
     s->follow = (p->speed_ki_a_per_unit_s * ts_s < p->speed_kp_a_per_unit)
                     ? num_from_float(p->speed_ki_a_per_unit_s * ts_s / p->speed_kp_a_per_unit)
                     : NUM_C(1.0f);
+    /* held for a sample, and late by that of the current loop */
+    s->feeds = p->speed_model_ff != 0U;
+    s->lead_rad = num_from_float(((0.5f * ts_s) + (p->observer_actuation_samples / (float)DRIVE_PWM_HZ)) * scale->speed_rad_s);
     s->between = (uint16_t)(p->speed_divider - 1U);
     s->inlined = p->speed_inline != 0U;
 

@@ -184,3 +184,31 @@ void test_current_correction_does_not_learn_when_it_is_fixed_or_a_sample_is_miss
         TEST_ASSERT_EQUAL_FLOAT(0.0f, telemetry_read(&drive, SIGNAL_current_offset_a_a));
     }
 }
+
+/* ---- dead time ------------------------------------------------------------------------------------------------------------ */
+
+/* Without an integral part, and with the current where it is wanted, all voltage is the compensation. */
+void test_current_correction_adds_the_voltage_of_the_dead_time_along_the_current_that_is_asked_for(void)
+{
+    drive_params_t p = bench_params();
+    p.dead_time_s = 1.0e-6f; /* 1 % of the period: 0.24 V */
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 3.0);
+    bench_currents(0.0, 3.0, 0.0);
+    for (int k = 0; k < 3; k++) { /* it does not add up */
+        bench_period();
+        double alpha, beta;
+        bench_voltage(&alpha, &beta);
+        /* q current at angle 0: no current in a, out of b, into c */
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.0, alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, 2.0 * 0.24 / SQRT3, beta);
+    }
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 0.0);
+    bench_currents(0.0, 0.0, 0.0);
+    bench_period();
+    double alpha, beta;
+    bench_voltage(&alpha, &beta);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.0, hypot(alpha, beta));
+    p.current_controller = 1U;
+    TEST_ASSERT_EQUAL_UINT16(PARAM_dead_time_s, drive_make_setup(&p, &drive.set[1].setup));
+}

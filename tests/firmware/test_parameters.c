@@ -260,7 +260,9 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_current_gain_b,
                                     PARAM_current_gain_c,
                                     PARAM_current_offset_max_a,
-                                    PARAM_current_gain_max};
+                                    PARAM_current_gain_max,
+                                    PARAM_dead_time_s,
+                                    PARAM_dead_time_soft_a};
     for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
         bool listed = false;
         for (size_t i = 0; i < COUNT_OF(REST); i++) {

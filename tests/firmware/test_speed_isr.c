@@ -1,4 +1,5 @@
 /* firmware/app/speed_isr.c: speed, error, correction, q-current reference, and when it acts. */
+#include "firmware/app/internal.h"
 #include "firmware/app/telemetry.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
@@ -434,4 +435,35 @@ void test_speed_isr_stop_and_start_forgets_what_the_repetitive_controller_learne
     bench_periods(10U);
 
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.0, correction());
+}
+
+/* ---- the model fed forward ---------------------------------------------------------------------------------------------- */
+
+/* Lines and friction of the model at the reference: J, friction and lines by hand, in ampere of 0.0384 N m. */
+void test_speed_isr_feeds_friction_and_the_torque_over_the_angle_forward_when_it_is_asked_to(void)
+{
+    for (int feeds = 0; feeds < 2; feeds++) {
+        bench_start();
+        drive_params_t p = bench_params();
+        p.speed_kp_a_per_unit = 0.0f;
+        p.speed_ki_a_per_unit_s = 0.0f;
+        p.speed_model_ff = (uint16_t)feeds;
+        p.rdc_coulomb_nm = 0.02f;
+        p.rdc_static_nm = 0.02f;
+        p.rdc_viscous_nms = 0.001f;
+        p.rdc_line1_cycles = 6.0f;
+        p.rdc_line1_nm = 0.01f;
+        p.rdc_line1_rad = 0.5f;
+        bench_run_with(&p);
+        bench_angle(0.3);
+        bench_command(DRIVE_MODE_SPEED, -2.0, 0.0, 0.0);
+        bench_periods(30U);
+        /* the torque acts half a speed sample and two periods later */
+        const double theta = 0.3 - 2.0 * (0.5e-3 + 2.0e-4);
+        const double torque = -0.02 - 0.001 * 2.0 + 0.01 * sin(6.0 * theta + 0.5);
+        const double amp = feeds * torque / (1.5 * 4.0 * 6.4e-3);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, amp, (double)drive_si(drive.speed.iq_ref, drive.scale.current_a));
+        const double seen = feeds * (torque + 0.001 * 2.0) / (1.5 * 4.0 * 6.4e-3); /* by an observer of the disturbance */
+        TEST_ASSERT_DOUBLE_WITHIN(2e-5, seen, (double)drive_si(drive.speed.fed, drive.scale.current_a));
+    }
 }

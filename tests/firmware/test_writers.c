@@ -108,6 +108,8 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.rdc_learn_gain = 0.1f;
     p.current_correction = (uint16_t)(method % 3U);
     p.motor_resistance_ohm = 0.36f;
+    p.dead_time_s = ((deadbeat == 0U) && (method < 2U)) ? 1.0e-6f : 0.0f;
+    p.speed_model_ff = method & 1U;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -247,6 +249,7 @@ static const member_t MEMBERS[] = {
     MEMBER(sensors.log.ready, CURRENT | MAIN | REST),
     MEMBER(sensors.log.turn, CURRENT | MAIN | REST), /* the complete one by the main loop */
     MEMBER(sensors.log, CURRENT),
+    MEMBER(sensors.dead, CURRENT | REST),
     MEMBER(sensors, MAIN | REST),
     MEMBER(link_mean_v, CURRENT),
     MEMBER(plausibility, CURRENT | TAKE_OVER | REST),

@@ -1,0 +1,109 @@
+"""Dead-time compensation, and the model of rdc fed forward in speed mode: what they leave in the simulated drive."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evenspin.analysis.distortion import space_vector
+from evenspin.errors import EvenspinError
+from evenspin.model import builtin_scenario
+from evenspin.model.setup import InputCurve
+from evenspin.native import tables
+from evenspin.sim import simulate
+
+RPM = np.pi / 30.0
+AMP_NM = 0.0384
+SIGNALS = ("t_s", "true_ia_a", "true_ib_a", "true_ic_a", "true_theta_m_rad", "true_speed_rad_s", "true_iq_a", "fault")
+DEAD_TIME = {"dead_time": {"dead_time_s": 1.5e-6, "soft_a": 0.0}}  # a hard sign: what the drive's soft one cannot know
+COGGING = {"cogging": {"amplitude_nm": 0.01, "order": 24, "phase_rad": 0.7}}
+MODEL = {"speed_model_ff": 1, "rdc_line1_cycles": 24, "rdc_line1_nm": 0.01, "rdc_line1_rad": 0.7}
+
+
+def _run(rpm, load_a, effects, duration_s=6.0, numeric="float", t_s=(0.0,), plant=None, **drive):
+    setup = builtin_scenario("guo2024/first").setup
+    params = tables().params
+    given = {key: params[key].to_number(value) if isinstance(value, str) else value for key, value in drive.items()}
+    inputs = {
+        "speed_ref_rad_s": InputCurve(tuple(t_s), tuple(np.atleast_1d(rpm) * RPM)),
+        "load_brake_nm": InputCurve((0.0,), (load_a * AMP_NM,)),
+    }
+    setup = replace(setup, drive={**setup.drive, **given}, inputs=inputs, effects=effects, duration_s=duration_s)
+    setup = replace(setup, log_rate_hz=10000.0, plant={**setup.plant, **(plant or {})})
+    record = simulate(setup, SIGNALS, numeric)
+    assert not record["fault"].any()
+    return record
+
+
+def _harmonic(record, order):
+    """Size of an order of the stator current, over whole electrical turns after 3 s; negative: against the rotor."""
+    late = record["t_s"] > 3.0
+    current = space_vector(record["true_ia_a"][late], record["true_ib_a"][late], record["true_ic_a"][late])
+    theta = 4.0 * record["true_theta_m_rad"][late]
+    whole = theta - theta[0] < 2.0 * np.pi * int((theta[-1] - theta[0]) / (2.0 * np.pi))
+    weight = np.gradient(theta)[whole]
+    return abs(np.sum(current[whole] * np.exp(-1j * order * theta[whole]) * weight) / np.sum(weight))
+
+
+def _ripple(record, begin_s, end_s):
+    part = (record["t_s"] > begin_s) & (record["t_s"] <= end_s)
+    return np.std(record["true_speed_rad_s"][part]) / RPM
+
+
+@pytest.mark.parametrize(
+    ("rpm", "load_a", "numeric"), [(60.0, 2.0, "float"), (255.0, 3.5, "fixed"), (900.0, 2.0, "float")]
+)
+def test_dead_time_compensation_takes_four_fifths_of_the_fifth_and_seventh_current_harmonic(rpm, load_a, numeric):
+    without = _run(rpm, load_a, DEAD_TIME, numeric=numeric)
+    with_it = _run(rpm, load_a, DEAD_TIME, numeric=numeric, dead_time_s=1.5e-6)
+    for order in (-5, 7):
+        assert _harmonic(with_it, order) < 0.2 * _harmonic(without, order)
+
+
+def test_dead_time_compensation_does_not_chatter_at_standstill_and_a_third_too_much_of_it_does_no_harm():
+    noise = {"current_noise_a": 0.03}
+    still = [_run(0.0, 0.0, DEAD_TIME, plant=noise, dead_time_s=dead_time_s) for dead_time_s in (0.0, 1.5e-6)]
+    late = still[0]["t_s"] > 2.0
+    assert np.std(still[1]["true_iq_a"][late]) < 1.1 * np.std(still[0]["true_iq_a"][late])
+    without, too_much = (_run(150.0, 2.0, DEAD_TIME, dead_time_s=dead_time_s) for dead_time_s in (0.0, 2.0e-6))
+    assert _harmonic(too_much, -5) < 0.6 * _harmonic(without, -5)
+
+
+@pytest.mark.parametrize("rpm", [20.0, 60.0, 150.0, 300.0])
+def test_the_model_fed_forward_leaves_half_of_what_fal_forc_leaves_from_the_first_turn(rpm):
+    learned = _run(rpm, 1.0, COGGING, 8.0, method="fal-forc")
+    known = _run(rpm, 1.0, COGGING, 8.0, **MODEL)
+    first_turn = 0.6 + 60.0 / rpm
+    assert _ripple(known, 0.6, first_turn) < 0.5 * _ripple(learned, 4.0, 8.0)
+    assert _ripple(known, 4.0, 8.0) < 0.5 * _ripple(learned, 4.0, 8.0)
+
+
+def test_an_observer_beside_the_model_learns_what_it_leaves_and_not_the_same_again():
+    alone = _run(150.0, 1.0, COGGING, 8.0, method="aro")
+    both = _run(150.0, 1.0, COGGING, 8.0, method="aro", **MODEL)
+    nothing = _run(150.0, 1.0, {}, 8.0, method="aro")  # what the steps of the encoder make through the observer
+    assert _ripple(both, 6.0, 8.0) < 0.5 * _ripple(alone, 6.0, 8.0)
+    assert _ripple(both, 6.0, 8.0) < 1.5 * _ripple(nothing, 6.0, 8.0)
+
+
+def test_friction_fed_forward_takes_three_fifths_of_the_error_of_a_reversal():
+    friction = {
+        "coulomb_friction": {"torque_nm": 0.02},
+        "stribeck_friction": {"torque_nm": 0.01, "speed_rad_s": 1.0, "shape": 1.0},
+    }
+    model = {"rdc_coulomb_nm": 0.02, "rdc_static_nm": 0.03, "rdc_stribeck_rad_s": 1.0, "rdc_shape": 1.0}
+    t_s = np.arange(0.0, 8.0)
+    rpm = 30.0 * (-1.0) ** t_s
+    errors = []
+    for drive in ({}, {"speed_model_ff": 1, **model}):
+        record = _run(rpm, 0.0, friction, 8.0, t_s=t_s, **drive)
+        wanted = 30.0 * (-1.0) ** np.floor(np.minimum(record["t_s"], 7.999))
+        late = record["t_s"] > 2.0
+        errors.append(np.mean(np.abs(record["true_speed_rad_s"][late] / RPM - wanted[late])))
+    assert errors[1] < 0.4 * errors[0]
+
+
+def test_deadbeat_control_refuses_the_dead_time_and_names_both():
+    with pytest.raises(EvenspinError, match=r"dead_time_s.*current_controller|current_controller.*dead_time_s"):
+        _run(60.0, 1.0, {}, dead_time_s=1.0e-6, current_controller="deadbeat")
