@@ -34,7 +34,7 @@ ORDER = (
     ("identify",),
     ("bench", "reproduce", "run", "gap", "balance"),
     ("tune", "driven"),
-    ("commission", "scope", "blind"),
+    ("commission", "scope", "blind", "api"),
     ("cli",),
 )
 
