@@ -7,18 +7,19 @@ ctl_diag_t ctl_plausibility_init(ctl_plausibility_t *self, const ctl_plausibilit
     }
     const struct {
         num_t value, min;
-    } row[] = {{params->ld, NUM_EPS},           {params->lq, NUM_EPS},        {params->psi, (num_t)0},
-               {params->r_half, (num_t)0},      {params->v, NUM_EPS},         {params->rest, NUM_EPS},
+    } row[] = {{params->ld, NUM_EPS},           {params->lq, NUM_EPS},          {params->psi, (num_t)0},
+               {params->r_half, (num_t)0},      {params->v, NUM_EPS},           {params->rest, NUM_EPS},
                {params->per_current, (num_t)0}, {params->per_change, (num_t)0}, {params->per_speed, (num_t)0},
-               {params->per_volt, (num_t)0},    {params->per_dc, (num_t)0},   {params->per_volt_change, (num_t)0}};
+               {params->per_volt, (num_t)0},    {params->per_dc, (num_t)0},     {params->per_volt_change, (num_t)0}};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof row / sizeof row[0]); k++) {
         const ctl_diag_t d = ctl_diag_range(row[k].value, row[k].min, NUM_MAX, (uint16_t)(k + 1U));
         if (d.status != CTL_OK) {
             return d;
         }
     }
-    static const ctl_plausibility_state_t NOTHING = {{(num_t)0, (num_t)0}, {(num_t)0, (num_t)0}, {(num_t)0, (num_t)0},
-                                                     {(num_t)0, (num_t)0}, {(num_t)0, (num_t)0}, (num_t)0,
+    static const ctl_plausibility_state_t NOTHING = {{(num_t)0, (num_t)0},  {(num_t)0, (num_t)0},
+                                                     {(num_t)0, (num_t)0},  {(num_t)0, (num_t)0},
+                                                     {(num_t)0, (num_t)0},  (num_t)0,
                                                      CTL_PLAUSIBILITY_SKIP, 0U};
     self->params = *params;
     self->state = NOTHING;

@@ -104,8 +104,8 @@ static inline bool ctl_plausibility_step_unchecked(const ctl_plausibility_params
     num_t          may = num_mac(p->rest, p->per_dc, in->v_dc);
     may = num_mac(may, p->per_speed, num_abs(in->speed));
     may = num_mac(may, p->per_current, ctl_plausibility_size(i.alpha, i.beta));
-    may = num_mac(may, p->per_change,
-                  ctl_plausibility_size(num_sub(i.alpha, s->current.alpha), num_sub(i.beta, s->current.beta)));
+    may =
+        num_mac(may, p->per_change, ctl_plausibility_size(num_sub(i.alpha, s->current.alpha), num_sub(i.beta, s->current.beta)));
     may = num_mac(may, p->per_volt, ctl_plausibility_size(old.alpha, old.beta));
     may = num_mac(may, p->per_volt_change, ctl_plausibility_size(num_sub(v.alpha, old.alpha), num_sub(v.beta, old.beta)));
 

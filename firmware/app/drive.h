@@ -151,16 +151,16 @@ typedef struct {
 
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
-    drive_scale_t          scale;
-    drive_limits_t         limits;
-    drive_current_setup_t  current;
-    drive_tracking_setup_t tracking;
-    drive_speed_setup_t    speed;
-    drive_observer_setup_t observer;
-    drive_position_setup_t position;
-    drive_motion_setup_t   motion;
+    drive_scale_t              scale;
+    drive_limits_t             limits;
+    drive_current_setup_t      current;
+    drive_tracking_setup_t     tracking;
+    drive_speed_setup_t        speed;
+    drive_observer_setup_t     observer;
+    drive_position_setup_t     position;
+    drive_motion_setup_t       motion;
     drive_plausibility_setup_t plausibility;
-    uint32_t               period_cyc; /**< CPU cycles per PWM period. */
+    uint32_t                   period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
 typedef struct {
@@ -261,31 +261,31 @@ typedef struct {
     bool     permitted; /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
     volatile bool home_wanted;
 
-    hal_sample_t      sample;
-    float             ia_a, ib_a, ic_a; /**< After offset correction. */
-    float             offset_a_a, offset_b_a, offset_c_a;
-    float             sum_a_a, sum_b_a, sum_c_a; /**< Sums of the currents during calibration. */
-    volatile uint16_t sum_count;                 /**< Samples in these sums. */
-    drive_tracking_t  tracking;
-    drive_zero_t      zero;
-    drive_align_t     align;
-    drive_current_t   current;
-    drive_speed_t     speed;
-    drive_observer_t  observer;
-    drive_position_t  position;
-    store_t           storage;                   /**< Main loop; parameters (services) and table. */
-    uint16_t          saved_cells;               /**< Of the table that is being saved. */
-    drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
-    float             link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
-    ctl_plausibility_state_t plausibility;       /**< Whether voltages, currents and angle agree; current interrupt. */
-    uint16_t          speed_count;               /**< Current periods until the next speed tick. */
-    uint16_t          bad_samples, lost_samples; /**< In a row. */
-    uint16_t          low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
-    uint32_t          low_bus_seq;               /**< Number of the newest of these samples. */
-    bool              seen_sample;
-    uint32_t          rejected;
-    timing_t          timing;
-    uint16_t          stack_used_words; /**< Main loop; 0 where nobody counts. */
+    hal_sample_t             sample;
+    float                    ia_a, ib_a, ic_a; /**< After offset correction. */
+    float                    offset_a_a, offset_b_a, offset_c_a;
+    float                    sum_a_a, sum_b_a, sum_c_a; /**< Sums of the currents during calibration. */
+    volatile uint16_t        sum_count;                 /**< Samples in these sums. */
+    drive_tracking_t         tracking;
+    drive_zero_t             zero;
+    drive_align_t            align;
+    drive_current_t          current;
+    drive_speed_t            speed;
+    drive_observer_t         observer;
+    drive_position_t         position;
+    store_t                  storage;                   /**< Main loop; parameters (services) and table. */
+    uint16_t                 saved_cells;               /**< Of the table that is being saved. */
+    drive_motion_t           motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    float                    link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
+    ctl_plausibility_state_t plausibility;              /**< Whether voltages, currents and angle agree; current interrupt. */
+    uint16_t                 speed_count;               /**< Current periods until the next speed tick. */
+    uint16_t                 bad_samples, lost_samples; /**< In a row. */
+    uint16_t                 low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
+    uint32_t                 low_bus_seq;               /**< Number of the newest of these samples. */
+    bool                     seen_sample;
+    uint32_t                 rejected;
+    timing_t                 timing;
+    uint16_t                 stack_used_words; /**< Main loop; 0 where nobody counts. */
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];

@@ -2,8 +2,8 @@
  * this motor. It calculates again what it needs, so that the control leaves nothing behind for it. */
 #include "firmware/app/internal.h"
 
-#define LINK_NEW 0.25f       /* share of a new sample in the mean of the dc link */
-#define LINK_STEADY 0.004f   /* of the dc link: what changes by more in four periods is ahead of the filter of its measurement */
+#define LINK_NEW 0.25f     /* share of a new sample in the mean of the dc link */
+#define LINK_STEADY 0.004f /* of the dc link: what changes by more in four periods is ahead of the filter of its measurement */
 
 /* A share of the voltage is off while the measurement follows a dc link that changes. */
 static inline bool link_is_steady(drive_t *d)

@@ -69,7 +69,7 @@ typedef struct {
     bool                 speed_requested;
     uint32_t             stuck_theta;
     float                stuck_a[2]; /**< Last readings of the current sensors. */
-    double               sum_a;      /**< Mean of what three current sensors do not add up to, as the port for the F28379D has it. */
+    double               sum_a; /**< Mean of what three current sensors do not add up to, as the port for the F28379D has it. */
     hal_encoder_edge_t   stuck_edge;
     uint64_t             gate_periods; /**< Periods with the gates on, since the start. */
     hal_reset_t          reset_cause;  /**< Power-up, unless changed after sim_board_start. */

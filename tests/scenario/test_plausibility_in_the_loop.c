@@ -18,9 +18,12 @@ typedef struct {
 } part_t;
 
 static const part_t PARTS[] = {
-    {"dead sensor", "current_a_gain", 1.0, 0.0, 150},        {"sensor reversed", "current_b_gain", 1.0, -1.0, 60},
-    {"sensor that stands", "current_a_stands", 0.0, 1.0, 150}, {"open phase a", "open_phase", 0.0, 1.0, 150},
-    {"open phase b", "open_phase", 0.0, 2.0, 150},           {"open phase c", "open_phase", 0.0, 3.0, 150},
+    {"dead sensor", "current_a_gain", 1.0, 0.0, 150},
+    {"sensor reversed", "current_b_gain", 1.0, -1.0, 60},
+    {"sensor that stands", "current_a_stands", 0.0, 1.0, 150},
+    {"open phase a", "open_phase", 0.0, 1.0, 150},
+    {"open phase b", "open_phase", 0.0, 2.0, 150},
+    {"open phase c", "open_phase", 0.0, 3.0, 150},
 };
 
 /* 6 A at 100 rad/s, or the same current as a torque against a brake that holds the speed there. */

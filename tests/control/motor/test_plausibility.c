@@ -22,7 +22,7 @@ typedef struct {
 } tolerance_t;
 static const tolerance_t NARROW = {.rest_a = 0.05};
 
-static ctl_plausibility_t check;
+static ctl_plausibility_t        check;
 static ctl_plausibility_params_t params_of(tolerance_t t)
 {
     const ctl_plausibility_params_t p = {.ld = num_of(LD_H * AMP / FLUX),
@@ -53,7 +53,7 @@ typedef struct {
 } ab_t;
 
 static struct {
-    double r, l, psi;   /* True ones over those of the parameters. */
+    double r, l, psi; /* True ones over those of the parameters. */
     double theta_e, rad_s, rad_s2;
     ab_t   flux, acting;
     double gain[2], error_a[2]; /* Of the sensors of phases a and b. */
@@ -121,14 +121,13 @@ static bool sample(double volt_v)
     const double emf = POLE_PAIRS * m.rad_s * PSI_WB;
     const ab_t   v = {volt_v * noise() - emf * sin(m.theta_e), volt_v * noise() + emf * cos(m.theta_e)};
 
-    const ctl_plausibility_in_t in = {
-        .current_dq = {num_of((a * cos(m.theta_e) + read_beta * sin(m.theta_e)) / AMP),
-                       num_of((read_beta * cos(m.theta_e) - a * sin(m.theta_e)) / AMP)},
-        .rotor = {num_of(sin(m.theta_e)), num_of(cos(m.theta_e))},
-        .speed = num_of(m.rad_s / SPEED),
-        .v_dc = num_of(VDC_V / VOLT),
-        .volt = {num_of(v.alpha / VOLT), num_of(v.beta / VOLT)}};
-    const bool plausible = ctl_plausibility_step(&check, &in);
+    const ctl_plausibility_in_t in = {.current_dq = {num_of((a * cos(m.theta_e) + read_beta * sin(m.theta_e)) / AMP),
+                                                     num_of((read_beta * cos(m.theta_e) - a * sin(m.theta_e)) / AMP)},
+                                      .rotor = {num_of(sin(m.theta_e)), num_of(cos(m.theta_e))},
+                                      .speed = num_of(m.rad_s / SPEED),
+                                      .v_dc = num_of(VDC_V / VOLT),
+                                      .volt = {num_of(v.alpha / VOLT), num_of(v.beta / VOLT)}};
+    const bool                  plausible = ctl_plausibility_step(&check, &in);
     machine_period();
     m.acting = v; /* calculated in this sample, from the next one on */
     return plausible;
@@ -214,8 +213,8 @@ void test_plausibility_finds_every_kind_of_wrong_sensor(void)
     static const struct {
         const char *name;
         double      gain_a, gain_b, error_a;
-    } wrong[] = {{"dead", 0.0, 1.0, 0.0}, {"half", 0.5, 1.0, 0.0}, {"reversed", -1.0, 1.0, 0.0}, {"both dead", 0.0, 0.0, 0.0},
-                 {"double", 2.0, 1.0, 0.0}, {"shifted", 1.0, 1.0, 3.0}};
+    } wrong[] = {{"dead", 0.0, 1.0, 0.0},      {"half", 0.5, 1.0, 0.0},   {"reversed", -1.0, 1.0, 0.0},
+                 {"both dead", 0.0, 0.0, 0.0}, {"double", 2.0, 1.0, 0.0}, {"shifted", 1.0, 1.0, 3.0}};
     for (size_t k = 0; k < COUNT_OF(wrong); k++) {
         machine_start(100.0);
         start((tolerance_t){0.1, 0.2, 0.15, 0.05, 0.0, 0.002, 0.0});
@@ -247,8 +246,8 @@ void test_plausibility_of_what_is_not_a_number_ends_in_the_second_sample(void)
     for (size_t k = 0; k < COUNT_OF(NOT_FINITE); k++) {
         for (int field = 0; field < 8; field++) {
             ctl_plausibility_in_t in = {.rotor = {(num_t)0, num_of(1.0)}, .v_dc = num_of(1.0)};
-            num_t *const at_field[] = {&in.current_dq.d, &in.current_dq.q, &in.rotor.sine, &in.rotor.cosine,
-                                       &in.speed,        &in.v_dc,         &in.volt.alpha, &in.volt.beta};
+            num_t *const          at_field[] = {&in.current_dq.d, &in.current_dq.q, &in.rotor.sine, &in.rotor.cosine,
+                                                &in.speed,        &in.v_dc,         &in.volt.alpha, &in.volt.beta};
             start(NARROW);
             for (int n = 0; n < 10; n++) {
                 TEST_ASSERT_TRUE(ctl_plausibility_step(&check, &in));

@@ -151,7 +151,7 @@ drive_params_t bench_params(void)
     p.encoder_jump_rad = 3.2f; /* the shaft is where a test puts it, whatever the torque... */
     p.speed_deviation_s = 0.0f;
     p.stall_s = 0.0f;
-    p.zero_check = 0U; /* ...and has no back-EMF, */
+    p.zero_check = 0U;           /* ...and has no back-EMF, */
     p.plausibility_share = 0.0f; /* no windings either */
     return p;
 }
