@@ -161,8 +161,8 @@ def outcome(case: Case, numeric: str, seed: int, run_s: float = RUN_S) -> Outcom
 
     inputs: dict[str, tuple[list[float], list[float], bool]] = {}
     modes = ("speed", "speed", "speed", "ramp", "current", "position")
-    repeats = drive.get("method") == FAL_FORC  # not in position mode
-    mode = rnd.choice(modes[:-1] if repeats else modes)
+    # There is no repetitive control in position mode.
+    mode = rnd.choice(modes[:-1] if drive.get("method") == FAL_FORC else modes)
     if mode in ("speed", "ramp"):
         brake = rnd.choice((0.0, 0.2)) * load_nm
 

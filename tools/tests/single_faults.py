@@ -221,7 +221,13 @@ def page(moments: int, results: Iterable[tuple[Setup, Fault, Sequence[Outcome]]]
         if any(one.fault == "none" for one in outcomes):
             gaps.setdefault(fault.name, []).append(setup.name)
     why = {fault.name: fault.why for fault in FAULTS}
-    lines += ["", "## Gaps", "", "| fault | not always found in | why, and what would close it |", "| --- | --- | --- |"]
+    lines += [
+        "",
+        "## Gaps",
+        "",
+        "| fault | not always found in | why, and what would close it |",
+        "| --- | --- | --- |",
+    ]
     lines += [f"| {name} | {'; '.join(setups)} | {why[name] or 'not known'} |" for name, setups in gaps.items()]
     return "\n".join(lines) + "\n"
 

@@ -288,28 +288,29 @@ static void position(void)
 /* ---- the drive ----------------------------------------------------------------------------------------------------- */
 typedef struct {
     const char *current_row, *speed_row;
-    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer;
+    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer, correction;
 } variant_t;
 
 static const variant_t VARIANTS[] = {
-    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0},
-    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0},
-    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0},
-    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1},
-    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0},
-    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0},
-    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0},
-    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0},
-    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0},
-    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0},
-    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0},
-    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0},
-    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0},
+    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr current correction", "speed_isr current correction", 0, 0, 0, 0, 0, 0, 0, 2},
+    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0, 0},
+    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1, 0},
+    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0, 0},
+    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0, 0},
+    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0, 0},
+    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0, 0},
+    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0, 0},
 };
 
 static drive_t drive;
@@ -335,6 +336,7 @@ static void run(const variant_t *v)
     p.speed_deviation_s = 60.0f; /* this shaft does not care about torque, */
     p.bridge_tolerance = 1.0f;   /* these currents not about voltages */
     p.motor_inductance_tolerance = 10.0f;
+    p.current_correction = v->correction;
     p.position_method = v->position;
     p.following_error_rad = 100.0f;
     p.profile_speed_rad_s = 40.0f;
