@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
 from evenspin.model.machine import builtin_models, load_machine
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
@@ -37,7 +36,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Fault:
-    """What an input becomes at the moment of the fault; `always`: what the board is like. `why`: of what is not found."""
+    """What an input becomes at the moment of the fault; `always`: what the board is like. `why`: if it is not found."""
 
     name: str
     becomes: dict[str, float]
@@ -56,22 +55,27 @@ SETUPS = (
 )
 
 SHIFT = (
-    "in a resting motor a shifted reading looks like another resistance, in a turning one its drop R 3 A stays below dead time and "
-    "tolerances; found when the reading jumps by more than they allow. A third sensor closes it: the sum of the currents"
+    "in a resting motor a shifted reading looks like another resistance, in a turning one its drop R 3 A "
+    "stays below dead time and tolerances; found when the reading jumps by more than they allow. A third "
+    "sensor closes it: the sum of the currents"
 )
 HALF = (
-    "found while the wrong share of the current, its drop and its change with the angle, is larger than the tolerances of R and L. "
-    "A third sensor closes it: the sum of the currents"
+    "found while the wrong share of the current, its drop and its change with the angle, is larger than the "
+    "tolerances of R and L. A third sensor closes it: the sum of the currents"
 )
 REST = (
-    "in current mode a shaft that stands still is in order, and while the motor is slow its back-EMF is below the tolerances. "
-    "A second encoder, or Hall signals, would close it"
+    "in current mode a shaft that stands still is in order, and while the motor is slow its back-EMF is below "
+    "the tolerances. A second encoder, or Hall signals, would close it"
 )
 CREEP = (
-    "the torque falls with the cosine of the angle that is lost, and the back-EMF contradicts once that is more than "
-    "motor_flux_tolerance. The count at the index, compared with a turn, would show it within a turn"
+    "the torque falls with the cosine of the angle that is lost, and the back-EMF contradicts once that is "
+    "more than motor_flux_tolerance. The count at the index, compared with a turn, would show it within a "
+    "turn"
 )
-SAG = "under_voltage_v of these models is the default, 10 V: a fifth of their link is above it. Set under_voltage_v for the link"
+SAG = (
+    "under_voltage_v of these models is the default, 10 V: a fifth of their link is above it. Set "
+    "under_voltage_v for the link"
+)
 INLINE = "the speed loop of this model runs inside the current interrupt: there is no such interrupt"
 FAULTS = (
     Fault("sensor a reads 0", {"current_a_gain": 0.0}),
@@ -202,12 +206,15 @@ def line(fault: Fault, outcomes: Sequence[Outcome]) -> str:
 def page(moments: int, results: Iterable[tuple[Setup, Fault, Sequence[Outcome]]]) -> str:
     lines = [
         "<!-- Made by `make single-faults`. Do not edit. -->", "", "# Single faults", "",
-        f"Each fault at {moments} moments spread over the operation, simulated for 1.5 s from there on with everything else healthy.",
-        "*ms*: from the fault to the bridge off, median and longest. *Current*: the largest of the true phase currents until then, over",
-        "`over_current_a`. *Speed*: the largest until then, over the largest before the fault. *Not found in*: phases of the operation, and",
-        "how often. Without *three sensors* the board has two current sensors. What the simulator cannot inject is not here: a current",
-        "interrupt that does not come (the hardware of the board switches off, `late_interrupt`), shorts, a switch that stays on, a memory",
-        "that changes. The comparators of the board, which switch off above 1.0 by themselves, are left out on purpose.", "",
+        f"Each fault at {moments} moments spread over the operation,",
+        "simulated for 1.5 s with everything else healthy. *ms*: from the fault to the bridge off, median and",
+        "longest. *Current*: the largest of the true phase currents until then, over `over_current_a`. *Speed*:",
+        "the largest until then, over the largest before the fault. *Not found in*: phases of the operation, and",
+        "how often. Without *three sensors* the board has two current sensors. What the simulator cannot inject is",
+        "not here: a current interrupt that does not come (the hardware of the board switches off,",
+        "`late_interrupt`), shorts, a switch that stays on, a memory that changes. The comparators of the board,",
+        "which switch off above 1.0 by themselves, are left out on purpose.",
+        "",
     ]  # fmt: skip
     gaps: dict[str, list[str]] = {}
     last = None

@@ -33,8 +33,8 @@ def test_what_only_the_equations_of_the_motor_can_see_ends_at_every_moment_in_ev
             outcome = inject(setup, fault, moment, MOMENTS, numeric)
             text = f"{fault.name}, moment {moment}: {outcome}"
             assert outcome.fault in ("current_implausible", "over_current"), text
-            # deadbeat control brings 20 A into this motor within a period, and two pass before the verdict: what is beyond
-            # 1.3 is the work of a board's comparator, which this simulation leaves out
+            # deadbeat control brings 20 A into this motor within a period, and two pass before the verdict: what is
+            # beyond 1.3 is the work of a board's comparator, which this simulation leaves out
             assert outcome.current < (2.0 if "deadbeat" in setup.name else 1.3), text
 
 
