@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean simulators gap-cases
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -125,6 +125,11 @@ simulators: setup ## motulator as a third simulator: how far the three are apart
 
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py
+
+SINGLE_FAULT_MOMENTS := 64
+
+single-faults: setup ## every single fault that can be simulated, at 64 moments of six drives; writes docs/single-faults.md (2 min)
+	@$(PYTHON) tools/tests/single_faults.py --moments $(SINGLE_FAULT_MOMENTS)
 
 MOTION_S := 10000
 

@@ -57,6 +57,15 @@ static void retune_position(drive_position_t *o, const drive_position_setup_t *q
     }
 }
 
+/* The flux of the last sample was that of another motor. */
+static inline void retune_plausibility(ctl_plausibility_state_t *state, const ctl_plausibility_params_t *now,
+                                       const ctl_plausibility_params_t *before)
+{
+    if ((now->psi != before->psi) | (now->ld != before->ld) | (now->lq != before->lq) | (now->r_half != before->r_half)) {
+        ctl_plausibility_restart(state);
+    }
+}
+
 void drive_take_over(drive_t *d)
 {
     const drive_set_t *const   next = d->next;
@@ -66,7 +75,7 @@ void drive_take_over(drive_t *d)
     retune_speed(&d->speed, &s->speed);
     retune_observer(&d->observer, &s->observer);
     retune_position(&d->position, &s->position);
-    ctl_plausibility_restart(&d->plausibility); /* its flux is in other units now */
+    retune_plausibility(&d->plausibility, &s->plausibility.run, &d->setup->plausibility.run);
     d->params = &next->params;
     d->setup = s;
     d->next_ready = 0U;

@@ -38,6 +38,9 @@ void drive_watch_isr(drive_t *d)
     if (!num_is_finite(num_add(d->current.volt.d, d->current.volt.q))) {
         drive_trip(d, FAULT_non_finite); /* a controller has lost its state, and only a start gives it another one */
     }
+    if (d->speed_count > d->setup->speed.between) {
+        d->speed_count = 0U; /* it changed by itself: the speed loop would stand still for up to 6.5 s */
+    }
     if (!judged) {
         ctl_plausibility_restart(&d->plausibility);
         return;

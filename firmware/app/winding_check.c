@@ -11,39 +11,42 @@
 #define ROOM 32.0f        /* base currents that the largest flux makes of the reference inductance */
 
 static float larger(float a, float b) { return (a > b) ? a : b; }
+/* Not inline: nine copies of the conversion would be a fifth of a kiloword. */
+static num_t number(float x) { return num_from_float(x); }
 
 void drive_make_plausibility(const drive_params_t *p, drive_setup_t *s)
 {
     drive_plausibility_setup_t *const m = &s->plausibility;
-    const drive_scale_t *const        scale = &s->scale;
+    ctl_plausibility_params_t *const  c = &m->run;
     const float                       ts_s = 1.0f / (float)DRIVE_PWM_HZ;
-    const float                       we = (float)p->pole_pairs * scale->speed_rad_s;
     const float                       l_h = larger(p->motor_ld_h, p->motor_lq_h);
-    const float                       difference_h = 2.0f * (l_h - (0.5f * (p->motor_ld_h + p->motor_lq_h)));
-    const float                       count_wb = p->motor_psi_wb * DRIVE_TWO_PI * (float)p->pole_pairs / p->encoder_counts;
     const float                       reach_wb = larger(p->motor_psi_wb, ts_s * p->over_voltage_v);
-    const float                       unit_wb = larger(l_h * scale->current_a, reach_wb / ROOM); /* what one inside is */
+    const float                       unit_wb = larger(l_h * s->scale.current_a, reach_wb / ROOM); /* what one inside is */
+    const float                       per_h = s->scale.current_a / unit_wb;
+    const float                       per_v = ts_s * s->scale.voltage_v / unit_wb;
+    const float                       psi = p->motor_psi_wb / unit_wb;
+    const float                       drop = ts_s * p->motor_resistance_ohm * per_h;
+    const float                       turns_e = (float)p->pole_pairs * DRIVE_TWO_PI / p->encoder_counts;
+    const float noise = (p->plausibility_share * p->over_current_a * l_h / unit_wb) + (COUNTS * psi * turns_e);
+    const float moved = DIAGONAL * psi * (float)p->pole_pairs * s->scale.speed_rad_s * ts_s;
 
-    ctl_plausibility_params_t c = {.ld = num_from_float(p->motor_ld_h * scale->current_a / unit_wb),
-                                   .lq = num_from_float(p->motor_lq_h * scale->current_a / unit_wb),
-                                   .psi = num_from_float(p->motor_psi_wb / unit_wb),
-                                   .r_half = num_from_float(0.5f * ts_s * p->motor_resistance_ohm * scale->current_a / unit_wb),
-                                   .v = num_from_float(ts_s * scale->voltage_v / unit_wb)};
-    const float               noise_wb = (p->plausibility_share * p->over_current_a * l_h) + (COUNTS * count_wb);
-    const float               psi_wb = DIAGONAL * p->motor_psi_wb * we * ts_s;
-    c.rest = num_max(num_from_float(NEW_SHARE * noise_wb / unit_wb), NUM_EPS);
-    c.per_current = num_mul(num_from_float(2.0f * p->motor_resistance_tolerance), c.r_half);
-    c.per_change = num_from_float(p->motor_inductance_tolerance * l_h * scale->current_a / unit_wb);
-    c.per_speed = num_from_float(p->motor_flux_tolerance * psi_wb / unit_wb);
-    c.per_volt = num_mul(NUM_C(VOLT_SHARE), c.v);
-    c.per_dc = num_mul(num_from_float(LEGS * p->bridge_tolerance), c.v);
-    c.per_volt_change = num_mul(NUM_C(LATE_PERIODS), c.v);
-    m->run = c;
+    c->ld = number(p->motor_ld_h * per_h);
+    c->lq = number(p->motor_lq_h * per_h);
+    c->psi = number(psi);
+    c->r_half = number(0.5f * drop);
+    c->v = number(per_v);
+    c->rest = num_max(number(NEW_SHARE * noise), NUM_EPS);
+    c->per_current = number(p->motor_resistance_tolerance * drop);
+    c->per_change = number(p->motor_inductance_tolerance * l_h * per_h);
+    c->per_speed = number(p->motor_flux_tolerance * moved);
+    c->per_volt = number(VOLT_SHARE * per_v);
+    c->per_dc = number(LEGS * p->bridge_tolerance * per_v);
+    c->per_volt_change = number(LATE_PERIODS * per_v);
 
-    /* the currents are in the frame of the vector, the magnets wherever the shaft is */
-    c.psi = (num_t)0;
-    c.per_speed = num_from_float(psi_wb / unit_wb);
-    c.per_change = num_add(c.per_change, num_from_float(difference_h * scale->current_a / unit_wb));
-    m->align = c;
+    /* the currents are in the frame of the vector, the magnets and the axes wherever the shaft is */
+    m->align = m->run;
+    m->align.psi = (num_t)0;
+    m->align.per_speed = number(moved);
+    m->align.per_change = num_add(c->per_change, num_abs(num_sub(c->ld, c->lq)));
     m->used = p->plausibility_share > 0.0f;
 }

@@ -871,3 +871,44 @@ void test_protection_hardware_fault_is_named_before_what_it_does_to_the_sample(v
 
     ASSERT_FAULT(FAULT_hardware_over_current, "comparator and sample in the same period");
 }
+
+/* ---- memory that changes by itself ------------------------------------------------------------------------------------ */
+
+/* A flipped exponent bit makes a number what is none, and no controller ever gets rid of it. */
+void test_protection_current_controller_that_lost_its_state_is_off_in_the_same_period(void)
+{
+    FLOAT_ONLY();
+    num_t *const state[] = {&drive.current.d.state.x, &drive.current.q.state.x};
+    for (size_t k = 0; k < COUNT_OF(state); k++) {
+        bench_start();
+        drive_params_t p = bench_params();
+        p.current_ki_v_per_as = 100.0f;
+        bench_run_with(&p);
+        bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 1.0);
+        bench_periods(10U);
+        *state[k] = NOT_FINITE[0];
+        bench_period();
+        ASSERT_FAULT(FAULT_non_finite, k == 0U ? "d" : "q");
+
+        drive_clear_fault(&drive); /* and the next start has another one */
+        drive_background(&drive);
+        drive_start(&drive);
+        drive_background(&drive);
+        bench_periods(10U);
+        ASSERT_NO_FAULT("after a start");
+        ASSERT_DUTIES_LEGAL("after a start");
+    }
+}
+
+/* Highest bit of the count: 6.5 s without the speed loop, which would hold its last torque. */
+void test_protection_speed_loop_does_not_stand_still_when_its_count_changes_by_itself(void)
+{
+    drive_params_t p = bench_params();
+    bench_run_with(&p);
+    bench_periods(20U);
+    drive.speed_count = 0x8000U;
+    bench_period();
+    const uint32_t before = bench.requests;
+    bench_periods(10U);
+    TEST_ASSERT_TRUE(bench.requests > before);
+}

@@ -50,10 +50,10 @@ noise; `opens`: what the effect itself makes. One motor, large effects.
 |---|---|---|---|---|---|
 """
 FRICTION = (
-    "motulator's friction is a coefficient that depends on the speed: dry friction is viscous below 0.05 rad/s "
-    "and does not hold a shaft. With that border at 0.5 rad/s a dry friction was still named alone, to 0.1 %, "
-    "with a confidence of 0.49; at 2 rad/s, where it is no dry friction any more, it was named to 0.5 % beside "
-    "`unknown`; one case each."
+    "motulator's friction is a coefficient that depends on the speed: dry friction is viscous below 0.05 rad/s and does"
+    " not hold a shaft. With that border at 0.5 rad/s a dry friction was still named alone, to 0.1 %, with a"
+    " confidence of 0.49; at 2 rad/s, where it is no dry friction any more, "
+    "it was named to 0.5 % beside `unknown`; one case each."
 )
 
 
