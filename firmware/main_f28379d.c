@@ -49,6 +49,7 @@ PORT_RAM_CODE PORT_ISR void main_current_isr(void)
 {
     port_current_begin();
     drive_current_isr(&drive);
+    drive_watch_isr(&drive);
     services_sample(&services);
     port_current_end();
 }

@@ -50,6 +50,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
     drive_make_correction(p, &s->scale, &s->sensors);
+    drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_speed(p, &s->scale, &s->speed);
@@ -112,5 +113,6 @@ void drive_rest(drive_t *d)
     drive_rest_position(&d->position);
     ctl_turn_spoil(&d->sensors.log); /* a new run */
     d->sensors.dead = (ctl_dq_t){(num_t)0, (num_t)0};
+    ctl_plausibility_restart(&d->plausibility);
     drive_command_nothing(d);
 }

@@ -22,6 +22,7 @@
 #include "control/motor/frames.h"
 #include "control/motor/mt_speed.h"
 #include "control/motor/pi.h"
+#include "control/motor/plausibility.h"
 #include "control/motor/pll.h"
 #include "control/observer/observer.h"
 #include "control/observer/torque_meter.h"
@@ -108,6 +109,12 @@ typedef struct {
     num_t                 advance;       /**< Voltage angle advance per mechanical speed, turns electrical. */
 } drive_current_setup_t;
 
+/** Whether voltages, currents and angle are judged, and by which numbers. */
+typedef struct {
+    bool                      used;
+    ctl_plausibility_params_t run, align; /**< In an alignment nothing is known of where the magnets are. */
+} drive_plausibility_setup_t;
+
 typedef struct {
     ctl_pll_params_t pll;
     angle_t          encoder_offset; /**< Electrical. */
@@ -169,6 +176,7 @@ typedef struct {
     drive_observer_setup_t observer;
     drive_position_setup_t position;
     drive_motion_setup_t   motion;
+    drive_plausibility_setup_t plausibility;
     uint32_t               period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
@@ -301,6 +309,8 @@ typedef struct {
     store_t           storage;                   /**< Main loop; parameters (services) and table. */
     uint16_t          saved_cells;               /**< Of the table that is being saved. */
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    float             link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
+    ctl_plausibility_state_t plausibility;       /**< Whether voltages, currents and angle agree; current interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
     uint16_t          low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
@@ -320,6 +330,8 @@ void drive_init(drive_t *d, const drive_params_t *params);
 
 /** The two interrupts and one pass of the main loop. Each is bounded; none waits. */
 void drive_current_isr(drive_t *d);
+/** Right after drive_current_isr, in the same interrupt: what is judged beside the control (watch_isr.c). */
+void drive_watch_isr(drive_t *d);
 void drive_speed_isr(drive_t *d);
 void drive_background(drive_t *d);
 
@@ -410,6 +422,8 @@ void drive_restart_timing(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
+/** How far currents, voltages and angle contradict each other, over what is allowed; 0 while nothing is judged. Any context. */
+float drive_contradiction(const drive_t *d);
 /** Position and its command in rad, with the precision of a float. Any context. */
 float drive_position_rad(const drive_t *d);
 float drive_position_ref_rad(const drive_t *d);

@@ -126,6 +126,8 @@ void drive_trip(drive_t *d, drive_fault_t fault);
 void drive_check_hardware(drive_t *d);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
+/** winding_check.c: its share of the setup. */
+void drive_make_plausibility(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: its share of the setup. */
 void drive_make_motion(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: the first samples of an angle, or of one after a gap; then the encoder is known. Current interrupt. */

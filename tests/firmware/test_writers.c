@@ -39,7 +39,11 @@ static void watched(uint8_t in, void (*code)(void))
     accesses_watch(code, written);
 }
 
-static void current(void) { drive_current_isr(&drive); }
+static void current(void)
+{
+    drive_current_isr(&drive);
+    drive_watch_isr(&drive);
+}
 static void speed(void) { drive_speed_isr(&drive); }
 static void take_over(void) { drive_take_over(&drive); }
 static void background(void) { drive_background(&drive); }
@@ -247,6 +251,8 @@ static const member_t MEMBERS[] = {
     MEMBER(sensors.log, CURRENT),
     MEMBER(sensors.dead, CURRENT | REST),
     MEMBER(sensors, MAIN | REST),
+    MEMBER(link_mean_v, CURRENT),
+    MEMBER(plausibility, CURRENT | TAKE_OVER | REST),
     MEMBER(speed_count, CURRENT),
     MEMBER(bad_samples, CURRENT | REST),
     MEMBER(lost_samples, CURRENT | REST),

@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "control/motor/plausibility.h"
 #include "control/motor/svm.h"
 #include "control/numeric/lagrange.h"
 #include "control/numeric/num_math.h"
@@ -194,6 +195,9 @@ static void motor(void)
     need(ctl_pll_init(&pll, &lp), "pll");
     const ctl_mt_params_t mp = {200000U, 1.5707963f, 3000.0f, 100U};
     need(ctl_mt_init(&mt, &mp), "mt");
+    static ctl_plausibility_t       plausibility;
+    const ctl_plausibility_params_t up = {1.0f, 1.0f, 32.0f, 0.09f, 0.5f, 0.1f, 0.05f, 10.0f, 0.001f, 0.03f, 0.5f, 0.2f};
+    need(ctl_plausibility_init(&plausibility, &up), "plausibility");
     int32_t  count = 0;
     uint32_t now = 0U;
     for (uint32_t k = 0U; k < 4000U; k++) {
@@ -209,6 +213,8 @@ static void motor(void)
         MEASURE("ctl_inverse_park", (void)ctl_inverse_park(&v, &r, &ab));
         MEASURE("ctl_vector_limit", (void)ctl_vector_limit(&v, 12.0f, &dq));
         MEASURE("ctl_svm", (void)ctl_svm(&ab, 24.0f, &duty));
+        const ctl_plausibility_in_t seen = {dq, r, 100.0f, 24.0f, ab};
+        MEASURE("ctl_plausibility_step", (void)ctl_plausibility_step(&plausibility, &seen));
         MEASURE("ctl_pi_output", out = ctl_pi_output(&pi, 30.0f * noise()));
         MEASURE("ctl_pi_commit", ctl_pi_commit(&pi, out));
         MEASURE("ctl_pll_step", (void)inlined_pll_step(&pll, k * 7000000U));
@@ -329,7 +335,9 @@ static void run(const variant_t *v)
     p.disturbance_observer = v->observer;
     p.rc_freeze_above_unit = (v->observer != 0U) ? 5.0f : 0.0f; /* all that goes beyond the published method */
     p.speed_setpoint_weight = (v->observer != 0U) ? 0.0f : 1.0f;
-    p.speed_deviation_s = 60.0f; /* this shaft does not care about torque */
+    p.speed_deviation_s = 60.0f; /* this shaft does not care about torque, */
+    p.bridge_tolerance = 1.0f;   /* these currents not about voltages */
+    p.motor_inductance_tolerance = 10.0f;
     p.current_correction = v->correction;
     p.dead_time_s = (v->dead != 0U) ? 1.0e-6f : 0.0f;
     p.speed_model_ff = v->model;
@@ -397,6 +405,7 @@ static void run(const variant_t *v)
         }
         if (k < 20U) { /* start-up: no sample before this one, no durations noted yet */
             drive_current_isr(&drive);
+            drive_watch_isr(&drive);
             if (speed_wanted) {
                 drive_speed_isr(&drive);
             }
@@ -404,6 +413,7 @@ static void run(const variant_t *v)
             continue;
         }
         MEASURE(v->current_row, drive_current_isr(&drive));
+        MEASURE("watch run", drive_watch_isr(&drive));
         if (speed_wanted) {
             speed_wanted = false;
             MEASURE(v->speed_row, drive_speed_isr(&drive));
@@ -611,6 +621,8 @@ static void alignment(void)
 {
     drive_params_t p;
     params_default(&p);
+    p.bridge_tolerance = 1.0f;
+    p.motor_inductance_tolerance = 10.0f;
     p.offset_calibration_periods = 0U;
     p.over_current_a = 100.0f;
     (void)memset(&drive, 0, sizeof drive);
@@ -640,6 +652,7 @@ static void alignment(void)
         }
         if (k < 20U) {
             drive_current_isr(&drive);
+            drive_watch_isr(&drive);
             if (speed_wanted) {
                 drive_speed_isr(&drive);
             }
@@ -647,6 +660,7 @@ static void alignment(void)
             continue;
         }
         MEASURE("current_isr align", drive_current_isr(&drive));
+        MEASURE("watch align", drive_watch_isr(&drive));
         if (speed_wanted) {
             speed_wanted = false;
             MEASURE("speed_isr align", drive_speed_isr(&drive));
