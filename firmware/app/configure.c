@@ -112,7 +112,7 @@ void drive_rest(drive_t *d)
     drive_rest_observer(&d->observer, &d->setup->observer);
     drive_rest_position(&d->position);
     ctl_turn_spoil(&d->sensors.log); /* a new run */
-    ctl_plausibility_restart(&d->plausibility);
     d->sensors.dead = (ctl_dq_t){(num_t)0, (num_t)0};
+    ctl_plausibility_restart(&d->plausibility);
     drive_command_nothing(d);
 }
