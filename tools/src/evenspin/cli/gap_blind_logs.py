@@ -30,6 +30,9 @@ def make_logs(
     truth: Annotated[
         Path | None, typer.Option("--truth", metavar="FILE", help="Where the truth goes; beside DIR when left out.")
     ] = None,
+    foreign: Annotated[
+        bool, typer.Option("--foreign", help="Causes that no table lists, with voltages, some beside a known effect.")
+    ] = False,
     jobs: Jobs = None,
     force: Force = False,
     as_json: JsonFlag = False,
@@ -39,7 +42,7 @@ def make_logs(
     Example: `evenspin gap blind make-logs --out out/logs --count 40 --seeds 1,2`
     """
     from evenspin.blind.logs import make_logs as make
-    from evenspin.blind.logs import plan_logs, write_log_truth
+    from evenspin.blind.logs import plan_foreign_logs, plan_logs, write_log_truth
     from evenspin.errors import InputError
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
@@ -52,7 +55,8 @@ def make_logs(
         raise InputError("--truth", "file", str(truth_file), "apart from the logs", "choose a place outside of --out")
     apart = OutputFile(truth_file, origin(), option="--truth", force=force)
     out.mkdir(parents=True, exist_ok=True)
-    plans = [plan for number in numbers for plan in plan_logs(count, number)]
+    plan_of = plan_foreign_logs if foreign else plan_logs
+    plans = [plan for number in numbers for plan in plan_of(count, number)]
     with progress_bar("making logs", len(plans)) as bar:
         truths = make(plans, out, jobs or os.cpu_count() or 1, bar.update)
     with apart as place:
