@@ -18,7 +18,7 @@ from evenspin.driven.beyond_search import Candidate, Search
 from evenspin.driven.curves import curve_of
 from evenspin.driven.fit import HUBER, prior_of, pull_of
 from evenspin.driven.screen import Left, even_solve, left_of
-from evenspin.empirical.library import FAMILIES, can_show
+from evenspin.empirical.library import FAMILIES, can_show, travel_of
 from evenspin.empirical.term import EmpiricalTerm, LookAlike
 
 Array = NDArray[np.float64]
@@ -119,13 +119,15 @@ def _described(
     without = left.without(own, size)
     rows = search.rows(search.logs[c.log or 0])
     covariance: Array = np.array(NARROW * even_solve(left.h, np.eye(len(left.h)))[own, own], dtype=np.float64)
+    travel = travel_of(rows)
     facts = {
         "top_rad_s": search.found.top_rad_s,
         "rated_nm": search.scale.rated_torque_nm,
         "rated_a": search.scale.rated_current_a,
         "span_s": rows.span_s,
         "start_s": rows.start_s,
-        "travel_rad": float(np.ptp(rows.theta_rad)),
+        "travel_rad": max(travel[1] - travel[0], 1e-9),
+        "middle_rad": 0.5 * (travel[0] + travel[1]),
     }
     speed = np.abs(rows.speed_rad_s)
     moving = speed[speed > rows.rest_rad_s]

@@ -79,7 +79,9 @@ def run_driven(
     content["estimated"] = estimates(found, nominal)
     if out_dir is not None:
         write_json(out_dir / "verdict.json", content)
-        (out_dir / "model.toml").write_text(model_text(nominal, verdict, estimates(found, nominal)), encoding="utf-8")
+        (out_dir / "model.toml").write_text(
+            model_text(nominal, verdict, estimates(found, nominal), beyond.evidence), encoding="utf-8"
+        )
         write_page(out_dir, page_of(found, verdict, table, advised, nominal, logs, command, beyond.evidence))
     say("done", 1.0)
     return DrivenResult(

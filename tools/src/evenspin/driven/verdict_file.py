@@ -15,6 +15,7 @@ from evenspin.driven.findable import Findable
 from evenspin.driven.judge import Gap, Verdict, gaps_of
 from evenspin.driven.read import Log, Nominal
 from evenspin.driven.terms import Kind
+from evenspin.empirical.effect import effects_of
 from evenspin.empirical.verdict import term_json
 from evenspin.gap.intervals import reported_parameters
 
@@ -68,7 +69,10 @@ def empirical_json(beyond: Beyond, verdict: Verdict) -> dict[str, Any]:
     before, known = gap_of(gaps_of(replace(beyond.found, after=beyond.after_known)))
     after = gap_of(verdict.gaps)[1]
     empirical = [term_json(term) for term in beyond.evidence]
-    return finite({"empirical": empirical, "gap_after_known": known if empirical else after})
+    _, left = effects_of(beyond.evidence)
+    return finite(
+        {"empirical": empirical, "gap_after_known": known if empirical else after, "empirical_not_simulated": left}
+    )
 
 
 def gap_of(gaps: list[Gap]) -> tuple[float, float]:

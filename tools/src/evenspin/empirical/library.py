@@ -98,7 +98,8 @@ def line_columns(rows: Rows, shape: Shape) -> list[Column]:
     return [Column(torque=size * np.sin(order * rows.theta_rad)), Column(torque=size * np.cos(order * rows.theta_rad))]
 
 
-def _range(rows: Rows) -> tuple[float, float]:
+def travel_of(rows: Rows) -> tuple[float, float]:
+    """Lowest and highest angle, but for the last hundredths."""
     low, high = np.percentile(rows.theta_rad, (1.0, 99.0))
     return float(low), float(high)
 
@@ -108,19 +109,19 @@ def _bump(rows: Rows, shape: Shape) -> list[Column]:
 
 
 def _bumps(rows: Rows) -> Sequence[Shape]:
-    low, high = _range(rows)
+    low, high = travel_of(rows)
     if high - low < TURNS * 2.0 * np.pi:
         return []
     return [(c, s * (high - low)) for s in WIDTHS for c in np.linspace(low, high, CENTRES)]
 
 
 def _spring(rows: Rows, shape: Shape) -> list[Column]:
-    low, high = _range(rows)
+    low, high = travel_of(rows)
     return [Column(torque=(rows.theta_rad - 0.5 * (low + high)) / max(high - low, 1e-9))]
 
 
 def _springs(rows: Rows) -> Sequence[Shape]:
-    low, high = _range(rows)
+    low, high = travel_of(rows)
     return [()] if high - low > TURNS * 2.0 * np.pi else []
 
 
