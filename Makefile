@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps clean
+.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps foreign-logs clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -106,6 +106,14 @@ blind-logs: setup ## logs of other drives from the same referee: make, run, scor
 	@.venv/bin/evenspin gap blind make-logs --count $(COUNT) --seeds $(SEEDS) --out $(LOGS)/logs --truth $(LOGS)/truth.json
 	@.venv/bin/evenspin gap blind run-logs $(LOGS)/logs --truth $(LOGS)/truth.json --out $(LOGS)/verdicts
 	@.venv/bin/evenspin gap blind score-logs --truth $(LOGS)/truth.json --results $(LOGS)/verdicts --markdown docs/blind-logs.md --force
+
+FOREIGN := out/foreign-logs
+
+foreign-logs: setup ## causes that no table lists: make, run, score, write docs/foreign-logs.md (60 logs: 20 min)
+	@rm -rf $(FOREIGN)
+	@.venv/bin/evenspin gap blind make-logs --foreign --count $(COUNT) --seeds $(SEEDS) --out $(FOREIGN)/logs --truth $(FOREIGN)/truth.json
+	@.venv/bin/evenspin gap blind run-logs $(FOREIGN)/logs --truth $(FOREIGN)/truth.json --out $(FOREIGN)/verdicts
+	@.venv/bin/evenspin gap blind score-foreign --truth $(FOREIGN)/truth.json --results $(FOREIGN)/verdicts --markdown docs/foreign-logs.md --force
 
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py

@@ -20,10 +20,11 @@ Values = dict[str, float]
 @dataclass(frozen=True, slots=True)
 class Expected:
     """`depends_on`: the quantity that the cause depends on, any of these. `key`: the number that names it, of the drawn
-    values (an order, a frequency, a time constant), with `within` relative; "" where there is none."""
+    values (an order, a frequency), with `within` relative; "" where there is none. `power`: of the speed; 0: any."""
 
     depends_on: tuple[str, ...]
     parity: str = ""
+    power: float = 0.0
     key: str = ""
     within: float = 0.1
     known: tuple[str, ...] = ()  # names of the table that describe it as well
@@ -150,19 +151,19 @@ def _presliding(rng: np.random.Generator, drive: Drive, size: int) -> Values:
 
 ANGLE_LINE = ("angle",)
 FOREIGN: dict[str, Foreign] = {
-    "fan": Foreign("fan_load", _fan, Expected(("speed",), "odd")),
-    "pump": Foreign("pump_load", _pump, Expected(("speed", "angle"), "", "order"), angle=True),
-    "belt": Foreign("foreign_order_torque", _line(0.55, 4.8, 0.35), Expected(ANGLE_LINE, "", "order"), angle=True),
-    "gear_error": Foreign("foreign_order_torque", _line(5.1, 17.9), Expected(ANGLE_LINE, "", "order"), angle=True),
-    "bearing_cage": Foreign("foreign_order_torque", _line(0.36, 0.44), Expected(ANGLE_LINE, "", "order"), angle=True),
+    "fan": Foreign("fan_load", _fan, Expected(("speed",), "odd", 2.0)),
+    "pump": Foreign("pump_load", _pump, Expected(("speed", "angle"), key="order"), angle=True),
+    "belt": Foreign("foreign_order_torque", _line(0.55, 4.8, 0.35), Expected(ANGLE_LINE, key="order"), angle=True),
+    "gear_error": Foreign("foreign_order_torque", _line(5.1, 17.9), Expected(ANGLE_LINE, key="order"), angle=True),
+    "bearing_cage": Foreign("foreign_order_torque", _line(0.36, 0.44), Expected(ANGLE_LINE, key="order"), angle=True),
     "gravity": Foreign("misalignment", _gravity, Expected(ANGLE_LINE, known=("misalignment",)), angle=True),
     "warm_winding": Foreign("resistance_drift", _warm_winding, Expected(("time",)), voltages=True),
     "warm_magnet": Foreign("magnet_drift", _warm_magnet, Expected(("time",)), voltages=True),
     "cold_grease": Foreign("friction_drift", _cold_grease, Expected(("time",))),
     "mains": Foreign(
-        "supply_ripple", _mains, Expected(("frequency",), "", "frequency_hz"), voltages=True, rows_hz=1000.0
+        "supply_ripple", _mains, Expected(("frequency",), key="frequency_hz"), voltages=True, rows_hz=1000.0
     ),
-    "beat": Foreign("fixed_frequency_torque", _beat, Expected(("frequency",), "", "frequency_hz")),
+    "beat": Foreign("fixed_frequency_torque", _beat, Expected(("frequency",), key="frequency_hz")),
     "sag": Foreign("supply_sag", _sag, Expected(("supply", "power")), voltages=True),
     "cross_saturation": Foreign("cross_saturation", _cross, Expected(("current",)), voltages=True),
     "position": Foreign("position_load", _position, Expected(("position",)), angle=True),
