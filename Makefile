@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps foreign-logs clean
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps foreign-logs clean
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -44,6 +44,11 @@ coverage: setup ## lines and branches of control/ that its tests reach, with the
 
 python: setup ## lint and tests of the Python package
 	@$(CHECK) lint python
+
+wheel: setup ## dist/evenspin-*.whl: the package for `pip install` elsewhere, with the compiled libraries
+	@$(PYTHON) -m pip --disable-pip-version-check wheel --quiet . --no-deps --no-build-isolation \
+		--config-settings=build-dir=build/py --wheel-dir dist
+	@ls dist/*.whl
 
 demo: setup ## simulate, compare, report: out/demo
 	@.venv/bin/evenspin demo --out out/demo

@@ -224,6 +224,13 @@ bool es_block_do(es_block_t *block, int action, const double *in, double *out);
 /* The table of a block: its taps, or what it has learned. Returns the length, writes as many as there is room for. */
 int es_block_table(const es_block_t *block, double *out, int room);
 
+/* ---- writing --------------------------------------------------------------------------------------------------------- */
+
+enum { ES_CSV_CELL = 20 }; /* characters that a number and its comma take at most, and the end of a text in between */
+/* Rows of a CSV file, each number as "%.9g" writes it, and 0 without a sign. Returns the characters written, no 0 behind them; 0
+ * when `room` is less than ES_CSV_CELL for each number. */
+int64_t es_csv_rows(const double *values, int64_t rows, int columns, char *out, int64_t room);
+
 /* ---- measuring ------------------------------------------------------------------------------------------------------ */
 
 double es_monotonic_s(void); /* clock for the simulator's own benchmark */

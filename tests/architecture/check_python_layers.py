@@ -34,7 +34,7 @@ ORDER = (
     ("identify", "empirical"),
     ("bench", "reproduce", "run", "gap", "balance"),
     ("tune", "driven"),
-    ("commission", "scope", "blind"),
+    ("commission", "scope", "blind", "api"),
     ("cli",),
 )
 

@@ -1,5 +1,6 @@
 /* sim_host/capi/: the lists, refusals with a reason, inputs over time, the same bytes for the same seed. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -623,4 +624,29 @@ void test_capi_memory_refuses_senseless_sizes_and_a_running_drive(void)
     run(100);
     TEST_ASSERT_FALSE(es_sim_memory_write(sim, wave(1.0), 200));
     TEST_ASSERT_FALSE(es_sim_memory_clear(sim));
+}
+
+/* ---- rows of a CSV file --------------------------------------------------------------------------------------------- */
+
+void test_capi_writes_rows_as_printf_does_and_nothing_without_room(void)
+{
+    const double values[] = {0.0, -0.0, 1.0, -12.5, 1e-5, 123456789.5, 999999999.9, 1e300, 0.1, -2.00000001};
+    char         out[10 * ES_CSV_CELL];
+    char         expected[256];
+    int          length = 0;
+    for (int k = 0; k < 10; k++) {
+        const double shown_value = values[k] + 0.0;
+        length +=
+            snprintf(expected + length, sizeof expected - (size_t)length, "%.9g%c", shown_value, ((k % 5) < 4) ? ',' : '\n');
+    }
+
+    const int64_t written = es_csv_rows(values, 2, 5, out, sizeof out);
+
+    TEST_ASSERT_EQUAL_INT64(length, written);
+    TEST_ASSERT_EQUAL_STRING_LEN(expected, out, (size_t)length);
+    TEST_ASSERT_EQUAL_INT64(0, es_csv_rows(values, 2, 5, out, (int64_t)sizeof out - 1));
+    TEST_ASSERT_EQUAL_INT64(0, es_csv_rows(values, 2, 0, out, sizeof out));
+    TEST_ASSERT_EQUAL_INT64(0, es_csv_rows(values, -1, 5, out, sizeof out));
+    TEST_ASSERT_EQUAL_INT64(0, es_csv_rows(NULL, 2, 5, out, sizeof out));
+    TEST_ASSERT_EQUAL_INT64(0, es_csv_rows(values, 2, 5, NULL, sizeof out));
 }

@@ -9,7 +9,7 @@ from evenspin.errors import EvenspinError, InputError
 from evenspin.model import builtin_scenario
 from evenspin.model.methods import drive_of_word, method_word, method_words
 from evenspin.native import tables
-from evenspin.reproduce.combinations import Answer, Pair, pairs, run, verdicts
+from evenspin.reproduce.combinations import Answer, Pair, coarse_table, pairs, run, verdicts
 from evenspin.sim import prepare
 
 
@@ -110,3 +110,11 @@ def test_a_pair_that_does_nothing_or_harm_or_is_refused_without_a_name_fails() -
     assert not good(Answer(with_dob, 4.5))
     assert not good(Answer(with_dob, float("nan"), "the numbers do not fit"))
     assert len(set(pairs())) == len(pairs()) > 90
+
+
+def test_on_a_coarse_encoder_nothing_that_is_default_harms() -> None:
+    """Samples and cells that fall into step harm with the published memory only, which the table shows beside it."""
+    rows = {(row[0], row[1]): row for row in coarse_table().rows}
+    assert rows["aro", "200 cells, write one (as printed)"][3].startswith("HARMS")
+    assert all(row[3] == "good" for (_, memory), row in rows.items() if "as printed" not in memory)
+    assert tables().params["aro_write"].choices[int(tables().params["aro_write"].default)] == "hat"

@@ -163,6 +163,8 @@ def test_the_command_writes_what_it_found_and_keeps_the_way_back(evenspin, tmp_p
     assert found.drive["pole_pairs"] == machine.plant["pole_pairs"]  # of drive.toml beside it
     report = (out / "report.md").read_text()
     assert "**GOOD**" in report and "Performed by" in report and "NOT GOOD" not in report
+    rough = [line for line in report.splitlines() if line.startswith("|") and "roughly" in line]
+    assert len(rough) >= 4 and not any("+-" in line for line in rough)  # their bias is larger than their scatter
     back = evenspin("commission", "--port", f"sim:{path}?fresh=1", "--undo", out)
     assert (back.status, back.out.splitlines()[-1]) == (0, "0 parameters put back")  # a new drive is as it was before
     again = evenspin(*words, "--out", out)

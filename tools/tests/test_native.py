@@ -1,8 +1,10 @@
 """The compiled library: found, fitting, and complete."""
 
+import numpy as np
 import pytest
 from evenspin.errors import NativeError
 from evenspin.native import NUMERICS, library, load, tables
+from evenspin.native.csvrows import csv_rows
 
 # Names that are spoken outside of this project: the format sheet's vocabulary.
 EFFECTS = {
@@ -78,7 +80,11 @@ def test_a_missing_library_says_what_to_do(monkeypatch, tmp_path):
     monkeypatch.setattr(library, "library_folder", lambda header: tmp_path)
 
     with pytest.raises(NativeError, match="make setup"):
-        library.load.__wrapped__("float")
+        library._loaded.__wrapped__("float")
+
+
+def test_a_library_is_loaded_once_however_it_is_named():
+    assert load() is load("float") is load(numeric="float")
 
 
 def test_null_handles_are_harmless():
@@ -91,3 +97,24 @@ def test_null_handles_are_harmless():
     lib.es_block_free(ffi.NULL)
     assert lib.es_block_new(b"pi", ffi.NULL) != ffi.NULL
     assert not lib.es_block_start(ffi.NULL, ffi.NULL)
+
+
+@pytest.mark.parametrize("width", [1, 7])
+def test_numbers_for_a_csv_file_are_written_as_python_writes_nine_digits(width):
+    """Python rounds from all digits of the number, the library from 64 bits where that is enough."""
+    random = np.random.default_rng(5)
+    bits = random.integers(0, 2**64, 21_000, dtype=np.uint64).view(np.float64)
+    common_sizes = random.normal(0.0, 1.0, 21_000) * 10.0 ** random.integers(-6, 10, 21_000)
+    near_ties = (random.integers(10**8, 10**9, 21_000) + 0.5) * 10.0 ** random.integers(-14, 2, 21_000)
+    single = random.normal(0.0, 50.0, 21_000).astype(np.float32).astype(float)
+    special = [0.0, -0.0, np.nan, np.inf, -np.inf, 5e-324, 1.7976931348623157e308, 999999999.5, 0.0001, 9.9999999995e-5]
+    values = np.concatenate([bits, common_sizes, near_ties, single, (special * 7)[:70]]).reshape(-1, width)
+
+    written = csv_rows(values).decode()
+
+    expected = "".join(",".join(f"{value + 0.0:.9g}" for value in row) + "\n" for row in values.tolist())
+    assert written == expected
+
+
+def test_a_table_without_rows_has_no_text():
+    assert csv_rows(np.empty((0, 3))) == b""

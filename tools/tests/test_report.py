@@ -64,12 +64,37 @@ def test_a_page_needs_nothing_from_elsewhere(drawn, tmp_path):
 
     page = (tmp_path / "report.html").read_text()
 
-    assert not re.search(r"<(script|link|img)|src=|@import|url\(http", page)
+    assert not re.search(r"<(link|img)|\bsrc=|@import|url\(http|\bfetch\(|XMLHttpRequest", page)
     assert "Title &lt;b&gt;" in page and "Table &lt;1&gt;" in page and "a &amp; b" in page
     assert page.count("<svg") == len(drawn[2])
     for picture in drawn[2]:
         assert (tmp_path / "figures" / f"{picture.name}.svg").is_file()
         assert (tmp_path / "figures" / f"{picture.name}.csv").read_text().count("\n") > 5
+
+
+def test_a_page_carries_the_licence_of_the_plotting_library_that_is_in_it(drawn, tmp_path):
+    write_page(tmp_path, Page("T", "s", (), (), drawn[2], "evenspin run x"))
+
+    page = (tmp_path / "report.html").read_text()
+
+    assert page.index("MIT License") < page.index("var uPlot")
+
+
+def test_a_page_without_pictures_carries_no_plotting_library(tmp_path):
+    write_page(tmp_path, Page("T", "s", (), (), (), "evenspin run x"))
+
+    assert "uPlot" not in (tmp_path / "report.html").read_text()
+
+
+def test_the_contents_list_leads_to_every_picture_and_table(drawn, tmp_path):
+    table = TableView("Table <1>", "a", ("x", "y"), [("1", "2")])
+    write_page(tmp_path, Page("T", "s", (), [table], drawn[2], "evenspin run x"))
+
+    page = (tmp_path / "report.html").read_text()
+    places = re.findall(r'<a href="#([^"]+)">', page)
+
+    assert len(places) == len(drawn[2]) + 1
+    assert all(f'id="{place}"' in page for place in places)
 
 
 @pytest.mark.parametrize(("value", "text"), [

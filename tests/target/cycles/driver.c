@@ -333,8 +333,9 @@ static void run(const variant_t *v)
     p.profile_accel_rad_s2 = 500.0f;
     p.over_current_a = 100.0f;
     p.over_speed_rad_s = 2000.0f;
+    p.aro_write = 0U; /* as printed, which the published figure is for */
     if (v->cubic != 0U) {
-        p.aro_write = 2U;
+        p.aro_write = 2U; /* the default */
         p.aro_read = 1U;
         p.aro_remove_mean = 1U;
     }

@@ -33,11 +33,20 @@ class Build:
 @cache
 def build() -> Build:
     """Of the checkout that runs, or else as it was when the package was built."""
-    from evenspin import version
-
     package = Path(__file__).resolve().parent
     commit, date = _of_checkout(package.parents[2]) or _baked(package) or (None, None)
     return Build(version(), commit, date)
+
+
+def version() -> str:
+    """Version of the installed package."""
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as installed
+
+    try:
+        return installed("evenspin")
+    except PackageNotFoundError:
+        return "0+unknown"
 
 
 def _of_checkout(root: Path) -> tuple[str, str] | None:

@@ -115,6 +115,17 @@ def unknown(result: CaseResult, investigation: core.Investigation) -> CaseResult
     return result_of(result.case, investigation, finding)
 
 
+@pytest.fixture(scope="session")
+def partly(result: CaseResult, investigation: core.Investigation) -> CaseResult:
+    """The same, had nine times the cost of a healthy unit been left beside it."""
+    finding = result.finding
+    expected = replace(finding.expected_cost, mean=finding.model.cost / 9.0)
+    spread = {"coulomb_friction": 0.05}
+    return result_of(
+        result.case, investigation, replace(finding, unknown=True, size_spread=spread, expected_cost=expected)
+    )
+
+
 def test_the_hidden_effect_is_named_with_its_size(result: CaseResult) -> None:
     said = verdict_json(result)
 
@@ -193,6 +204,39 @@ def test_unknown_names_nothing_and_changes_nothing(unknown: CaseResult, tmp_path
     assert said["gap_after"] == said["gap_before"]
     assert said["details"]["nearest"]["gap"] < said["gap_before"]
     assert load_machine(tmp_path / "model.toml").effects == {}
+
+
+def test_a_name_beside_unknown_is_in_the_verdict_the_model_and_the_confidence(
+    result: CaseResult, partly: CaseResult, tmp_path: Path
+) -> None:
+    write_result(tmp_path, partly, "evenspin gap")
+    said = json.loads((tmp_path / "verdict.json").read_text())
+
+    assert said["verdict"] == ["coulomb_friction", "unknown"]
+    assert said["parameters"]["coulomb_friction"]["torque_nm"] == pytest.approx(TORQUE_NM, rel=0.05)
+    assert set(said["confidence"]) == {"coulomb_friction", "unknown"}
+    assert 0.9 < said["shares"]["coulomb_friction"] <= 1.0  # nothing else was hidden
+    assert said["gap_after"] < said["gap_before"]
+    assert "[effects.coulomb_friction] # added: " in (tmp_path / "model.toml").read_text()
+    assert said["details"]["size_spread"] == {"coulomb_friction": 0.05}
+    assert "coulomb_friction" in page_of(partly, "evenspin gap").summary
+
+
+def test_what_is_left_widens_the_intervals_by_the_square_root_of_its_cost(
+    result: CaseResult, partly: CaseResult
+) -> None:
+    """The cost is a sum of squares in standard deviations: noise 9 times as high has 3 times the deviation."""
+    (whole,), (wide,) = result.intervals.of("coulomb_friction"), partly.intervals.of("coulomb_friction")
+    assert wide.value == pytest.approx(whole.value)
+    assert wide.half == pytest.approx(3.0 * whole.half, rel=1e-6)
+
+
+def test_a_size_that_differs_over_the_log_makes_its_name_less_sure(
+    result: CaseResult, partly: CaseResult, investigation: core.Investigation
+) -> None:
+    finding = replace(partly.finding, size_spread={"coulomb_friction": 0.2})
+    differs = result_of(result.case, investigation, finding).confidence["coulomb_friction"]
+    assert differs < partly.confidence["coulomb_friction"] < 1.0
 
 
 def test_without_validation_records_the_gap_is_not_known_and_that_is_said(

@@ -56,6 +56,14 @@ COMMANDS = {
     "scope": Entry(
         "scope", "Live plots, full-rate captures, spectrum and tuning of a drive, on a page in the browser."
     ),
+    "scenarios": Entry(
+        "catalogue",
+        "Scenarios that come with the package, as evenspin run takes them: list them, print one, copy one.",
+    ),
+    "models": Entry(
+        "catalogue",
+        "Models that come with the package, as model of a scenario and --model take them: list, print, copy one.",
+    ),
     "effects": Entry(
         "lists",
         "Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and "
@@ -91,8 +99,7 @@ COMMANDS = {
     ),
     "docs": Entry(
         "pages",
-        "Write docs/parameters.md, effects.md, faults.md, model.md and gap-thresholds.md from the tables they come "
-        "from.",
+        "Write the pages of docs made from code: parameters, effects, faults, model, scenario, api, gap-thresholds.",
     ),
 }
 

@@ -47,6 +47,7 @@ def _options(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point of the command. A user error is one line on stderr, never a traceback."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads that wait for each other cost seconds
     try:
         words = split_json_option(name_the_identification(words))
         remember(words, words[:1] != [] and words[0] in JSON_WITH_FILE)

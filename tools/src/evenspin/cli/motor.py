@@ -138,26 +138,12 @@ def _files(name: str, found: Resolved) -> tuple[dict[str, str], list[Any]]:
     """The files by their names, and what is shown of them."""
     from evenspin.bench.schema import own_schema
     from evenspin.motor import files
-    from evenspin.motor.limits import Limits, beyond_board, limit_parameters
     from evenspin.tableview import TableView
-    from evenspin.tune.gains import first_gains
+    from evenspin.tune.first_drive import first_drive
 
-    plant = found.plant
-    limits = limit_parameters(
-        Limits(
-            found.peak_current_a.value, plant["rated_current_a"], plant["dc_link_v"], found.max_speed_rad_s.value,
-            plant.get("board_current_a", 0.0), plant.get("board_dc_link_v", 0.0),
-        )
-    )  # fmt: skip
-    gains = first_gains(plant, limits, files.ranges_of(found))
-    drive = limits | gains.drive
-    comments = {
-        "iq_limit_a": f"peak current: {found.peak_current_a.comment}",
-        "over_speed_rad_s": f"of the largest speed: {found.max_speed_rad_s.comment}",
-    } | gains.comments
-    board = beyond_board(limits, plant)
+    first = first_drive(found)
     numbers = {key: (each.value, each.comment) for key, each in found.numbers.items()}
-    numbers |= {key: (value, "a board on which the limits of the drive fit") for key, value in board.items()}
+    numbers |= {key: (value, "a board on which the limits of the drive fit") for key, value in first.board.items()}
     head = [
         "Made by `evenspin motor new` from a name plate; every number says where it comes from.",
         "ESTIMATE: nothing on the plate says it. [range] is what each number is good for.",
@@ -165,12 +151,12 @@ def _files(name: str, found: Resolved) -> tuple[dict[str, str], list[Any]]:
     texts = {
         files.MODEL: files.model_toml(name, numbers, files.ranges_of(found), head),
         files.DRIVE: files.drive_toml(
-            drive,
-            comments,
+            first.drive,
+            first.comments,
             ["Limits and first gains for model.toml. `evenspin tune` makes better ones and checks them in simulation."],
             own_schema().hash,
         ),
-        files.FIRST: files.first_toml(0.5 * found.max_speed_rad_s.value, 0.3 * plant["rated_torque_nm"]),
+        files.FIRST: files.first_toml(0.5 * found.max_speed_rad_s.value, 0.3 * found.plant["rated_torque_nm"]),
     }
     rows = [
         (key, f"{each.value:.5g}", _unit(key), "" if each.low == each.high else f"{each.low:.3g} .. {each.high:.3g}",

@@ -74,11 +74,6 @@ def run(
         raise loaded.locate(error) from None
     learned = learned_table(setup, simulation)
     summary = summary_of(setup, record, numeric.value, learned)
-    with output as folder:
-        write_run(folder, setup, record, summary, made.command, learned)
-    if saved is not None and learned is not None:
-        with saved as place:
-            write_table(place, learned)
     screen = console(STDOUT if as_json else None)
     print_table(segment_table(summary), screen)
     outcome = summary["outcome"]
@@ -91,6 +86,11 @@ def run(
         screen.print(f"Motor: what [plant] does not state is that of {summary['base']}")
     if summary["observer_innovation"] is not None:
         screen.print(f"Still new to the observer: {100.0 * summary['observer_innovation']:.1f} % of what it sees")
+    with output as folder:
+        write_run(folder, setup, record, summary, made.command, learned)
+    if saved is not None and learned is not None:
+        with saved as place:
+            write_table(place, learned)
     if save_memory is not None:
         screen.print(str(save_memory), style="bold")
     screen.print(f"{out}/report.html", style="bold")

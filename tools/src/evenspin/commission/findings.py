@@ -10,7 +10,10 @@ from evenspin.identify.estimate import Estimate
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """A number with half of its 95 % interval and the limits that it must keep."""
+    """A number, half of its 95 % interval and the limits that it must keep.
+
+    `half` is 0 where no interval is known: a first, rough value has a bias that its scatter does not show.
+    """
 
     what: str
     value: float

@@ -154,7 +154,7 @@ def resistance_roughly(bench: Bench) -> Step:
     bench.known.resistance = Estimate(found, found)
     bench.known.growth_s = (bench.clock - began) / max(count, 1) / math.log(GROWTH)
     accepted = bench.set(current_ki_v_per_as=SLOW * found, current_kp_v_per_a=0.0)
-    quality = [Quality("resistance, roughly", found, 0.3 * found, "ohm", 1e-4, 1e3)]
+    quality = [Quality("resistance, roughly", found, 0.0, "ohm", 1e-4, 1e3)]
     return bench.done("current", "the first current, slowly", since, quality, accepted)
 
 

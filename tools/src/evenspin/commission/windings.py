@@ -52,8 +52,8 @@ def winding_roughly(bench: Bench) -> Step:
     known.resistance = Estimate(r, 0.3 * r)
     accepted = _current_gains(bench, inductance_h, ROUGH_HZ)
     accepted |= bench.set(align_periods=periods)
-    quality = [Quality("inductance, roughly", inductance_h, 0.3 * inductance_h, "H", 1e-6, 1.0)]
-    quality.append(Quality("resistance, roughly", r, 0.3 * r, "ohm", 1e-4, 1e3))
+    quality = [Quality("inductance, roughly", inductance_h, 0.0, "H", 1e-6, 1.0)]
+    quality.append(Quality("resistance, roughly", r, 0.0, "ohm", 1e-4, 1e3))
     return bench.done(
         "winding", "resistance and inductance, roughly: a current loop for any winding", since, quality, accepted
     )
@@ -180,7 +180,8 @@ def q_axis(bench: Bench) -> Step:
     known.lq = scatter(found)
     low = min(known.ld.value, known.lq.value)
     accepted = _current_gains(bench, low, 300.0) | bench.set(motor_lq_h=known.lq.value)
-    qualities = sure("inductance of the q axis, roughly", known.lq, "H", ROUGH_R)
+    qualities = [Quality("inductance of the q axis, roughly", known.lq.value, 0.0, "H", 0.0, 1e6)]
+    qualities.append(Quality("scatter of its repetitions", 100.0 * known.lq.relative, 0.0, "%", 0.0, 100.0 * ROUGH_R))
     qualities.append(Quality("saliency Lq / Ld", known.lq.value / known.ld.value, 0.0, "", 0.5, 8.0))
     return bench.done("q axis", "inductance of the q axis", since, qualities, accepted, motion)
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import gzip
-import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import InputError, did_you_mean
 from evenspin.log.textfile import HINT, line_blocks, read_text
+from evenspin.native.csvrows import csv_rows
 from evenspin.sim.record import Record
 
 ROWS_AT_ONCE = 4096
@@ -21,11 +21,9 @@ ROWS_AT_ONCE = 4096
 def write_csv(path: Path, names: Sequence[str], values: NDArray[np.float64]) -> None:
     """Write a table; a name that ends in .gz is compressed."""
     with _open_to_write(path) as file:
-        file.write(",".join(names) + "\n")
-        row = ",".join(["%.9g"] * len(names)) + "\n"
+        file.write(f"{','.join(names)}\n".encode("ascii"))
         for start in range(0, len(values), ROWS_AT_ONCE):
-            block = values[start : start + ROWS_AT_ONCE] + 0.0  # no negative zeros
-            file.write((row * len(block)) % tuple(block.ravel().tolist()))
+            file.write(csv_rows(values[start : start + ROWS_AT_ONCE]))
 
 
 def read_csv(path: Path, names: Sequence[str], units: Sequence[str]) -> Record:
@@ -80,7 +78,5 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _open_to_write(path: Path) -> IO[str]:
-    if path.suffix == ".gz":
-        return io.TextIOWrapper(gzip.GzipFile(path, "wb", mtime=0), encoding="ascii", newline="\n")
-    return path.open("w", encoding="ascii", newline="\n")
+def _open_to_write(path: Path) -> BinaryIO | gzip.GzipFile:
+    return gzip.GzipFile(path, "wb", mtime=0) if path.suffix == ".gz" else path.open("wb")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from evenspin.errors import MISSING, InputError
 from evenspin.model.toml_lines import key_lines
@@ -40,10 +42,30 @@ class Document:
                 return MISSING
         return found
 
+    def with_values(self, values: Mapping[str, Any]) -> Document:
+        """The same file with other values, as if they were written in it; tables are merged."""
+        return replace(self, data=_merged(self.data, values))
+
     def error(self, keys: Sequence[str | int], must: str, hint: str) -> InputError:
         """The one line about this key."""
         name = ".".join(str(key) for key in keys if not isinstance(key, int))
-        return InputError(self.path, name, self.value_of(keys), must, hint, self.line_of(keys))
+        where, line = (self.path, self.line_of(keys)) if self.lines else (self.path.name, None)  # it stands in no file
+        return InputError(where, name, self.value_of(keys), must, hint, line)
+
+
+def document_of(data: Mapping[str, Any], name: str, beside: Path) -> Document:
+    """What stands in no file, with the keys and values of TOML. `beside`: where file names in it start from."""
+    return Document(beside / f"({name})", _merged({}, data), {})
+
+
+def _merged(data: Any, values: Any) -> Any:
+    """Tables key by key where both have them; else what is new. Numbers of NumPy become those of Python."""
+    if isinstance(values, Mapping):
+        before = data if isinstance(data, Mapping) else {}
+        return {**before, **{key: _merged(before.get(key), value) for key, value in values.items()}}
+    if isinstance(values, list | tuple):
+        return [_merged(None, value) for value in values]
+    return values.item() if isinstance(values, np.generic) else values
 
 
 def read_document(path: Path) -> Document:

@@ -164,7 +164,11 @@ def machine_schema() -> type[Strict]:
 
 def load_machine(path: Path, needs: Sequence[str] = MOTOR) -> Machine:
     """Read and check a model file; `needs`: numbers of [plant] that it or its base must state."""
-    document = read_document(path)
+    return machine_from(read_document(path), needs)
+
+
+def machine_from(document: Document, needs: Sequence[str] = MOTOR) -> Machine:
+    """From what a model file holds."""
     file: Any = check(machine_schema(), document)
     given = given_numbers(file.plant, tables().model)
     base = _base_plant(document, file.base)

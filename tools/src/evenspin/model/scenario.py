@@ -27,77 +27,42 @@ drive = { rc_gain = 0.5 }
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
-import types
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
-
-import pydantic
+from typing import Any
 
 from evenspin.errors import EvenspinError, InputError, NativeError, did_you_mean
-from evenspin.model.document import Document, read_document
+from evenspin.model.changes import NO_CHANGES, Changes
+from evenspin.model.document import Document, document_of, read_document
 from evenspin.model.machine import (
     DATA,
     SIMULATED,
     Machine,
     check_supply,
-    drive_schema,
     effect_numbers,
-    effects_schema,
     find_model,
-    load_machine,
+    machine_from,
 )
-from evenspin.model.schema import Strict, check, given_numbers, real
+from evenspin.model.scenario_schema import (
+    CONTROL,
+    CONTROL_MODE,
+    LOADS,
+    SPEED,
+    TURN,
+    EventKey,
+    event_keys,
+    scenario_schema,
+)
+from evenspin.model.schema import check, given_numbers
 from evenspin.model.setup import InputCurve, Setup, Tune
 from evenspin.native import RefusedValueError, tables
 
-RPM = math.pi / 30.0  # rad/s
-TURN = 2.0 * math.pi  # rad
-MAX_DURATION_S = 3600.0
 MAX_ROWS = 4_000_000
 STEP_S = 1e-9  # a step between straight lines takes this long: far less than a PWM period
 RISE = tuple(k / 10.0 for k in range(1, 101))  # a rise 1 - exp(-t/T) as straight lines between these t/T: 0.1 % off
-
-
-@dataclass(frozen=True, slots=True)
-class EventKey:
-    """A key of [[event]] that sets an input: which one, in which unit, and that unit in units of the input."""
-
-    input: str
-    unit: str
-    scale: Callable[[Machine], float]
-
-
-def _one(_: Machine) -> float:
-    return 1.0
-
-
-def _rpm(_: Machine) -> float:
-    return RPM
-
-
-def _turn(_: Machine) -> float:
-    return TURN
-
-
-def _torque_per_a(machine: Machine) -> float:
-    return machine.torque_per_a_nm
-
-
-SPEED, CONTROL_MODE, POSITION = "speed_ref_rad_s", "control_mode", "position_ref_rad"
-OTHER_UNITS = {
-    "speed_rpm": EventKey(SPEED, "rpm", _rpm),
-    "speed_rad_s": EventKey(SPEED, "rad/s", _one),
-    "position_ref_turn": EventKey(POSITION, "turn", _turn),
-    "load_torque_a": EventKey("load_torque_nm", "A of q-axis current", _torque_per_a),
-    "load_brake_a": EventKey("load_brake_nm", "A of q-axis current", _torque_per_a),
-}
-LOADS = {"load_torque_nm", "load_brake_nm"}
-CONTROL = {"current": 0.0, "speed": 1.0, "position": 2.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,63 +122,25 @@ def _number_of(name: str, value: float | str) -> float:
     return field.to_number(value)
 
 
-# ---- what a file may hold ------------------------------------------------------------------------------------------
-
-
-@functools.cache
-def event_keys() -> dict[str, EventKey]:
-    """Keys in other units, then every input by its own name."""
-    named = (field for field in tables().inputs.values() if field.name not in (SPEED, CONTROL_MODE))
-    return OTHER_UNITS | {field.name: EventKey(field.name, field.unit, _one) for field in named}
-
-
-@functools.cache
-def event_schema() -> type[Strict]:
-    def optional(kind: Any, description: str) -> Any:
-        return (kind | None, pydantic.Field(None, description=description))
-
-    at_s = pydantic.Field(description=f"a time in 0 .. {MAX_DURATION_S:g} s")
-    members: dict[str, Any] = {"at_s": (real(0.0, MAX_DURATION_S), at_s)}
-    members |= {
-        name: optional(real(), f"a finite number{f' in {key.unit}' if key.unit else ''}")
-        for name, key in event_keys().items()
-    }
-    members["ramp_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
-    members["load_rise_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
-    members["control"] = optional(Literal[*CONTROL], '"current", "speed" or "position"')
-    members["drive"] = optional(drive_schema(), "drive parameters, as in { rc_gain = 0.5 }")
-    return pydantic.create_model("Event", __base__=Strict, **members)
-
-
-@functools.cache
-def scenario_schema() -> type[Strict]:
-    def described(text: str, default: Any = ...) -> Any:
-        return pydantic.Field(default, description=text)
-
-    duration, rate = real(1e-3, MAX_DURATION_S), real(1.0, 1e6)
-    members: dict[str, Any] = {
-        "name": (str, described("the name of the scenario, in quotes")),
-        "description": (str, described("text in quotes", "")),
-        "model": (str, described("the name of a built-in model or of a file, in quotes")),
-        "duration_s": (duration, described(f"a time in 0.001 .. {MAX_DURATION_S:g} s")),
-        "seed": (int, pydantic.Field(1, ge=0, lt=2**63, description="a whole number from 0")),
-        "log_rate_hz": (rate, described("a rate in 1 .. 1e6 Hz", 2000.0)),
-        "drive": (drive_schema() | None, described("a table [drive]", None)),
-        "effects": (effects_schema() | None, described("tables [effects.NAME]", None)),
-        "event": (types.GenericAlias(list, event_schema()), described("a list of tables [[event]]", ())),
-    }
-    return pydantic.create_model("Scenario", __base__=Strict, **members)
-
-
 # ---- reading -------------------------------------------------------------------------------------------------------
 
 
-def load_scenario(path: Path) -> Scenario:
-    """Read and check a scenario file and its model."""
-    document = read_document(path)
+def load_scenario(path: Path, changes: Changes = NO_CHANGES) -> Scenario:
+    """Read and check a scenario file and its model. `changes`: as if they stood in the files."""
+    return scenario_from(read_document(path), changes)
+
+
+def scenario_from(document: Document, changes: Changes = NO_CHANGES) -> Scenario:
+    """From what a scenario file holds. In one that stands in no file `model` may be a table: a model by itself."""
+    try:
+        return _scenario_from(changes.of_scenario(document), changes)
+    except InputError as error:
+        raise changes.located(error) from None
+
+
+def _scenario_from(document: Document, changes: Changes) -> Scenario:
+    document, machine = _with_machine(document, changes)
     file: Any = check(scenario_schema(), document)
-    model = find_model(file.model, path.parent, lambda must, hint: document.error(["model"], must, hint))
-    machine = load_machine(model, SIMULATED)
     events = _ordered_events(document, file)
     _check_rate(document, file, machine)
     drive = {name: field.default for name, field in tables().params.items()} | dict(machine.drive)
@@ -240,6 +167,18 @@ def load_scenario(path: Path) -> Scenario:
     return Scenario(document, machine, setup)
 
 
+def _with_machine(document: Document, changes: Changes) -> tuple[Document, Machine]:
+    """The model that a scenario names, or holds."""
+    given, beside = document.data.get("model"), document.path.parent
+    if isinstance(given, Mapping) and not document.lines:
+        own = document_of({"name": "own"} | dict(given), "model", beside)
+        named = Document(document.path, {**document.data, "model": str(own.data["name"])}, {})
+        return named, machine_from(changes.of_model(own), SIMULATED)
+    file: Any = check(scenario_schema(), document)
+    path = find_model(file.model, beside, lambda must, hint: document.error(["model"], must, hint))
+    return document, machine_from(changes.of_model(read_document(path)), SIMULATED)
+
+
 def builtin_scenarios() -> dict[str, Path]:
     """Scenario files that come with the package, as FOLDER/NAME."""
     found = (path for path in sorted(DATA.glob("*/*.toml")) if path.parent.name != "models")
@@ -247,10 +186,21 @@ def builtin_scenarios() -> dict[str, Path]:
 
 
 def builtin_scenario(name: str) -> Scenario:
+    return scenario_from(_builtin_document(name))
+
+
+def scenario_document(name: str) -> Document:
+    """What stands in a scenario file, or in one that comes with the package."""
+    if Path(name).exists() or Path(name).suffix:
+        return read_document(Path(name))
+    return _builtin_document(name)
+
+
+def _builtin_document(name: str) -> Document:
     known = builtin_scenarios()
     if name not in known:
         raise InputError("SCENARIO", "name", name, "a file .toml or a built-in scenario", did_you_mean(name, known))
-    return load_scenario(known[name])
+    return read_document(known[name])
 
 
 def _ordered_events(document: Document, file: Any) -> list[tuple[int, Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from evenspin.errors import NativeError, did_you_mean
 
 NUMERICS = ("float", "fixed")
 HEADER = "evenspin_capi.h"
-SUPPORTED_ABI = 3
+SUPPORTED_ABI = 4
 REINSTALL = "install the package again: make setup"
 
 
@@ -30,9 +31,13 @@ class Library:
         return self.ffi.string(pointer).decode() if pointer != self.ffi.NULL else ""
 
 
-@functools.cache
 def load(numeric: str = "float") -> Library:
-    """Load the library of this numeric, once per process."""
+    """The library of this numeric, loaded once per process."""
+    return _loaded(numeric)  # the cache takes load() and load("float") for two calls
+
+
+@functools.cache
+def _loaded(numeric: str) -> Library:
     from cffi import FFI
 
     if numeric not in NUMERICS:
@@ -63,9 +68,7 @@ def declarations(header: str) -> str:
 
 def library_folder(header: str) -> Path:
     """evenspin/_lib, with this header in it; an editable installation keeps it in site-packages."""
-    import evenspin
-
-    candidates = [Path(entry) / "_lib" for entry in evenspin.__path__] + _installed_folders()
+    candidates = [Path(entry) / "_lib" for entry in sys.modules["evenspin"].__path__] + _installed_folders()
     for candidate in candidates:
         if (candidate / header).is_file():
             return candidate
@@ -74,7 +77,6 @@ def library_folder(header: str) -> Path:
 
 def _installed_folders() -> list[Path]:
     import site
-    import sys
 
     return [Path(entry) / "evenspin" / "_lib" for entry in [*sys.path, *site.getsitepackages()] if entry]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,31 @@ from evenspin.log.csvfile import write_csv
 from evenspin.report.figures import Picture
 from evenspin.tableview import TableView
 
-TEMPLATE = Path(__file__).with_name("page.html.j2")
+HERE = Path(__file__).parent
+TEMPLATE = HERE / "page.html.j2"
+UPLOT = HERE.parent / "scope" / "static" / "vendor"  # the one copy of it, with its licence
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """What draws the pictures of a page again so that they can be zoomed. It goes into the page, which needs nothing
+    from elsewhere."""
+
+    style: str
+    library: str
+    charts: str
+
+    @classmethod
+    def read(cls) -> Script:
+        licence = (UPLOT / "LICENSE-uPlot").read_text(encoding="utf-8")
+        library = (UPLOT / "uPlot.iife.min.js").read_text(encoding="utf-8")
+        style = (UPLOT / "uPlot.min.css").read_text(encoding="utf-8")
+        return cls(style, f"/*\n{licence}*/\n{library}", (HERE / "chart.js").read_text(encoding="utf-8"))
+
+
+def anchor(title: str) -> str:
+    """A title as the name of a place on the page."""
+    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "part"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +69,12 @@ class Page:
         in_chapters = [part for chapter in self.chapters for part in chapter.parts if isinstance(part, Picture)]
         return [*self.pictures, *in_chapters]
 
+    def contents(self) -> list[tuple[str, str]]:
+        """What can be jumped to, in the order of the page: place and title."""
+        drawn = [(picture.name, picture.title) for picture in self.pictures]
+        parts: list[TableView | Chapter] = [*self.tables, *self.chapters]
+        return drawn + [(anchor(part.title), part.title) for part in parts]
+
 
 def write_page(folder: Path, page: Page) -> None:
     """report.html, figures/NAME.svg and figures/NAME.csv."""
@@ -54,8 +85,12 @@ def write_page(folder: Path, page: Page) -> None:
     for picture in page.all_pictures():
         (figures / f"{picture.name}.svg").write_text(_stand_alone(picture.svg), encoding="utf-8")
         _write_columns(figures / f"{picture.name}.csv", picture)
-    template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(TEMPLATE.read_text())
-    (folder / "report.html").write_text(template.render(page=page), encoding="utf-8")
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["anchor"] = lambda part: anchor(part.title)
+    template = environment.from_string(TEMPLATE.read_text())
+    script = Script.read() if any(picture.chart for picture in page.all_pictures()) else None
+    text = template.render(page=page, contents=page.contents(), script=script)
+    (folder / "report.html").write_text(text, encoding="utf-8")
 
 
 def _stand_alone(svg: str) -> str:

@@ -52,6 +52,23 @@ class Outcome:
 
 def outcome_of(setup: Setup, record: Record) -> Outcome:
     """The first thing that went wrong."""
+    if (early := _stopped(setup, record)) is not None:
+        return early
+    for segment in segments(setup):
+        steady = record.between(segment.steady_s, segment.end_s)
+        found = _oscillation(setup, steady, segment) if (steady["state"] == RUN).all() else ""
+        if found:
+            return Outcome("oscillates", found, segment.steady_s)
+    return Outcome("ran")
+
+
+def stopped(setup: Setup, record: Record) -> str:
+    """Why the drive did not run to the end; "" when it did. Reads `state` and `fault` only."""
+    found = _stopped(setup, record)
+    return "" if found is None else found.text
+
+
+def _stopped(setup: Setup, record: Record) -> Outcome | None:
     tripped = record["fault"] > 0.0
     if tripped.any():
         row = int(tripped.argmax())
@@ -64,12 +81,7 @@ def outcome_of(setup: Setup, record: Record) -> Outcome:
         hint = "" if setup.drive["auto_run"] else "; nothing starts it: set auto_run = true in [drive]"
         more = "" if hint else "; calibration and alignment did not end within duration_s"
         return Outcome("stayed", f"The drive never ran: it stayed in {state}{hint}{more}.")
-    for segment in segments(setup):
-        steady = record.between(segment.steady_s, segment.end_s)
-        found = _oscillation(setup, steady, segment) if (steady["state"] == RUN).all() else ""
-        if found:
-            return Outcome("oscillates", found, segment.steady_s)
-    return Outcome("ran")
+    return None
 
 
 def _oscillation(setup: Setup, steady: Record, segment: Segment) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from evenspin.log.case import write_json
 from evenspin.memory import AngleTable
 from evenspin.memory.picture import memory_picture
 from evenspin.model.methods import NONE, method_word, observer_of
-from evenspin.model.scenario import CONTROL, RPM
+from evenspin.model.scenario_schema import CONTROL, RPM
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.report.figures import Curve, pictures
@@ -87,16 +88,23 @@ def write_run(
     command: str,
     learned: AngleTable | None = None,
 ) -> None:
-    """Everything into an existing, empty folder."""
+    """Everything into an existing, empty folder. The tables are written while the pictures are drawn."""
     name = experiment_name(setup)
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        tables_written = pool.submit(_write_tables, folder, setup, record, name)
+        page = page_of(setup, record, summary, command, learned)
+        tables_written.result()
+    write_json(folder / "summary.json", summary)
+    write_page(folder, page)
+
+
+def _write_tables(folder: Path, setup: Setup, record: Record, name: str) -> None:
     write_case(folder, meta_of(setup, name, [name]), {name: record.pick(LOG_COLUMNS)})
     truth = ("t_s", *truth_signals())
     write_csv(folder / "truth.csv", truth, record.pick(truth).values)
     if record["isr_max_cycles"][-1] > 0.0:  # the board was given the duration of its interrupts
         timing = ("t_s", *timing_columns(record.names))
         write_csv(folder / TIMING_FILE, timing, record.pick(timing).values)
-    write_json(folder / "summary.json", summary)
-    write_page(folder, page_of(setup, record, summary, command, learned))
 
 
 def page_of(

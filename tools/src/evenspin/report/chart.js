@@ -1,0 +1,66 @@
+// Every picture of this page that has its numbers beside it is drawn again with uPlot: cursor, zoom by dragging, double click
+// for the whole. Without a script, and on paper, the SVG stands.
+"use strict";
+(() => {
+  const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const digits = (value) => (value === null || value === undefined ? "" : String(Number(value.toPrecision(6))).replace("-", "−"));
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+
+  function series(line) {
+    const bars = line.kind === "bars";
+    return {
+      label: line.label, width: line.width * 1.2, dash: line.dashed ? [6, 4] : undefined,
+      stroke: line.dashed ? css("--ink") : line.colour, fill: bars ? line.colour : undefined,
+      paths: bars ? uPlot.paths.bars({ size: [0.9, 60] }) : line.kind === "points" ? () => null : undefined,
+      points: { show: line.kind === "points", size: 4 }, value: (_, value) => digits(value) || "-",
+    };
+  }
+
+  function axis(label) {
+    return {
+      label, stroke: css("--soft"), grid: { stroke: css("--line"), width: 1 }, ticks: { stroke: css("--line"), width: 1 },
+      values: (_, ticks) => ticks.map(digits), labelSize: 20, font: "12px system-ui", labelFont: "12px system-ui",
+    };
+  }
+
+  function draw(panel, height, place) {
+    const data = uPlot.join(panel.lines.map((line) => [line.x, line.y]));
+    const y = panel.log ? { distr: 3, log: 10 } : {};
+    if (panel.y_range) y.range = panel.y_range;
+    const options = {
+      width: Math.max(200, place.clientWidth), height: Math.max(180, height), title: panel.title,
+      scales: { x: { time: false }, y }, axes: [axis(panel.x), axis(panel.y)],
+      series: [{ label: panel.x, value: (_, value) => digits(value) || "-" }, ...panel.lines.map(series)],
+      cursor: panel.group ? { sync: { key: panel.group } } : {},
+    };
+    return new uPlot(options, data, place);
+  }
+
+  let plots = [];
+  function drawAll() {
+    plots.forEach((each) => each.plot.destroy());
+    plots = [];
+    for (const source of document.querySelectorAll("script.chart")) {
+      const chart = JSON.parse(source.textContent);
+      const figure = source.parentElement;
+      const live = figure.querySelector(".live");
+      live.replaceChildren();
+      live.style.setProperty("--columns", chart.columns);
+      figure.classList.add("drawn");
+      for (const panel of chart.panels) {
+        const place = live.appendChild(document.createElement("div"));
+        plots.push({ place, plot: draw(panel, chart.height, place) });
+      }
+    }
+  }
+
+  drawAll();
+  dark.addEventListener("change", drawAll);
+  let waiting = 0;
+  addEventListener("resize", () => {
+    cancelAnimationFrame(waiting);
+    waiting = requestAnimationFrame(() => {
+      for (const { place, plot } of plots) plot.setSize({ width: Math.max(200, place.clientWidth), height: plot.height });
+    });
+  });
+})();
