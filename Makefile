@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps foreign-logs clean
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults motion fuzz-logs balance wrong-maps foreign-logs clean simulators gap-cases
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -102,6 +102,9 @@ blind: setup ## hidden effects from another simulator: make, solve, score, write
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
 	@.venv/bin/evenspin gap blind score --truth $(BLIND)/truth.json --results $(BLIND)/verdicts --markdown docs/blind.md --force
 
+gap-cases: setup ## the hard cases of the gap search with all effects to choose from (3 min; with the likely ones in `make test`)
+	@EVENSPIN_CAMPAIGN=1 $(PYTHON) -m pytest -q tools/tests/blind/test_blind_hard.py
+
 COUNT ?= 60
 SEEDS ?= 1
 LOGS  := out/blind-logs
@@ -119,6 +122,14 @@ foreign-logs: setup ## causes that no table lists: make, run, score, write docs/
 	@.venv/bin/evenspin gap blind make-logs --foreign --count $(COUNT) --seeds $(SEEDS) --out $(FOREIGN)/logs --truth $(FOREIGN)/truth.json
 	@.venv/bin/evenspin gap blind run-logs $(FOREIGN)/logs --truth $(FOREIGN)/truth.json --out $(FOREIGN)/verdicts
 	@.venv/bin/evenspin gap blind score-foreign --truth $(FOREIGN)/truth.json --results $(FOREIGN)/verdicts --markdown docs/foreign-logs.md --force
+
+SIMULATORS := out/simulators
+
+simulators: setup ## motulator as a third simulator: how far the three are apart, and what `gap` says of its logs; writes docs/simulators.md (30 min)
+	@rm -rf $(SIMULATORS)
+	@.venv/bin/evenspin gap blind make --simulator motulator --kind single=8,pair=3,none=1 --seed 11 --out $(SIMULATORS)/cases --truth $(SIMULATORS)/truth.json
+	-@.venv/bin/evenspin gap batch $(SIMULATORS)/cases --out $(SIMULATORS)/verdicts
+	@$(PYTHON) tools/tests/simulators_campaign.py $(SIMULATORS) docs/simulators.md
 
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py

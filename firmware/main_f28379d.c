@@ -11,7 +11,7 @@
 #endif
 
 /* 13 k words of learned waveforms and about 4 k words of state: RAM blocks GS8..GS12, see linker/; less in the RAM build, where
- * the program begins in GS8. */
+ * the program ends in GS9. */
 #ifndef MAIN_DRIVE_REGION_WORDS
 #define MAIN_DRIVE_REGION_WORDS 0x5000U
 #endif
@@ -49,6 +49,7 @@ PORT_RAM_CODE PORT_ISR void main_current_isr(void)
 {
     port_current_begin();
     drive_current_isr(&drive);
+    drive_watch_isr(&drive);
     services_sample(&services);
     port_current_end();
 }

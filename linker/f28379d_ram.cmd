@@ -1,9 +1,9 @@
 /* linker/f28379d_ram.cmd: everything in RAM, for the debugger: loads in a second and wears no flash. TMS320F28379D, CPU1.
  *
  * The program is lost at power-off and does not start by itself. Nothing is copied, so load and run addresses are the
- * same and _FLASH is not defined. Code lies in LS0..GS8, data elsewhere, for the reasons in f28379d_flash.cmd; GS8 has the
+ * same and _FLASH is not defined. Code lies in LS0..GS9, data elsewhere, for the reasons in f28379d_flash.cmd; GS9 has the
  * end of one and the begin of the other. Capture and
- * black box share one block, 128 rows of 8 signals each. */
+ * black box share one block, 64 rows of 8 signals each. */
 
 MEMORY
 {
@@ -12,11 +12,11 @@ MEMORY
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121
     RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 above the boot ROM's, M1 without its last 8 words (errata) */
-    RAM_PROGRAM : origin = 0x008000, length = 0x00CC00   /* LS0..LS5, D0, D1, GS0..GS7, 3/4 of GS8: 51 k words */
-    RAM_DRIVE   : origin = 0x014C00, length = 0x004400   /* rest of GS8, GS9..GS12 */
-    RAM_CAPTURE : origin = 0x019000, length = 0x000800   /* GS13, lower half */
-    RAM_BOX     : origin = 0x019800, length = 0x000800   /* GS13, upper half */
-    RAM_DATA    : origin = 0x01A000, length = 0x001FF8   /* GS14, GS15 without its last 8 words (errata) */
+    RAM_PROGRAM : origin = 0x008000, length = 0x00DC00   /* LS0..LS5, D0, D1, GS0..GS8, 3/4 of GS9: 55 k words */
+    RAM_DRIVE   : origin = 0x015C00, length = 0x004400   /* rest of GS9, GS10..GS13 */
+    RAM_CAPTURE : origin = 0x01A000, length = 0x000400   /* GS14, first quarter */
+    RAM_BOX     : origin = 0x01A400, length = 0x000400   /* GS14, second quarter */
+    RAM_DATA    : origin = 0x01A800, length = 0x0017F8   /* GS14's upper half, GS15 without its last 8 words (errata) */
 }
 
 SECTIONS

@@ -49,6 +49,8 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
+    drive_make_correction(p, &s->scale, &s->sensors);
+    drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_speed(p, &s->scale, &s->speed);
@@ -59,6 +61,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
 static uint16_t judge(const drive_setup_t *s)
 {
     uint16_t bad = drive_judge_current(&s->current);
+    bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_judge_correction(&s->sensors);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_judge_tracking(&s->tracking);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_judge_speed(&s->speed);
     return (bad != (uint16_t)PARAM_COUNT) ? bad : drive_judge_observer(&s->observer);
@@ -82,12 +85,16 @@ uint16_t drive_build(drive_t *d)
         s->speed.rc_used = false;
         s->observer.meter_used = false;
         s->observer.used = false;
+        s->sensors.used = false;
+        s->sensors.learns = false;
+        drive_build_correction(&d->sensors, &s->sensors, &s->scale);
         return bad;
     }
     d->scale = s->scale;
     d->zero.e = s->tracking.encoder_offset;
     /* all of these were accepted a moment ago */
     drive_build_current(&d->current, &s->current);
+    drive_build_correction(&d->sensors, &s->sensors, &s->scale);
     drive_build_tracking(&d->tracking, &s->tracking);
     drive_build_speed(&d->speed, &s->speed, d->rc_memory);
     drive_build_meter(&d->observer, &s->observer);
@@ -104,5 +111,7 @@ void drive_rest(drive_t *d)
     drive_rest_speed(&d->speed, &d->setup->speed);
     drive_rest_observer(&d->observer, &d->setup->observer);
     drive_rest_position(&d->position);
+    ctl_turn_spoil(&d->sensors.log); /* a new run */
+    ctl_plausibility_restart(&d->plausibility);
     drive_command_nothing(d);
 }

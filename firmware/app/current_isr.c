@@ -155,13 +155,32 @@ static void add_to_calibration(drive_t *d)
     }
 }
 
+/* The phase currents of the sample without what the sensors add to them, and what that is learned from. What trips was judged before. */
+static inline void correct_currents(drive_t *d, const drive_setup_t *setup)
+{
+    const drive_sensors_map_t *const m = &d->sensors.map[d->sensors.at];
+    /* of the last sample: current and voltage are still where its control left them */
+    if ((d->sample.seq & 1U) != 0U) {
+        ctl_turn_note_current_unchecked(&d->sensors.log, d->current.meas);
+    } else {
+        ctl_turn_note_voltage_unchecked(&d->sensors.log, d->current.volt, d->tracking.theta_e, d->tracking.theta_m);
+    }
+    d->ia_a = (d->ia_a * m->scale[0]) - m->shift_a[0];
+    d->ib_a = (d->ib_a * m->scale[1]) - m->shift_a[1];
+    d->ic_a = setup->sensors.three ? ((d->ic_a * m->scale[2]) - m->shift_a[2]) : (-d->ia_a - d->ib_a);
+}
+
 static inline void act(drive_t *d, const drive_setup_t *setup)
 {
     angle_t at = d->tracking.theta_e;
     num_t   lead = (num_t)0;
-    if (d->state == DRIVE_RUN) {
+    if (d->state == setup->sensors.plain_state) { /* one branch for RUN and for sensors that need no correction */
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
+        lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
+    } else if (d->state == DRIVE_RUN) {
+        correct_currents(d, setup);
+        take_references(d);
         lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
     } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
         at = d->align.at;
@@ -190,6 +209,7 @@ static inline bool take_sample(drive_t *d, const drive_setup_t *setup)
         return true;
     }
     const bool usable = drive_check_sample(d, status, previous_seq);
+    ctl_turn_spoil(&d->sensors.log);
     if ((!usable || (d->sample.seq != (previous_seq + 1U))) && (d->tracking.known != DRIVE_ANGLE_UNKNOWN)) {
         d->tracking.known = DRIVE_ANGLE_AGAIN; /* who knows how many periods went by */
     }

@@ -16,10 +16,12 @@
 #ifndef FIRMWARE_APP_DRIVE_H
 #define FIRMWARE_APP_DRIVE_H
 
+#include "control/motor/current_error.h"
 #include "control/motor/deadbeat.h"
 #include "control/motor/frames.h"
 #include "control/motor/mt_speed.h"
 #include "control/motor/pi.h"
+#include "control/motor/plausibility.h"
 #include "control/motor/pll.h"
 #include "control/observer/observer.h"
 #include "control/observer/torque_meter.h"
@@ -106,6 +108,12 @@ typedef struct {
     num_t                 advance;       /**< Voltage angle advance per mechanical speed, turns electrical. */
 } drive_current_setup_t;
 
+/** Whether voltages, currents and angle are judged, and by which numbers. */
+typedef struct {
+    bool                      used;
+    ctl_plausibility_params_t run, align; /**< In an alignment nothing is known of where the magnets are. */
+} drive_plausibility_setup_t;
+
 typedef struct {
     ctl_pll_params_t pll;
     angle_t          encoder_offset; /**< Electrical. */
@@ -137,6 +145,16 @@ typedef struct {
     bool                  speed_asked; /**< The speed loop uses the speed of the meter. */
 } drive_observer_setup_t;
 
+typedef enum { DRIVE_CORRECTION_OFF = 0, DRIVE_CORRECTION_FIXED, DRIVE_CORRECTION_LEARNED } drive_correction_word_t;
+
+/** Correction of the current sensors. */
+typedef struct {
+    drive_state_t              plain_state; /**< RUN, or with a correction no state at all: in which nothing is corrected. */
+    bool                       used, learns, three;
+    float                      offset[3], gain[3]; /**< By parameters; offsets in current units. */
+    ctl_current_error_params_t learning;
+} drive_sensors_setup_t;
+
 /** What every sample is judged by, SI. */
 typedef struct {
     float over_current_a, over_voltage_v, under_voltage_v, over_speed_rad_s;
@@ -144,6 +162,7 @@ typedef struct {
 
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
+    drive_sensors_setup_t  sensors;
     drive_scale_t          scale;
     drive_limits_t         limits;
     drive_current_setup_t  current;
@@ -152,6 +171,7 @@ typedef struct {
     drive_observer_setup_t observer;
     drive_position_setup_t position;
     drive_motion_setup_t   motion;
+    drive_plausibility_setup_t plausibility;
     uint32_t               period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
@@ -176,6 +196,20 @@ typedef struct {
     ctl_deadbeat_state_t deadbeat;
     ctl_dq_t             ref, meas, volt;
 } drive_current_t;
+
+/** True current = measured current times scale less shift, phase by phase. */
+typedef struct {
+    float scale[3], shift_a[3];
+} drive_sensors_map_t;
+
+typedef struct {
+    drive_sensors_map_t map[2]; /**< Main loop; the one at `at` is in force. */
+    volatile uint16_t   at;
+    ctl_turn_log_t      log;            /**< Current interrupt. */
+    ctl_current_error_t learned;        /**< Main loop, */
+    float               seen_d, seen_q; /**< and sums of the currents that it has seen in this turn, */
+    uint16_t            seen;           /**< so many. */
+} drive_sensors_t;
 
 /** The observer of the disturbance torque, counted in q current; current interrupt. */
 typedef struct {
@@ -254,7 +288,7 @@ typedef struct {
     volatile bool home_wanted;
 
     hal_sample_t      sample;
-    float             ia_a, ib_a, ic_a; /**< After offset correction. */
+    float             ia_a, ib_a, ic_a; /**< Less the offsets of calibration, then corrected as `sensors` has it. */
     float             offset_a_a, offset_b_a, offset_c_a;
     float             sum_a_a, sum_b_a, sum_c_a; /**< Sums of the currents during calibration. */
     volatile uint16_t sum_count;                 /**< Samples in these sums. */
@@ -265,9 +299,12 @@ typedef struct {
     drive_speed_t     speed;
     drive_observer_t  observer;
     drive_position_t  position;
+    drive_sensors_t   sensors;
     store_t           storage;                   /**< Main loop; parameters (services) and table. */
     uint16_t          saved_cells;               /**< Of the table that is being saved. */
     drive_motion_t    motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    float             link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
+    ctl_plausibility_state_t plausibility;       /**< Whether voltages, currents and angle agree; current interrupt. */
     uint16_t          speed_count;               /**< Current periods until the next speed tick. */
     uint16_t          bad_samples, lost_samples; /**< In a row. */
     uint16_t          low_bus_samples;           /**< Samples in a row with a dc-link voltage below its limit. */
@@ -287,6 +324,8 @@ void drive_init(drive_t *d, const drive_params_t *params);
 
 /** The two interrupts and one pass of the main loop. Each is bounded; none waits. */
 void drive_current_isr(drive_t *d);
+/** Right after drive_current_isr, in the same interrupt: what is judged beside the control (watch_isr.c). */
+void drive_watch_isr(drive_t *d);
 void drive_speed_isr(drive_t *d);
 void drive_background(drive_t *d);
 
@@ -377,9 +416,14 @@ void drive_restart_timing(drive_t *d);
 
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
+/** How far currents, voltages and angle contradict each other, over what is allowed; 0 while nothing is judged. Any context. */
+float drive_contradiction(const drive_t *d);
 /** Position and its command in rad, with the precision of a float. Any context. */
 float drive_position_rad(const drive_t *d);
 float drive_position_ref_rad(const drive_t *d);
+/** Correction of a current sensor in force, phase 0 to 2: its offset, and its gain (1: right). Any context. */
+float drive_current_offset_a(const drive_t *d, uint16_t phase);
+float drive_current_gain(const drive_t *d, uint16_t phase);
 /** Inputs that were refused: samples, and by the PI controllers of current and speed and the repetitive controller. */
 uint32_t drive_rejected(const drive_t *d);
 

@@ -135,6 +135,9 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
         rebuild(d, s, shapes);
     }
     prepare(d, s, shapes);
+    if (drive_correction_differs(&d->setup->sensors, &s->sensors)) { /* at rest: the bridge is off */
+        drive_build_correction(&d->sensors, &s->sensors, &s->scale);
+    }
     if (!d->zero.found) {
         d->zero.e = s->tracking.encoder_offset; /* another one only at rest */
     }

@@ -58,6 +58,13 @@ void     drive_build_position_memory(drive_position_t *position, const drive_set
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_position_t *position);
 
+void     drive_make_correction(const drive_params_t *params, const drive_scale_t *scale, drive_sensors_setup_t *setup);
+uint16_t drive_judge_correction(const drive_sensors_setup_t *setup);
+void     drive_build_correction(drive_sensors_t *correction, const drive_sensors_setup_t *setup, const drive_scale_t *scale);
+bool     drive_correction_differs(const drive_sensors_setup_t *before, const drive_sensors_setup_t *setup);
+/** current_correction.c: learn from the turn that the interrupt has completed, if any. Once per pass of the main loop. */
+void drive_attend_correction(drive_t *d);
+
 /** handover.c: bits of the blocks that a change needs to build again. */
 #define DRIVE_SHAPE_REPETITIVE 1U
 #define DRIVE_SHAPE_METER 2U
@@ -119,6 +126,8 @@ void drive_trip(drive_t *d, drive_fault_t fault);
 void drive_check_hardware(drive_t *d);
 /** protection.c: judge the newest sample. @return false when it must not be used. Current interrupt. */
 bool drive_check_sample(drive_t *d, hal_status_t status, uint32_t previous_seq);
+/** winding_check.c: its share of the setup. */
+void drive_make_plausibility(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: its share of the setup. */
 void drive_make_motion(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: the first samples of an angle, or of one after a gap; then the encoder is known. Current interrupt. */

@@ -77,6 +77,18 @@ static void narrow(const drive_params_t *p, uint16_t param, float *low, float *h
     case PARAM_profile_speed_rad_s:
         *high = p->over_speed_rad_s;
         break;
+    case PARAM_current_offset_a_a:
+    case PARAM_current_offset_b_a:
+    case PARAM_current_offset_c_a:
+        *low = -p->current_offset_max_a;
+        *high = p->current_offset_max_a;
+        break;
+    case PARAM_current_gain_a:
+    case PARAM_current_gain_b:
+    case PARAM_current_gain_c:
+        *low = 1.0f - p->current_gain_max;
+        *high = 1.0f + p->current_gain_max;
+        break;
     default:
         break;
     }
@@ -107,8 +119,10 @@ static bool fits(const drive_params_t *p, uint16_t param)
 
 uint16_t drive_relation_refuses(const drive_params_t *p)
 {
-    static const uint16_t RELATED[] = {PARAM_under_voltage_v, PARAM_iq_limit_a, PARAM_align_current_a, PARAM_voltage_limit_v,
-                                       PARAM_profile_speed_rad_s};
+    static const uint16_t RELATED[] = {PARAM_under_voltage_v,    PARAM_iq_limit_a,          PARAM_align_current_a,
+                                       PARAM_voltage_limit_v,    PARAM_profile_speed_rad_s, PARAM_current_offset_a_a,
+                                       PARAM_current_offset_b_a, PARAM_current_offset_c_a,  PARAM_current_gain_a,
+                                       PARAM_current_gain_b,     PARAM_current_gain_c};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
         if (!fits(p, RELATED[k])) {
             return RELATED[k];

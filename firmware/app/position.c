@@ -157,7 +157,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
     hand_over(&d->speed, o, limited, fed, q->torque_delay);
 }
 
-static float in_rad(ctl_position_t position)
+static inline float in_rad(ctl_position_t position)
 {
     /* turns and part separately: a float has 24 bits */
     const int32_t turns = (int32_t)(position >> 32);
@@ -166,7 +166,7 @@ static float in_rad(ctl_position_t position)
 }
 
 /* The speed interrupt writes the other one: this is whole unless it comes twice in between. */
-static ctl_position_t whole(const drive_shown_t *s) { return s->value[s->at & 1U]; }
+static inline ctl_position_t whole(const drive_shown_t *s) { return s->value[s->at & 1U]; }
 
 float drive_position_rad(const drive_t *d) { return in_rad(whole(&d->position.now_shown)); }
 float drive_position_ref_rad(const drive_t *d) { return in_rad(whole(&d->position.ref_shown)); }

@@ -228,6 +228,7 @@ void drive_background(drive_t *d)
         drive_command_nothing(d); /* what was commanded last does not act any more */
     }
     attend_observer(d);
+    drive_attend_correction(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)

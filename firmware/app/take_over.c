@@ -66,6 +66,7 @@ void drive_take_over(drive_t *d)
     retune_speed(&d->speed, &s->speed);
     retune_observer(&d->observer, &s->observer);
     retune_position(&d->position, &s->position);
+    ctl_plausibility_restart(&d->plausibility); /* its flux is in other units now */
     d->params = &next->params;
     d->setup = s;
     d->next_ready = 0U;

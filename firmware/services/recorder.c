@@ -100,12 +100,9 @@ static bool fires(recorder_t *r, const drive_t *d)
     return hit || (r->manual != 0U);
 }
 
-static void store(recorder_t *r, const drive_t *d)
+static inline void store(recorder_t *r, const drive_t *d)
 {
-    float *const row = &r->value[r->at];
-    for (uint16_t i = 0U; i < r->config.count; i++) {
-        row[i] = telemetry_read(d, r->config.signal[i]);
-    }
+    telemetry_read_row(d, r->config.signal, r->config.count, &r->value[r->at]);
     r->at = (uint16_t)(r->at + r->config.count);
     if (r->at >= r->end) {
         r->at = 0U;

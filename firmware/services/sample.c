@@ -2,7 +2,7 @@
 #include "firmware/services/services.h"
 #include "hal/hal_clock.h"
 
-static void note_fault(services_t *s)
+static inline void note_fault(services_t *s)
 {
     const drive_t *const d = s->setup.drive;
     const drive_fault_t  now = drive_fault(d);

@@ -58,10 +58,7 @@ void stream_sample(stream_t *s, const drive_t *d, uint32_t counter)
         }
         return;
     }
-    float *const row = &s->value[(uint16_t)(s->write_slot * s->count)]; /* below STREAM_VALUES */
-    for (uint16_t i = 0U; i < s->count; i++) {
-        row[i] = telemetry_read(d, s->signal[i]);
-    }
+    telemetry_read_row(d, s->signal, s->count, &s->value[(uint16_t)(s->write_slot * s->count)]); /* below STREAM_VALUES */
     s->counter[s->write_slot] = counter;
     s->write_slot = (uint16_t)((s->write_slot + 1U < s->rows) ? (s->write_slot + 1U) : 0U);
     s->written++;

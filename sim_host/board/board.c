@@ -35,6 +35,8 @@ void sim_board_start(sim_board_t *board)
     board->gates_on = false;
     board->speed_requested = false;
     board->stuck_theta = 0U;
+    board->stuck_a[0] = board->stuck_a[1] = 0.0f;
+    board->sum_a = 0.0;
     const hal_encoder_edge_t no_edge = {0};
     board->stuck_edge = no_edge;
     board->gate_periods = 0;
@@ -110,14 +112,41 @@ static inline hal_inverter_fault_t latched_fault(sim_board_t *b)
     return b->latched_fault;
 }
 
+static float sensed(sim_board_t *b, int phase, double current_a)
+{
+    const sim_sensor_t *const s = &b->disturbance.sensor[phase];
+    if (!s->faulty) {
+        b->stuck_a[phase] = (float)current_a;
+    } else if (!s->stands) {
+        const double range_a = b->plant.model.current_range_a;
+        b->stuck_a[phase] = (float)fmax(-range_a, fmin(range_a, s->gain * current_a + s->offset_a));
+    } else {
+        /* as it was */
+    }
+    return b->stuck_a[phase];
+}
+
+/* As hal/f28379d/sampling.c does it: a sum that is off by more than 1 A of 20, in the mean over 64 samples. */
+static void judge_sum(sim_board_t *b, const hal_sample_t *s)
+{
+    const double sum_a = fabs((double)s->ia_a + (double)s->ib_a + (double)s->ic_a);
+    b->sum_a = b->armed ? (b->sum_a + ((sum_a - b->sum_a) / 64.0)) : 0.0;
+    if ((b->sum_a > 0.05 * (double)b->limits.current_a) && (b->latched_fault == HAL_INVERTER_FINE)) {
+        b->latched_fault = HAL_INVERTER_CURRENT_SUM;
+    }
+}
+
 hal_status_t hal_sample_read(hal_sample_t *out)
 {
     sim_board_t *const b = selected;
     sim_reading_t      r;
     sim_plant_read(&b->plant, &r);
-    out->ia_a = b->disturbance.current_nan ? NAN : (float)r.ia_a;
-    out->ib_a = (float)r.ib_a;
-    out->ic_a = -out->ia_a - out->ib_a;
+    out->ia_a = b->disturbance.current_nan ? NAN : sensed(b, 0, r.ia_a);
+    out->ib_a = sensed(b, 1, r.ib_a);
+    out->ic_a = b->disturbance.third_sensor ? -(float)r.ia_a - (float)r.ib_a : -out->ia_a - out->ib_a;
+    if (b->disturbance.third_sensor) {
+        judge_sum(b, out);
+    }
     out->vdc_v = (float)r.vdc_v;
     if (!b->disturbance.encoder_stuck) {
         b->stuck_theta = to_turns(r.theta_m_rad + slipped_rad(b));

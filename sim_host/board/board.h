@@ -22,10 +22,19 @@
 #define SIM_STORAGE_PAGES 3 /* sectors of 8 k words, as on the chip */
 #define SIM_STORAGE_WORDS 8192
 
+/** What the sensor of a phase current makes of the current. */
+typedef struct {
+    bool   faulty; /**< Else it reads what there is. */
+    bool   stands; /**< At the last value. */
+    double gain, offset_a;
+} sim_sensor_t;
+
 /** Disturbances of the electronics, for tests and scenarios. */
 typedef struct {
     bool                 sample_lost;      /**< The converter gives nothing new. */
     bool                 current_nan;      /**< Phase a reads as not-a-number. */
+    sim_sensor_t         sensor[2];        /**< Of phases a and b. */
+    bool                 third_sensor;     /**< Phase c has one, too; else its current is the negative sum of the others. */
     bool                 encoder_stuck;    /**< The angle no longer changes, and no edge comes. */
     double               encoder_slip_rad; /**< Angle that the encoder shows too much, in whole counts. */
     bool                 encoder_error;    /**< Phase error of the encoder interface. */
@@ -59,6 +68,8 @@ typedef struct {
     double               duty_next[3];  /**< Duties of the next period. */
     bool                 speed_requested;
     uint32_t             stuck_theta;
+    float                stuck_a[2]; /**< Last readings of the current sensors. */
+    double               sum_a;      /**< Mean of what three current sensors do not add up to, as the port for the F28379D has it. */
     hal_encoder_edge_t   stuck_edge;
     uint64_t             gate_periods; /**< Periods with the gates on, since the start. */
     hal_reset_t          reset_cause;  /**< Power-up, unless changed after sim_board_start. */

@@ -125,6 +125,16 @@ void capi_inputs_apply(es_sim_t *s, double t)
     sim_disturbance_t *const d = &s->board.disturbance;
     d->sample_lost = now[INPUT_sample_lost] >= 0.5;
     d->current_nan = now[INPUT_current_nan] >= 0.5;
+    for (int k = 0; k < 2; k++) {
+        const int          second = k * (INPUT_current_b_gain - INPUT_current_a_gain);
+        const sim_sensor_t sensor = {.stands = now[INPUT_current_a_stands + second] >= 0.5,
+                                     .gain = now[INPUT_current_a_gain + second],
+                                     .offset_a = now[INPUT_current_a_offset_a + second]};
+        d->sensor[k] = sensor;
+        d->sensor[k].faulty = sensor.stands || (sensor.gain != 1.0) || (sensor.offset_a != 0.0);
+    }
+    d->third_sensor = now[INPUT_third_sensor] >= 0.5;
+    o->open_phase = (int)(now[INPUT_open_phase] + 0.5);
     d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
     d->encoder_slip_rad = now[INPUT_encoder_slip_rad];
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;

@@ -10,6 +10,7 @@
 static void interrupts(es_sim_t *s)
 {
     drive_current_isr(&s->drive);
+    drive_watch_isr(&s->drive);
     if (sim_board_speed_due(&s->board)) {
         sim_board_speed_begin(&s->board);
         drive_speed_isr(&s->drive);

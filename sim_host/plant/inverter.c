@@ -59,6 +59,11 @@ static void back_emf(const sim_plant_t *s, double h, double ab[2])
     ab[1] = we * s->model.psi_wb * cos(angle);
 }
 
+static double emf_of_phase(const double e[2], int k)
+{
+    return (k == 0) ? e[0] : 0.5 * (-e[0] + ((k == 1) ? SIM_SQRT3 : -SIM_SQRT3) * e[1]);
+}
+
 /** Gates off: the diode of a phase with current puts it on the rail that opposes this current; a phase without floats. */
 static void diode_voltage(const sim_plant_t *s, const double i[3], double h, double ab[2])
 {
@@ -72,8 +77,7 @@ static void diode_voltage(const sim_plant_t *s, const double i[3], double h, dou
     }
     for (int k = 0; k < 3; k++) {
         if (i[k] == 0.0) {
-            const double emf = (k == 0) ? e[0] : 0.5 * (-e[0] + ((k == 1) ? SIM_SQRT3 : -SIM_SQRT3) * e[1]);
-            v[k] = 0.5 * conducting + 1.5 * emf; /* gives v - mean(v) = emf: its current stays zero */
+            v[k] = 0.5 * conducting + 1.5 * emf_of_phase(e, k); /* gives v - mean(v) = emf: its current stays zero */
         }
     }
     sim_to_alpha_beta(v, ab);
@@ -160,12 +164,47 @@ SIM_NOINLINE static int steps_in(const sim_plant_t *s, double length_s)
     return (need < 1.0) ? 1 : ((need > 1000.0) ? 1000 : (int)need);
 }
 
+static void open_circuit(sim_plant_t *s, int k)
+{
+    double i[3];
+    sim_plant_phase_currents(s, i);
+    const double through = 0.5 * (i[(k + 1) % 3] - i[(k + 2) % 3]);
+    i[k] = 0.0;
+    i[(k + 1) % 3] = through;
+    i[(k + 2) % 3] = -through;
+    set_phase_currents(s, i);
+}
+
+/** Part of a period with phase k of the motor open: its terminal is where its current stays zero. */
+SIM_NOINLINE static void stretch_open(sim_plant_t *s, const double duty[3], int k, double from_s, double length_s, int steps)
+{
+    const double h = length_s / steps;
+    for (int n = 0; n < steps; n++) {
+        double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
+        double e[2];
+        double ab[2];
+        open_circuit(s, k);
+        back_emf(s, h, e);
+        v[k] = 0.5 * (v[(k + 1) % 3] + v[(k + 2) % 3]) + 1.5 * emf_of_phase(e, k);
+        sim_to_alpha_beta(v, ab);
+        double left = h;
+        for (int m = 0; (m < PIECES_MAX) && (left > 1e-12 * h); m++) {
+            left -= sim_step_piece(s, ab, left, m == PIECES_MAX - 1, from_s + n * h + (h - left));
+        }
+    }
+    open_circuit(s, k);
+}
+
 /** Part of a period with constant duties. */
 static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, double from_s, double length_s, int steps)
 {
     const double h = length_s / steps;
     double       ab[2] = {0.0, 0.0};
 
+    if (armed && (s->outside.open_phase != 0)) {
+        stretch_open(s, duty, s->outside.open_phase - 1, from_s, length_s, steps);
+        return;
+    }
     for (int k = 0; k < steps; k++) {
         if (armed && ((k == 0) || (s->voltage_count > 0))) {
             bridge_voltage(s, duty, from_s - s->time_s + k * h, h, ab);

@@ -46,6 +46,7 @@ typedef struct {
     double load_torque_nm; /**< Positive brakes positive rotation; may drive. */
     double load_brake_nm;  /**< >= 0; opposes motion, holds at standstill. */
     double dc_link_v;
+    int    open_phase; /**< 1, 2, 3: phase a, b, c of the motor is open; 0: none. */
 } sim_outside_t;
 
 /** What the converter reads. */

@@ -134,12 +134,12 @@ static void move(referee_machine_t *self, double h_s, double load_torque_nm, dou
     self->speed_rad_s = with_dry_friction(self, free, h_s);
 }
 
-/* Differential inductances at the present current; cosine and sine of the rotor's electrical angle. */
-static void saturate(const referee_machine_t *self, double c, double s, double *l_mean_h, double *l_swing_h)
+/* Differential inductances at a current; cosine and sine of the rotor's electrical angle. */
+static void saturate(const referee_machine_t *self, referee_vector_t i_a, double c, double s, double *l_mean_h, double *l_swing_h)
 {
     const double per_a = 1.0 / self->p->inductance_saturation_i_sat_a;
-    const double d = ((self->i_a.x * c) + (self->i_a.y * s)) * per_a;
-    const double q = ((self->i_a.y * c) - (self->i_a.x * s)) * per_a;
+    const double d = ((i_a.x * c) + (i_a.y * s)) * per_a;
+    const double q = ((i_a.y * c) - (i_a.x * s)) * per_a;
     if (self->p->inductance_saturation_per_axis == 0.0) {
         const double soft = 1.0 / (1.0 + (d * d) + (q * q));
         *l_mean_h *= soft;
@@ -178,39 +178,45 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     }
     const referee_vector_t flux = {(flux_d * c) - (flux_q * s), (flux_d * s) + (flux_q * c)};
 
-    /* Inductance matrix [a b; b d], how it turns [g k; k -g], and its fall with the current. */
-    double l_mean_h = self->l_mean_h;
-    double l_swing_h = self->l_swing_h;
-    if (p->inductance_saturation_i_sat_a > 0.0) {
-        saturate(self, c, s, &l_mean_h, &l_swing_h);
-    }
-    const double    c2 = (c * c) - (s * s);
-    const double    s2 = 2.0 * s * c;
-    const double    turn = 2.0 * speed_e_rad_s * l_swing_h;
-    const double    g = -turn * s2;
-    const double    k = turn * c2;
-    const double    per_s = 1.0 / h_s;
-    referee_cross_t cross = {0};
-    if (p->cross_saturation_wb_per_a2 != 0.0) {
-        cross = referee_foreign_cross(p, self->i_a, c, s, speed_e_rad_s);
-    }
-    const double a = (l_mean_h + (l_swing_h * c2) + cross.a_h) * per_s;
-    const double b = ((l_swing_h * s2) + cross.b_h) * per_s;
-    const double d = (l_mean_h - (l_swing_h * c2) + cross.d_h) * per_s;
-    const double r = 0.5 * self->resistance_ohm;
-    const double r_a = r * (1.0 + ((2.0 / 3.0) * p->phase_unbalance_rise_rel)); /* phase a lies on alpha */
-
+    const double           r = 0.5 * self->resistance_ohm;
+    const double           r_a = r * (1.0 + ((2.0 / 3.0) * p->phase_unbalance_rise_rel)); /* phase a lies on alpha */
     const referee_vector_t i = self->i_a;
-    const double           right_x =
-        ((a - r_a - (0.5 * g)) * i.x) + ((b - (0.5 * k)) * i.y) + v_v.x - (speed_e_rad_s * flux.x) - cross.turning_v.x;
-    const double right_y =
-        ((b - (0.5 * k)) * i.x) + ((d - r + (0.5 * g)) * i.y) + v_v.y - (speed_e_rad_s * flux.y) - cross.turning_v.y;
-    const double m11 = a + r_a + (0.5 * g);
-    const double m12 = b + (0.5 * k);
-    const double m22 = d + r - (0.5 * g);
-    const double scale = 1.0 / ((m11 * m22) - (m12 * m12));
-    self->i_a.x = ((m22 * right_x) - (m12 * right_y)) * scale;
-    self->i_a.y = ((m11 * right_y) - (m12 * right_x)) * scale;
+    const bool             saturates = p->inductance_saturation_i_sat_a > 0.0;
+    const bool             crosses = p->cross_saturation_wb_per_a2 != 0.0;
+    referee_cross_t        cross = {0};
+    double                 l_swing_h = self->l_swing_h;
+    for (int pass = 0; pass < ((saturates || crosses) ? 2 : 1);
+         pass++) { /* the second with the inductances in the middle of the step */
+        /* Inductance matrix [a b; b d], how it turns [g k; k -g], and its fall with the current. */
+        double l_mean_h = self->l_mean_h;
+        l_swing_h = self->l_swing_h;
+        const referee_vector_t middle = {0.5 * (i.x + self->i_a.x), 0.5 * (i.y + self->i_a.y)};
+        if (crosses) {
+            cross = referee_foreign_cross(p, middle, c, s, speed_e_rad_s);
+        }
+        if (saturates) {
+            saturate(self, middle, c, s, &l_mean_h, &l_swing_h);
+        }
+        const double c2 = (c * c) - (s * s);
+        const double s2 = 2.0 * s * c;
+        const double turn = 2.0 * speed_e_rad_s * l_swing_h;
+        const double g = -turn * s2;
+        const double k = turn * c2;
+        const double per_s = 1.0 / h_s;
+        const double a = (l_mean_h + (l_swing_h * c2) + cross.a_h) * per_s;
+        const double b = ((l_swing_h * s2) + cross.b_h) * per_s;
+        const double d = (l_mean_h - (l_swing_h * c2) + cross.d_h) * per_s;
+        const double right_x =
+            ((a - r_a - (0.5 * g)) * i.x) + ((b - (0.5 * k)) * i.y) + v_v.x - (speed_e_rad_s * flux.x) - cross.turning_v.x;
+        const double right_y =
+            ((b - (0.5 * k)) * i.x) + ((d - r + (0.5 * g)) * i.y) + v_v.y - (speed_e_rad_s * flux.y) - cross.turning_v.y;
+        const double m11 = a + r_a + (0.5 * g);
+        const double m12 = b + (0.5 * k);
+        const double m22 = d + r - (0.5 * g);
+        const double scale = 1.0 / ((m11 * m22) - (m12 * m12));
+        self->i_a.x = ((m22 * right_x) - (m12 * right_y)) * scale;
+        self->i_a.y = ((m11 * right_y) - (m12 * right_x)) * scale;
+    }
 
     const double ix = 0.5 * (i.x + self->i_a.x);
     const double iy = 0.5 * (i.y + self->i_a.y);

@@ -63,6 +63,13 @@ LAYERS = (
     Layer("sim_host/effects", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/board", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
     Layer("sim_host/capi", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
+    Layer(
+        "sim_host/fmu",
+        ("control", "hal", "firmware", "sim_host"),
+        None,
+        vendor=frozenset({"fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"}),
+        closed=("sim_host/referee",),
+    ),
     Layer("sim_host/referee", ("sim_host/referee",), STANDARD),  # shares nothing with what it judges
     Layer("sim_host", ("control", "sim_host"), None, closed=("sim_host/referee",)),
 )

@@ -29,11 +29,11 @@ ORDER = (
     ("model", "blocks", "effects", "output"),
     ("sim",),
     ("log", "analysis", "doctor", "importer"),
-    ("report", "cycles", "drive"),
+    ("report", "cycles", "drive", "export"),
     ("compare", "memory", "design", "motor"),
     ("identify", "empirical"),
     ("bench", "reproduce", "run", "gap", "balance"),
-    ("tune", "driven"),
+    ("tune", "driven", "grid"),
     ("commission", "scope", "blind", "api"),
     ("cli",),
 )

@@ -226,6 +226,11 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_stall_s,
                                     PARAM_speed_deviation_s,
                                     PARAM_zero_check,
+                                    PARAM_plausibility_share,
+                                    PARAM_motor_resistance_tolerance,
+                                    PARAM_motor_inductance_tolerance,
+                                    PARAM_motor_flux_tolerance,
+                                    PARAM_bridge_tolerance,
                                     PARAM_position_min_turn,
                                     PARAM_position_max_turn,
                                     PARAM_following_error_rad,
@@ -245,7 +250,17 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_observer_fir1_order,
                                     PARAM_observer_fir1_hz,
                                     PARAM_observer_fir2_order,
-                                    PARAM_observer_fir2_hz};
+                                    PARAM_observer_fir2_hz,
+                                    PARAM_current_correction,
+                                    PARAM_current_sensors,
+                                    PARAM_current_offset_a_a,
+                                    PARAM_current_offset_b_a,
+                                    PARAM_current_offset_c_a,
+                                    PARAM_current_gain_a,
+                                    PARAM_current_gain_b,
+                                    PARAM_current_gain_c,
+                                    PARAM_current_offset_max_a,
+                                    PARAM_current_gain_max};
     for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
         bool listed = false;
         for (size_t i = 0; i < COUNT_OF(REST); i++) {

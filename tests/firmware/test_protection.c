@@ -269,6 +269,16 @@ static void provoke_electrical_zero(void)
     }
 }
 
+/* The current loop asks for 6 A with 3.6 V, and no current flows. */
+static void provoke_current_implausible(void)
+{
+    drive_params_t p = bench_params();
+    p.plausibility_share = 0.025f;
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 6.0);
+    bench_periods(100U);
+}
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_align_turning] = provoke_align_turning,
@@ -298,6 +308,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_stall] = provoke_stall,
     [FAULT_speed_deviation] = provoke_speed_deviation,
     [FAULT_electrical_zero] = provoke_electrical_zero,
+    [FAULT_current_implausible] = provoke_current_implausible,
     [FAULT_gate_driver_supply] = provoke_gate_driver_supply,
     [FAULT_gate_driver_link] = provoke_gate_driver_link,
     [FAULT_trip_path] = provoke_trip_path,

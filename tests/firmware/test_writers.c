@@ -39,7 +39,11 @@ static void watched(uint8_t in, void (*code)(void))
     accesses_watch(code, written);
 }
 
-static void current(void) { drive_current_isr(&drive); }
+static void current(void)
+{
+    drive_current_isr(&drive);
+    drive_watch_isr(&drive);
+}
 static void speed(void) { drive_speed_isr(&drive); }
 static void take_over(void) { drive_take_over(&drive); }
 static void background(void) { drive_background(&drive); }
@@ -102,6 +106,8 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.zero_check = 1U;
     p.following_error_rad = 100.0f;
     p.rdc_learn_gain = 0.1f;
+    p.current_correction = (uint16_t)(method % 3U);
+    p.motor_resistance_ohm = 0.36f;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -238,6 +244,12 @@ static const member_t MEMBERS[] = {
     MEMBER(observer.meter, CURRENT | TAKE_OVER | REST),
     MEMBER(observer.seen, CURRENT),
     MEMBER(observer.estimate, CURRENT | TAKE_OVER | REST),
+    MEMBER(sensors.log.ready, CURRENT | MAIN | REST),
+    MEMBER(sensors.log.turn, CURRENT | MAIN | REST), /* the complete one by the main loop */
+    MEMBER(sensors.log, CURRENT),
+    MEMBER(sensors, MAIN | REST),
+    MEMBER(link_mean_v, CURRENT),
+    MEMBER(plausibility, CURRENT | TAKE_OVER | REST),
     MEMBER(speed_count, CURRENT),
     MEMBER(bad_samples, CURRENT | REST),
     MEMBER(lost_samples, CURRENT | REST),

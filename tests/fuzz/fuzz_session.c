@@ -134,6 +134,7 @@ static void period(void)
 {
     clock_cyc += 20000U;
     drive_current_isr(&drive);
+    drive_watch_isr(&drive);
     if (speed_wanted) {
         speed_wanted = false;
         drive_speed_isr(&drive);

@@ -165,6 +165,7 @@ static void project(double angle0, double counts, double lsb)
     rig_param("pll_kp_per_s", PLL_KP);
     rig_param("pll_ki_per_s2", PLL_KI);
     rig_param("over_voltage_v", 100.0);
+    rig_param("plausibility_share", 0.0); /* the described drive has no such check, and this one does not know its motor */
     rig_step("speed_ref_rad_s", 60.0, 0.12, -25.0);
     const double t[3] = {0.0, 0.06, 0.2};
     const double v[3] = {0.0, 0.5, -0.3};

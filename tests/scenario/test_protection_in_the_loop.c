@@ -140,6 +140,7 @@ void test_protection_start_with_a_wrong_zero_ends_within_a_tenth_of_a_second(voi
         for (double speed = -100.0; speed < 101.0; speed += 200.0) {
             rig_new();
             rig_param("encoder_offset_rad", remainder(error / 360.0 * TWO_PI, TWO_PI));
+            rig_param("plausibility_share", 0.0); /* the motion alone shows it; test_plausibility_in_the_loop has the other */
             rig_input("speed_ref_rad_s", speed);
             rig_start();
             int    ms = 0;
@@ -228,6 +229,7 @@ void test_protection_zero_that_goes_wrong_while_running_stops_the_drive(void)
     for (double iq = -2.0; iq < 3.0; iq += 4.0) {
         rig_new();
         rig_param("encoder_offset_rad", 3.0);
+        rig_param("plausibility_share", 0.0);
         rig_input("control_mode", 0.0);
         rig_input("iq_ref_a", iq);
         rig_start();

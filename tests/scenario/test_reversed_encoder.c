@@ -116,6 +116,7 @@ static void run(double theta_m, float speed_ref, int periods)
     TEST_ASSERT_TRUE(drive_command(&drive, &c));
     for (int k = 0; k < periods; k++) {
         drive_current_isr(&drive);
+        drive_watch_isr(&drive);
         if (speed_wanted) {
             speed_wanted = false;
             drive_speed_isr(&drive);

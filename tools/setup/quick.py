@@ -135,7 +135,7 @@ def rebuilt_tests(step: run_tests.Step) -> list[str]:
 def c_part(step: run_tests.Step) -> run_tests.Count:
     names = rebuilt_tests(step)
     if not names:
-        print("[quick] no C test was built again")
+        step.say("[quick] no C test was built again")
         return run_tests.Count()
     pattern = "^(" + "|".join(names) + ")$"
     only = ("-R", pattern, "--output-junit", step.junit)
@@ -146,7 +146,7 @@ def python_part(step: run_tests.Step, changed: Sequence[str], budget_s: float) -
     near = distances(import_graph(), changed)
     taken, left = chosen(near, times_of(run_tests.RESULTS / "python.xml"), budget_s * int(run_tests.JOBS))
     if left:
-        print(f"[quick] {len(left)} test files do not fit into {budget_s:g} s, as {left[0]}; `make test` runs them")
+        step.say(f"[quick] {len(left)} test files do not fit into {budget_s:g} s, as {left[0]}; `make test` runs them")
     if not taken:
         return run_tests.Count()
     shared = ("-n", run_tests.JOBS, "--dist", "loadfile") if len(taken) > 1 else ()
@@ -161,12 +161,12 @@ def main(arguments: Sequence[str]) -> int:
     changed = changed_files(base_revision(options.since))
     print(f"[quick] {len(changed)} changed files", flush=True)
     run_tests.RESULTS.mkdir(parents=True, exist_ok=True)
-    parts = [("lint", lambda: run_tests.lint(run_tests.Step("lint")))]
+    parts: list[run_tests.Part] = [("lint", lambda say: run_tests.lint(run_tests.Step("lint", say)))]
     if any(name.startswith(C_FOLDERS) for name in changed):
-        parts.append(("host", lambda: c_part(run_tests.Step("host"))))
+        parts.append(("host", lambda say: c_part(run_tests.Step("host", say))))
     if any(name.endswith(".py") for name in changed):
         # A result of its own: python.xml keeps the times of the last whole run.
-        parts.append(("python", lambda: python_part(run_tests.Step("quick"), changed, options.seconds)))
+        parts.append(("python", lambda say: python_part(run_tests.Step("quick", say), changed, options.seconds)))
     return run_tests.run_parts(parts)
 
 

@@ -5,7 +5,8 @@
 
 The last line is `N passed, N failed`: the tests of ctest and pytest together. A step that has no tests of its own, or
 does not get as far as running them, adds nothing when it is good and one failure when it is not.
-Each step writes to build/checks/<step>.log; what a failed command said last is shown.
+Two steps run side by side, so that no core is idle while one of them has work for a single one; what a step has to say
+comes in one piece at its end. Each step writes to build/checks/<step>.log; what a failed command said last is shown.
 """
 
 from __future__ import annotations
@@ -16,16 +17,18 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from threading import Lock
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "build" / "checks"
 JOBS = str(os.cpu_count() or 2)
 TAIL_LINES = 100
+CONFIGURING = Lock()  # all presets fetch what is not installed into one folder
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +51,21 @@ class StepFailed(Exception):
     """A command that had to succeed did not."""
 
 
-class Step:
-    """The commands of one step, and their log."""
+def show(text: str) -> None:
+    """In one piece, also beside another step."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
 
-    def __init__(self, name: str) -> None:
+
+Say = Callable[[str], None]  # what a step has to say, line by line or in pieces
+
+
+class Step:
+    """The commands of one step, and their log. `say`: where to say what is worth reading."""
+
+    def __init__(self, name: str, say: Say = show) -> None:
         self.name = name
+        self.say = say
         self.log = RESULTS / f"{name}.log"
         self.junit = RESULTS / f"{name}.xml"
         self.log.write_text("")
@@ -72,12 +85,13 @@ class Step:
         """Run a command without which the step makes no sense, and return its output."""
         status, output = self.call(*command)
         if status != 0:
-            print(end_of(output))
+            self.say(end_of(output))
             raise StepFailed(f"see {self.log.relative_to(ROOT)}")
         return output
 
     def build(self) -> None:
-        self.need("cmake", "--preset", self.name)
+        with CONFIGURING:
+            self.need("cmake", "--preset", self.name)
         self.need("cmake", "--build", "--preset", self.name, "--parallel", JOBS)
 
     def ctest(self) -> Count:
@@ -92,9 +106,9 @@ class Step:
     def counted(self, *command: str | Path) -> Count:
         """Run tests and count what the JUnit file says; a bad exit status that no test explains is a failure, too."""
         status, output = self.call(*command)
-        count = read_junit(self.junit) if self.junit.exists() else Count()
+        count = read_junit(self.junit, self.say) if self.junit.exists() else Count()
         if status != 0 and count.failed == 0:
-            print(end_of(output))
+            self.say(end_of(output))
             raise StepFailed(f"the tests ended with status {status}, see {self.log.relative_to(ROOT)}")
         if count.passed + count.failed == 0:
             raise StepFailed("no tests were found")
@@ -110,14 +124,14 @@ def end_of(output: str) -> str:
     return "\n".join(lines[-TAIL_LINES:] if first is None else lines[first : first + TAIL_LINES])
 
 
-def read_junit(path: Path) -> Count:
+def read_junit(path: Path, say: Say = show) -> Count:
     """Count the test cases of a JUnit file as ctest and pytest write it, and show those that failed."""
     count = Count()
     for case in ET.parse(path).getroot().iter("testcase"):
         if case.find("failure") is not None or case.find("error") is not None:
             count += Count(failed=1)
             said = (case.findtext(part) or "" for part in ("failure", "error", "system-out"))
-            print(f"[test] FAILED {case.get('name')}\n{end_of(''.join(said))}")
+            say(f"[test] FAILED {case.get('name')}\n{end_of(''.join(said))}")
         elif case.find("skipped") is not None or case.get("status") in ("notrun", "disabled"):
             count += Count(skipped=1)
         else:
@@ -139,28 +153,29 @@ def arm(step: Step) -> Count:
     return Count()
 
 
-def missing(*tools: str) -> bool:
+def missing(step: Step, *tools: str) -> bool:
     """Whether a tool is not there: said in one line, and in CI a failure."""
     absent = [tool for tool in tools if shutil.which(tool) is None]
     if absent and os.environ.get("CI") == "true":
         raise StepFailed(f"{', '.join(absent)} not installed; `make setup` says how")
     if absent:
-        print(f"[test] left out: {', '.join(absent)} not installed; `make setup` says how")
+        step.say(f"[test] left out: {', '.join(absent)} not installed; `make setup` says how")
     return bool(absent)
 
 
 def on_target(step: Step, toolchain: str, *tools: str) -> Count:
     """control/ and firmware/ by another compiler, and the block tests on its machine."""
-    if missing(*tools):
+    if missing(step, *tools):
         return Count()
     build = ROOT / "build" / f"target-{step.name}"
     cmock = Path("/usr/share/cmock")
     if not cmock.is_dir():
         cmock = next((ROOT / "build").glob("fetched/cmock_upstream-src"), cmock)
-    step.need(
-        "cmake", "-S", "tests/target", "-B", build, "-G", "Ninja", "--toolchain", ROOT / "cmake" / toolchain,
-        f"-DCMOCK_DIR={cmock}",
-    )  # fmt: skip
+    with CONFIGURING:
+        step.need(
+            "cmake", "-S", "tests/target", "-B", build, "-G", "Ninja", "--toolchain", ROOT / "cmake" / toolchain,
+            f"-DCMOCK_DIR={cmock}",
+        )  # fmt: skip
     step.need("cmake", "--build", build, "--parallel", JOBS)
     return step.counted("ctest", "--test-dir", build, "--parallel", JOBS, "--output-on-failure",
                         "--output-junit", step.junit)  # fmt: skip
@@ -174,20 +189,20 @@ def avr(step: Step) -> Count:
 def m4(step: Step) -> Count:
     """Cortex-M4F: control/ and firmware/ compiled, and the block tests under QEMU; without QEMU compiled alone."""
     if shutil.which("qemu-system-arm") is None:
-        arm(Step("arm"))
+        arm(Step("arm", step.say))
     return on_target(step, "arm-none-eabi.cmake", "arm-none-eabi-gcc", "qemu-system-arm")
 
 
 def cppcheck(step: Step) -> Count:
     """Static analysis with the sizes of the C28x."""
-    if not missing("cppcheck"):
+    if not missing(step, "cppcheck"):
         step.need(sys.executable, ROOT / "tests/target/cppcheck/check.py", ROOT)
     return Count()
 
 
 def cycles(step: Step) -> Count:
     """Cycles of the C28x against their budgets."""
-    if not any(shutil.which(f"clang-{version}") for version in range(15, 20)) and missing("clang-16"):
+    if not any(shutil.which(f"clang-{version}") for version in range(15, 20)) and missing(step, "clang-16"):
         return Count()
     step.need(ROOT / ".venv/bin/evenspin", "cycles", "--check")
     return Count()
@@ -201,7 +216,7 @@ def coverage(step: Step) -> Count:
         counters.unlink()
     if step.ctest().failed:
         raise StepFailed("tests fail in the coverage build")
-    print(step.need(sys.executable, ROOT / "tools/setup/coverage_gate.py", build))
+    step.say(step.need(sys.executable, ROOT / "tools/setup/coverage_gate.py", build))
     return Count()
 
 
@@ -243,21 +258,23 @@ def python(step: Step) -> Count:
     return step.pytest()
 
 
+# Longest first: the last one has nothing beside it.
 STEPS: dict[str, Callable[[Step], Count]] = {
-    "lint": lint,
-    "host": c_tests,
     "python": python,
-    "arm": arm,
-    "avr": avr,
+    "host": c_tests,
+    "asan": c_tests,
+    "coverage": coverage,
     "m4": m4,
+    "avr": avr,
+    "lint": lint,
     "cppcheck": cppcheck,
     "cycles": cycles,
-    "coverage": coverage,
-    "asan": c_tests,
+    "arm": arm,
     "fixed": c_tests,
 }
 # The host preset runs every test in fixed point as well, and m4 compiles what arm does, with the same compiler.
 DEFAULT = [name for name in STEPS if name not in ("fixed", "arm")]
+AT_ONCE = 2  # steps; each has processes for all cores, so that more would only wait for one another
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -267,32 +284,43 @@ def main(arguments: Sequence[str]) -> int:
         return 2
 
     RESULTS.mkdir(parents=True, exist_ok=True)
-    return run_parts((name, partial(step_of, name)) for name in arguments or DEFAULT)
+    names = [name for name in STEPS if name in (arguments or DEFAULT)]
+    return run_parts([(name, partial(step_of, name)) for name in names], AT_ONCE)
 
 
-def step_of(name: str) -> Count:
-    return STEPS[name](Step(name))
+def step_of(name: str, say: Say) -> Count:
+    return STEPS[name](Step(name, say))
 
 
-def run_parts(parts: Iterable[tuple[str, Callable[[], Count]]]) -> int:
-    """Run named parts one after the other and add up what they count: the exit status."""
+Part = tuple[str, Callable[[Say], Count]]
+
+
+def run_parts(parts: Sequence[Part], at_once: int = 1) -> int:
+    """Run named parts, so many side by side, and add up what they count: the exit status."""
     total = Count()
-    for name, part in parts:
-        print(f"[test] {name} ...", flush=True)
-        start = time.monotonic()
-        try:
-            count = part()
-            outcome = str(count) if count != Count() else "good"
-        except StepFailed as failure:
-            count = Count(failed=1)
-            outcome = f"FAILED: {failure}"
-        print(f"[test] {name}: {outcome} ({time.monotonic() - start:.0f} s)", flush=True)
-        total += count
+    with ThreadPoolExecutor(at_once) as pool:
+        for count in pool.map(lambda part: run_part(*part), parts):
+            total += count
 
     if total.skipped:
-        print(f"[test] {total.skipped} skipped")
-    print(f"{total.passed} passed, {total.failed} failed")
+        show(f"[test] {total.skipped} skipped")
+    show(f"{total.passed} passed, {total.failed} failed")
     return 1 if total.failed else 0
+
+
+def run_part(name: str, part: Callable[[Say], Count]) -> Count:
+    """What a part counts; what it has to say is shown at its end."""
+    show(f"[test] {name} ...")
+    said: list[str] = []
+    start = time.monotonic()
+    try:
+        count = part(said.append)
+        outcome = str(count) if count != Count() else "good"
+    except StepFailed as failure:
+        count = Count(failed=1)
+        outcome = f"FAILED: {failure}"
+    show("\n".join([*said, f"[test] {name}: {outcome} ({time.monotonic() - start:.0f} s)"]))
+    return count
 
 
 if __name__ == "__main__":

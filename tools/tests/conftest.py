@@ -10,13 +10,19 @@ from evenspin.cli import main
 from evenspin.reproduce.guo2024 import Result, reproduce
 from said import Said
 
-# Files that take longest, longest first: begun at the end, one core would wait for the other.
+# Files that take longest, longest first by their processor time: begun at the end, one core would wait for the other.
 LONG_FILES = (
     "test_blind_hard.py",
     "test_gap_examples.py",
     "test_blind_solved.py",
     "test_gap_circle.py",
     "test_reproduce_tang2020.py",
+    "test_balance_other_drives.py",
+    "test_balance_real_logs.py",
+    "test_scope_page.py",
+    "test_balance_lines.py",
+    "test_driven_names.py",
+    "test_balance_simulated_logs.py",
     "test_cli.py",
 )
 

@@ -20,10 +20,11 @@ from evenspin.model.machine import builtin_models, load_machine
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 
-CHECKED = ("encoder_lost", "speed_deviation", "electrical_zero", "stall")
+CHECKED = ("encoder_lost", "speed_deviation", "electrical_zero", "stall", "current_implausible")
 RUN_S = 10.0
 STEP_PERIODS = 1000
 ECCENTRICITY_RAD = 0.02
+FAL_FORC = 3.0
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ CASES = (
     Case("guo2024", "pll", drive={"speed_source": 0.0}),
     Case("guo2024", "16 counts", **encoder(16.0), share=0.2, locks=True),  # a count is 90 degrees electrical
     Case("guo2024", "64 counts", **encoder(64.0), share=0.6),
-    Case("guo2024", "fal-forc", drive={"method": 3.0}),
+    Case("guo2024", "fal-forc", drive={"method": FAL_FORC}),
     Case("servo", "aro", drive={"method": 6.0}),
 )
 
@@ -103,7 +104,9 @@ def outcome(case: Case, numeric: str, seed: int, run_s: float = RUN_S) -> Outcom
         return t, v
 
     inputs: dict[str, tuple[list[float], list[float], bool]] = {}
-    mode = rnd.choice(("speed", "speed", "speed", "ramp", "current", "position"))
+    modes = ("speed", "speed", "speed", "ramp", "current", "position")
+    # There is no repetitive control in position mode.
+    mode = rnd.choice(modes[:-1] if drive.get("method") == FAL_FORC else modes)
     if mode in ("speed", "ramp"):
         brake = rnd.choice((0.0, 0.2)) * load_nm
 

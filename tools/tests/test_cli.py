@@ -187,16 +187,6 @@ def test_the_benchmark_gives_a_number_that_can_be(evenspin, tmp_path):
     assert 20.0 < factor < 1e5  # any machine, also a busy one
 
 
-def test_the_demo_leaves_a_report(evenspin, tmp_path):
-    said = evenspin("demo", "--out", tmp_path / "demo")
-
-    page = (tmp_path / "demo" / "report.html").read_text()
-    assert said.status == 0
-    assert "paper sim." in said.out
-    assert page.count("<svg") == 20  # 6, 6 and 8 of the three papers
-    assert len(json.loads((tmp_path / "demo" / "results.json").read_text())["guo2024"]["rows"]) == 20
-
-
 def test_every_command_has_an_example_in_its_help(evenspin):
     for words in ("run", "reproduce", "design rc", "effects", "parameters", "faults", "demo", "benchmark", "docs"):
         said = evenspin(*words.split(), "--help")

@@ -333,6 +333,30 @@ def test_the_command_writes_json_and_report(evenspin, tmp_path):
     assert "convergence" in page and "Make it again" in page
 
 
+def test_the_demo_leaves_a_report(evenspin, tmp_path, result, monkeypatch):
+    """With the runs of this paper that were made for the tests above, which are most of its work."""
+    from evenspin.reproduce.tang2020 import result as tang
+
+    asked = []
+
+    def made(condition, method, numeric, keep):
+        asked.append((condition.name, method))
+        assert (numeric, keep) == ("float", True)
+        return result.run(condition.name, method)
+
+    monkeypatch.setattr(tang, "_run", made)
+
+    said = evenspin("demo", "--out", tmp_path / "demo")
+
+    page = (tmp_path / "demo" / "report.html").read_text()
+    content = json.loads((tmp_path / "demo" / "results.json").read_text())
+    assert said.status == 0
+    assert "paper sim." in said.out
+    assert page.count("<svg") == 20  # 6, 6 and 8 of the three papers
+    assert len(content["guo2024"]["rows"]) == 24
+    assert {name for name, _ in asked} == {"100 rpm", "451 rpm", "load step", "speed step"}
+
+
 def test_a_failed_band_gives_status_one_and_its_numbers(evenspin, monkeypatch):
     from evenspin.reproduce.tang2020 import checks, result
 

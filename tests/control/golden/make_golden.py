@@ -318,6 +318,46 @@ def make_pi() -> list[str]:
     return parts
 
 
+def make_current_error() -> list[str]:
+    """What one turn shows of known sensor errors: phase currents through the sensors, then a discrete Fourier transform
+    of the vector that the drive sees. True currents and voltages are balanced."""
+    rows = []
+    amplitude, angle, samples = 3.0, 0.3, 500
+    cases = (
+        (0, (0.2, 0.05, 0.0), (1.1, 0.9, 1.0)),
+        (0, (-0.3, 0.1, 0.0), (0.95, 1.02, 1.0)),
+        (1, (0.1, -0.2, 0.25), (1.03, 0.92, 1.05)),
+        (1, (0.0, 0.0, 0.3), (1.0, 1.0, 0.9)),
+    )
+    for three, offset, gain in cases:
+        seen = []
+        for k in range(samples):
+            theta = 2.0 * math.pi * k / samples
+            true = [amplitude * math.cos(theta + angle - phase * 2.0 * math.pi / 3.0) for phase in range(3)]
+            read = [gain[x] * true[x] + offset[x] for x in range(3)]
+            if not three:
+                read[2] = -read[0] - read[1]
+            seen.append(2.0 / 3.0 * sum(read[x] * cmath.exp(2j * math.pi * x / 3.0) for x in range(3)))
+        turning = [cmath.exp(-2j * math.pi * k / samples) for k in range(samples)]
+        dc = sum(seen) / samples
+        forwards = sum(x * w for x, w in zip(seen, turning, strict=True)) / samples
+        backwards = sum(x / w for x, w in zip(seen, turning, strict=True)) / samples
+        n = backwards / forwards.conjugate()
+        # half of it is taken away: phases by projection on their axes, gains so that they make this negative sequence
+        phases = [0.5 * (dc * cmath.exp(-2j * math.pi * x / 3.0)).real for x in range(3)]
+        if three:
+            gains = [1.0 + 0.5 * 2.0 * (n * cmath.exp(2j * math.pi * x / 3.0)).real for x in range(3)]
+        else:
+            phases[2] = 0.0
+            apart = (n * math.sqrt(3.0) * cmath.exp(-1j * math.pi / 6.0)).real
+            gains = [1.0 + 0.25 * apart, 1.0 - 0.25 * apart, 1.0]
+        rows.append((three, *offset, *gain, *phases, *gains))
+    learned = ", ".join(f"learned_{x}" for x in ("oa", "ob", "oc", "ga", "gb", "gc"))
+    fields = f"int three; double oa, ob, oc, ga, gb, gc, {learned};"
+    what = "sensor errors in A and as gains, and what half of them looks like after one turn of 3 A at 0.3 rad"
+    return [table("GOLDEN_CURRENT_ERROR", what, fields, rows)]
+
+
 def make_pll() -> list[str]:
     """w / theta = ki (1 - q) / ((1 - q)^2 + q kp (1 - q) + q K),  q = z^-1, K = ki_ts rad_per_speed_ts."""
     kp, ki, unit = 0.125, 4.0, 0.0078125
@@ -798,6 +838,7 @@ HEADERS: dict[str, Callable[[], list[str]]] = {
     "frames": make_frames,
     "svm": make_svm,
     "pi": make_pi,
+    "current_error": make_current_error,
     "pll": make_pll,
     "mt_speed": make_mt_speed,
     "deadbeat": make_deadbeat,

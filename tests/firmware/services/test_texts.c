@@ -9,6 +9,7 @@
 #define faults_info bare_faults_info
 #define telemetry_info bare_telemetry_info
 #define telemetry_read bare_telemetry_read
+#define telemetry_read_row bare_telemetry_read_row
 #define schema_count bare_schema_count
 #define schema_name bare_schema_name
 #define schema_record bare_schema_record

@@ -151,7 +151,8 @@ drive_params_t bench_params(void)
     p.encoder_jump_rad = 3.2f; /* the shaft is where a test puts it, whatever the torque... */
     p.speed_deviation_s = 0.0f;
     p.stall_s = 0.0f;
-    p.zero_check = 0U; /* ...and has no back-EMF */
+    p.zero_check = 0U; /* ...and has no back-EMF, */
+    p.plausibility_share = 0.0f; /* no windings either */
     return p;
 }
 
@@ -227,6 +228,7 @@ void bench_period(void)
         bench.sample.seq++;
     }
     drive_current_isr(&drive);
+    drive_watch_isr(&drive);
     if (bench.speed_requested) {
         bench.speed_requested = false;
         drive_speed_isr(&drive);

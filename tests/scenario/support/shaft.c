@@ -49,6 +49,7 @@ void shaft_run(int64_t periods)
     sim_board_select(&shaft.board);
     for (int64_t k = 0; k < periods; k++) {
         drive_current_isr(&shaft.drive);
+        drive_watch_isr(&shaft.drive);
         if (sim_board_speed_due(&shaft.board)) {
             sim_board_speed_begin(&shaft.board);
             drive_speed_isr(&shaft.drive);

@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "control/motor/plausibility.h"
 #include "control/motor/svm.h"
 #include "control/numeric/lagrange.h"
 #include "control/numeric/num_math.h"
@@ -194,6 +195,9 @@ static void motor(void)
     need(ctl_pll_init(&pll, &lp), "pll");
     const ctl_mt_params_t mp = {200000U, 1.5707963f, 3000.0f, 100U};
     need(ctl_mt_init(&mt, &mp), "mt");
+    static ctl_plausibility_t       plausibility;
+    const ctl_plausibility_params_t up = {1.0f, 1.0f, 32.0f, 0.09f, 0.5f, 0.1f, 0.05f, 10.0f, 0.001f, 0.03f, 0.5f, 0.2f};
+    need(ctl_plausibility_init(&plausibility, &up), "plausibility");
     int32_t  count = 0;
     uint32_t now = 0U;
     for (uint32_t k = 0U; k < 4000U; k++) {
@@ -209,6 +213,8 @@ static void motor(void)
         MEASURE("ctl_inverse_park", (void)ctl_inverse_park(&v, &r, &ab));
         MEASURE("ctl_vector_limit", (void)ctl_vector_limit(&v, 12.0f, &dq));
         MEASURE("ctl_svm", (void)ctl_svm(&ab, 24.0f, &duty));
+        const ctl_plausibility_in_t seen = {dq, r, 100.0f, 24.0f, ab};
+        MEASURE("ctl_plausibility_step", (void)ctl_plausibility_step(&plausibility, &seen));
         MEASURE("ctl_pi_output", out = ctl_pi_output(&pi, 30.0f * noise()));
         MEASURE("ctl_pi_commit", ctl_pi_commit(&pi, out));
         MEASURE("ctl_pll_step", (void)inlined_pll_step(&pll, k * 7000000U));
@@ -282,28 +288,29 @@ static void position(void)
 /* ---- the drive ----------------------------------------------------------------------------------------------------- */
 typedef struct {
     const char *current_row, *speed_row;
-    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer;
+    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer, correction;
 } variant_t;
 
 static const variant_t VARIANTS[] = {
-    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0},
-    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0},
-    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0},
-    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1},
-    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0},
-    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0},
-    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0},
-    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0},
-    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0},
-    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0},
-    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0},
-    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0},
-    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0},
+    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr current correction", "speed_isr current correction", 0, 0, 0, 0, 0, 0, 0, 2},
+    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0, 0},
+    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1, 0},
+    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0, 0},
+    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0, 0},
+    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0, 0},
+    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0, 0},
+    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0, 0},
 };
 
 static drive_t drive;
@@ -326,7 +333,10 @@ static void run(const variant_t *v)
     p.disturbance_observer = v->observer;
     p.rc_freeze_above_unit = (v->observer != 0U) ? 5.0f : 0.0f; /* all that goes beyond the published method */
     p.speed_setpoint_weight = (v->observer != 0U) ? 0.0f : 1.0f;
-    p.speed_deviation_s = 60.0f; /* this shaft does not care about torque */
+    p.speed_deviation_s = 60.0f; /* this shaft does not care about torque, */
+    p.bridge_tolerance = 1.0f;   /* these currents not about voltages */
+    p.motor_inductance_tolerance = 10.0f;
+    p.current_correction = v->correction;
     p.position_method = v->position;
     p.following_error_rad = 100.0f;
     p.profile_speed_rad_s = 40.0f;
@@ -391,6 +401,7 @@ static void run(const variant_t *v)
         }
         if (k < 20U) { /* start-up: no sample before this one, no durations noted yet */
             drive_current_isr(&drive);
+            drive_watch_isr(&drive);
             if (speed_wanted) {
                 drive_speed_isr(&drive);
             }
@@ -398,6 +409,7 @@ static void run(const variant_t *v)
             continue;
         }
         MEASURE(v->current_row, drive_current_isr(&drive));
+        MEASURE("watch run", drive_watch_isr(&drive));
         if (speed_wanted) {
             speed_wanted = false;
             MEASURE(v->speed_row, drive_speed_isr(&drive));
@@ -605,6 +617,8 @@ static void alignment(void)
 {
     drive_params_t p;
     params_default(&p);
+    p.bridge_tolerance = 1.0f;
+    p.motor_inductance_tolerance = 10.0f;
     p.offset_calibration_periods = 0U;
     p.over_current_a = 100.0f;
     (void)memset(&drive, 0, sizeof drive);
@@ -634,6 +648,7 @@ static void alignment(void)
         }
         if (k < 20U) {
             drive_current_isr(&drive);
+            drive_watch_isr(&drive);
             if (speed_wanted) {
                 drive_speed_isr(&drive);
             }
@@ -641,6 +656,7 @@ static void alignment(void)
             continue;
         }
         MEASURE("current_isr align", drive_current_isr(&drive));
+        MEASURE("watch align", drive_watch_isr(&drive));
         if (speed_wanted) {
             speed_wanted = false;
             MEASURE("speed_isr align", drive_speed_isr(&drive));

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FITTED_ORDERS = 12  # lines that are fitted together, so that none leaks into another
+MOST_ORDER = 400.0  # that are searched, over whichever angle
+LEAST_SHARE = 0.05  # of the largest line: below, it is not worth a name
 TAU = 2.0 * np.pi
 
 Array = NDArray[np.float64]
@@ -71,3 +73,30 @@ def whole_turns(theta_e_rad: Array) -> slice:
         return slice(0, 0)
     start = int(np.argmin(np.abs(theta - turns * TAU)))
     return slice(start, len(theta))
+
+
+def strongest_orders(
+    value: Array, theta_rad: Array, count: int = 3, most: float = MOST_ORDER
+) -> list[tuple[float, float]]:
+    """The largest lines over the angle as (order, amplitude), largest first; empty when there is less than a turn.
+
+    Only local maxima of at least LEAST_SHARE of the largest, and up to `most` or what the samples can show. Two lines
+    closer than the resolution (2 / turns) are one.
+    """
+    turns = abs(theta_rad[-1] - theta_rad[0]) / TAU if len(theta_rad) > 1 else 0.0
+    if turns < 1.0:
+        return []
+    order, amplitude = order_spectrum(value, theta_rad, min(most, len(value) / turns / 2.5))
+    inside = np.flatnonzero((amplitude[1:-1] >= amplitude[:-2]) & (amplitude[1:-1] > amplitude[2:])) + 1
+    inside = inside[order[inside] > 1.5 / turns]  # what is left of the mean
+    ranked = inside[np.argsort(-amplitude[inside])]
+    found: list[tuple[float, float]] = []
+    for index in ranked:
+        line = (float(order[index]), float(amplitude[index]))
+        if found and line[1] < LEAST_SHARE * found[0][1]:
+            break
+        if all(abs(line[0] - other) > 2.5 / turns for other, _ in found):
+            found.append(line)
+        if len(found) == count:
+            break
+    return found

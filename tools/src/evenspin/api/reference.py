@@ -24,7 +24,7 @@ of effects: [effects.md](effects.md), of keys of a scenario: [scenario.md](scena
 EXAMPLE = """\
 import evenspin as es
 
-scenario = es.load("guo2024/third")                        # es.list_scenarios() has the others; a file will do
+scenario = es.load("guo2024/third")  # es.list_scenarios() has the others; a file will do
 run = scenario.change(method="fal-forc").simulate()
 worse = scenario.change({"cogging.amplitude_nm": 0.02, "cogging.order": 12}, method="fal-forc").simulate()
 
@@ -33,7 +33,7 @@ print(run["speed_rad_s"].shape, run.units["iq_a"], steady.orders(orders=(4, 8)))
 print(run.to_pandas()[["speed_rad_s", "iq_a"]].describe())
 print(worse.outcome.word, worse.summary()["segments"][0]["n1_pct"])
 run.plot("true_speed_rad_s", "true_iq_a").savefig("run.svg")
-worse.save("worse")                                        # log, truth and report, as `evenspin run` writes them
+worse.save("worse")  # log, truth and report, as `evenspin run` writes them
 
 gap = es.find_gap("worse/guo2024_third.csv", model="guo2024")
 print(gap.names, gap.parameters)

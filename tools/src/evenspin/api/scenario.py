@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from evenspin.run.outcome import stopped
 from evenspin.sim import simulate
 
 if TYPE_CHECKING:
+    from evenspin.grid import Grid
     from evenspin.tune.tuning import Tuning
 
 
@@ -110,6 +111,31 @@ class Scenario:
         if "state" in run and "fault" in run and (text := stopped(setup, run.record)):
             warnings.warn(text, stacklevel=2)
         return run
+
+    def sweep(
+        self,
+        axes: Mapping[str, Iterable[Any]] | None = None,
+        /,
+        *,
+        workers: int | None = None,
+        numeric: str = "float",
+        **named: Iterable[Any],
+    ) -> Grid:
+        """Every combination of these values, on all cores.
+
+        Args:
+            axes: names as `change` takes them, each with its values: `{"cogging.amplitude_nm": [0.0, 0.01, 0.02]}`.
+            workers: runs at a time, one per core when left out.
+            numeric: as `simulate` has it.
+            named: the same as keywords: `method=["pi", "forc"], rc_gain=numpy.linspace(0.1, 0.5, 5)`.
+
+        Returns:
+            Grid: `rows`, a mapping for each run and each of its steady states or motions; `to_pandas()`.
+        """
+        from evenspin.grid import axes_of, run_grid
+
+        given = axes_of({**(axes or {}), **named})
+        return run_grid(self._document, given, self._changed, workers=workers, numeric=numeric)
 
     def tune(self, goal: str = "smooth", *, methods: bool = False) -> Tuning:
         """Parameters for its machine: `tuning.drive` by name, `tuning.good`, `tuning.problems`.

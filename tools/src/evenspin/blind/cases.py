@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.blind import motulator_drive
 from evenspin.blind.experiments import Experiment, all_experiments
 from evenspin.blind.motors import draw_motor
-from evenspin.blind.referee import PWM_HZ, Parameters, parameters_of, simulate, with_effects
+from evenspin.blind.referee import PWM_HZ, Inputs, Parameters, parameters_of, simulate, with_effects
 from evenspin.blind.truth import Truth
 from evenspin.blind.vocabulary import EFFECTS, KINDS, OUTSIDE, SIZES, go_together
 from evenspin.errors import EvenspinError
@@ -40,7 +41,11 @@ OFFSET_TOLERANCE_A = 0.010
 GAIN_TOLERANCE = 0.002
 DECIMALS = (5, 5, 5, 6, 4, 4, 5, 5, 5, 5, 4, 4, 3, 4)  # of LOG_COLUMNS
 
+REFEREE, MOTULATOR = "referee", "motulator"
+SIMULATORS = (REFEREE, MOTULATOR)
+
 Record = dict[str, NDArray[np.float64]]
+Simulate = Callable[[Mapping[str, float], Inputs, int], Record]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +57,10 @@ class Plan:
     kind: str
     size: int
     names: tuple[str, ...]
+    simulator: str = REFEREE  # that makes the records
 
 
-def plan_cases(counts: Mapping[str, int], seed: int, names: Sequence[str] = ()) -> list[Plan]:
+def plan_cases(counts: Mapping[str, int], seed: int, names: Sequence[str] = (), simulator: str = REFEREE) -> list[Plan]:
     """So many cases of each kind. Effects and sizes take turns, so that all of them come up equally often."""
     rng = np.random.default_rng([seed, 0])
     within = [name for name in EFFECTS if not names or name in names]
@@ -74,7 +80,10 @@ def plan_cases(counts: Mapping[str, int], seed: int, names: Sequence[str] = ()) 
                 name, size = turn[kind](k)
                 drafts.append((kind, size, (name,)))
     order = rng.permutation(len(drafts))  # the number of a case says nothing
-    return [Plan(f"case_{n + 1:04d}", (seed, n + 1), *drafts[k]) for n, k in enumerate(order)]
+    return [
+        Plan(f"case_{n + 1:04d}", (seed, n + 1), kind, size, chosen, simulator)
+        for n, (kind, size, chosen) in enumerate(drafts[k] for k in order)
+    ]
 
 
 def _turns(rng: np.random.Generator, names: list[str]) -> Callable[[int], tuple[str, int]]:
@@ -113,6 +122,7 @@ def run_experiments(
     angles_rad: Sequence[float],
     seed: int,
     only: Sequence[str] = (),
+    by: Simulate = simulate,
 ) -> dict[str, Record]:
     """Back to back: what changes with time goes on from record to record, also past those that are left out."""
     records, clock_s = {}, 0.0
@@ -126,7 +136,7 @@ def run_experiments(
             "run.clock_s": clock_s,
             "run.seed": float(seed * 100 + number),
         }
-        records[experiment.name] = simulate(parameters | own, experiment.inputs, experiment.decimate)
+        records[experiment.name] = by(parameters | own, experiment.inputs, experiment.decimate)
         clock_s += experiment.duration_s
     return records
 
@@ -176,21 +186,25 @@ def make_case(plan: Plan, folder: Path) -> Truth:
             "sensor.load_noise_nm": 0.009 * motor["rated_torque_nm"],
         }
         unit, differs = draw_unit(rng, nominal)
-        edges = rng.uniform() < EDGES_SHARE
+        edges = rng.uniform() < EDGES_SHARE and plan.simulator == REFEREE
         unit["bridge.edges"] = float(edges)
         effects = {name: {**EFFECTS, **OUTSIDE}[name](rng, meta, plan.size) for name in plan.names}
         seed = int(rng.integers(1, 2**40))
         if not why_unfit(meta, run_experiments(unit, experiments, angles_rad, seed), experiments):
             hidden = with_effects(unit, effects)
             left_open = _left_open(rng, effects, motor["rated_current_a"])
+            by = simulate
+            if plan.simulator == MOTULATOR:
+                left_open |= motulator_drive.LEFT_OPEN
+                by = motulator_drive.simulate
             hidden |= left_open
-            records = run_experiments(hidden, experiments, angles_rad, seed)
+            records = run_experiments(hidden, experiments, angles_rad, seed, by=by)
             if _is_sane(records):
                 break
     else:
         raise EvenspinError(f"{plan.case}: no motor can do this with {', '.join(plan.names)}")
 
-    _write(folder, meta | {"case": plan.case}, experiments, records)
+    write_records(folder, meta | {"case": plan.case}, experiments, records)
 
     def quiet(parameters: Parameters) -> dict[str, Record]:
         return run_experiments(without_noise(parameters), experiments, angles_rad, seed, VALIDATION)
@@ -204,6 +218,7 @@ def make_case(plan: Plan, folder: Path) -> Truth:
         kind=plan.kind,
         size=SIZES[plan.size] if plan.names else "",
         inverter="edges" if edges else "average",
+        simulator=plan.simulator,
         unit=differs,
         left_open=left_open,
         gap_alone=alone,
@@ -236,7 +251,7 @@ def _is_sane(records: Mapping[str, Record]) -> bool:
     return True
 
 
-def _write(
+def write_records(
     folder: Path, meta: dict[str, Any], experiments: Sequence[Experiment], records: Mapping[str, Record]
 ) -> None:
     folder.mkdir(parents=True)

@@ -154,3 +154,9 @@ def with_effects(parameters: Parameters, effects: Mapping[str, Mapping[str, floa
             else:
                 result[name] = value
     return result
+
+
+def defaults() -> Parameters:
+    """Every parameter at its default: a drive without any effect."""
+    referee = _load()
+    return {name: float(referee.defaults[k]) for name, k in referee.index.items()}

@@ -3,10 +3,11 @@
 {case: {"effects": [{"name", "parameters"}, ...],     strongest first
         "outside": [the same],                        what no name of the vocabulary explains
         "kind", "size", "inverter", "unit",           how the case was drawn
+        "simulator",                                  what made the records: referee or motulator
         "left_open": {parameter: value},              what the vocabulary does not say about the effects
         "gap_alone": {name: gap that it opens},       noise-free, on the validation records
         "gap_nominal", "gap_named", "gap_floor"}}     of the log: to the nominal model, to that with the true effects,
-                                                      and to the unit itself without noise
+                                                      and to the unit itself without noise, all by the referee
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ class Truth:
     kind: str = ""
     size: str = ""
     inverter: str = ""
+    simulator: str = "referee"
     unit: Mapping[str, float] = field(default_factory=dict)
     left_open: Mapping[str, float] = field(default_factory=dict)
     gap_alone: Mapping[str, float] = field(default_factory=dict)

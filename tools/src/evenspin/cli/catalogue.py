@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from evenspin.cli.completion import model_names, scenario_names
 from evenspin.cli.options import JsonFlag
 from evenspin.cli.output import STDOUT, console, output_file, write_json
 
@@ -22,7 +23,9 @@ def register(app: typer.Typer) -> None:
 
 
 def scenarios(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Only this one: its file.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Only this one: its file.", autocompletion=scenario_names)
+    ] = None,
     copy: Copy = None,
     as_json: JsonFlag = False,
 ) -> None:
@@ -38,7 +41,9 @@ def scenarios(
 
 
 def models(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Only this one: its file.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Only this one: its file.", autocompletion=model_names)
+    ] = None,
     copy: Copy = None,
     as_json: JsonFlag = False,
 ) -> None:

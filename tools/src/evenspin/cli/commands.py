@@ -22,6 +22,14 @@ class Entry:
 
 COMMANDS = {
     "run": Entry("run", "Run a scenario through the firmware: log, truth, summary, pictures."),
+    "diff": Entry(
+        "diff",
+        "Compare two runs: what was set differently, and every ripple, overshoot, settling and error side by side.",
+    ),
+    "sweep": Entry(
+        "sweep",
+        "Run a scenario over a grid of its parameters, on all cores: one table of every number, with pictures.",
+    ),
     "reproduce": Entry(
         "reproduce",
         "Run the scenarios of a paper and compare: ours, its simulation, its experiment, the target band.",
@@ -64,6 +72,7 @@ COMMANDS = {
         "catalogue",
         "Models that come with the package, as model of a scenario and --model take them: list, print, copy one.",
     ),
+    "export": Entry("export", "Export a scenario for other simulators."),
     "effects": Entry(
         "lists",
         "Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and "

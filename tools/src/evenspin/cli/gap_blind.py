@@ -34,6 +34,12 @@ def make(
             help="single, pair, triple, none, outside, beside or mix, or how many of each: single=40,pair=10,outside=6."
         ),
     ] = "mix",
+    simulator: Annotated[
+        str,
+        typer.Option(
+            help="What makes the records: referee, or motulator (frictions, saturation, two masses, R, J, psi)."
+        ),
+    ] = "referee",
     truth: Annotated[
         Path | None, typer.Option("--truth", metavar="FILE", help="Where the truth goes; beside DIR when left out.")
     ] = None,
@@ -51,8 +57,8 @@ def make(
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
 
-    names = _names(effects)
     counts = _counts(kind, count)
+    names = _of_simulator(simulator, _names(effects), counts)
     _check_choice(effects, names, counts)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError("--out", "folder", out, "new or empty", "choose another folder")
@@ -61,7 +67,7 @@ def make(
         raise InputError("--truth", "file", str(truth_file), "apart from the cases", "choose a place outside of --out")
     apart = OutputFile(truth_file, origin(), option="--truth", force=force)
     out.mkdir(parents=True, exist_ok=True)
-    plans = plan_cases(counts, seed, names)
+    plans = plan_cases(counts, seed, names, simulator)
     with progress_bar("making blind cases", len(plans)) as bar:
         truths = make_set(plans, out, jobs or os.cpu_count() or 1, bar.update)
     with apart as place:
@@ -123,6 +129,30 @@ def _names(effects: str) -> list[str]:
         if name not in known:
             raise InputError("--effects", "name", name, "an effect", did_you_mean(name, known))
     return names
+
+
+def _of_simulator(simulator: str, names: list[str], counts: dict[str, int]) -> list[str]:
+    """The effects that this simulator can hide."""
+    from importlib.util import find_spec
+
+    from evenspin.blind.cases import MOTULATOR, SIMULATORS
+    from evenspin.blind.motulator_drive import EFFECTS
+    from evenspin.errors import InputError, did_you_mean
+
+    if simulator not in SIMULATORS:
+        raise InputError("--simulator", "name", simulator, " or ".join(SIMULATORS), did_you_mean(simulator, SIMULATORS))
+    if simulator != MOTULATOR:
+        return names
+    if find_spec("motulator") is None:
+        raise InputError("--simulator", "package", "motulator", "installed", "pip install 'evenspin[motulator]'")
+    for name in names:
+        if name not in EFFECTS:
+            raise InputError(
+                "--effects", "name", name, f"one that motulator has ({', '.join(EFFECTS)})", "leave it out"
+            )
+    if counts.get("outside") or counts.get("beside"):
+        raise InputError("--kind", "kind", "outside, beside", "single, pair, triple or none", "motulator has no others")
+    return names or list(EFFECTS)
 
 
 def _check_choice(effects: str, names: list[str], counts: dict[str, int]) -> None:

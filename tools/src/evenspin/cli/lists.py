@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from evenspin.cli.completion import effect_names, fault_names, parameter_names
 from evenspin.cli.options import JsonFlag
 from evenspin.cli.output import STDOUT, console, write_json
 
@@ -20,7 +21,10 @@ def register(app: typer.Typer) -> None:
 
 
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Only this one, with all it says.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="Only this one, with all it says.", autocompletion=effect_names),
+    ] = None,
     as_json: JsonFlag = False,
 ) -> None:
     """Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and range.
@@ -56,35 +60,64 @@ def effects(
     screen.print("\n".join(["In a model or scenario file, for example:", f"[effects.{effect.name}]", *lines]))
 
 
-def parameters(as_json: JsonFlag = False) -> None:
+def parameters(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]", help="Only this one, or those with this in their name.", autocompletion=parameter_names
+        ),
+    ] = None,
+    as_json: JsonFlag = False,
+) -> None:
     """Parameters of the drive: unit, default and range. They go into the table [drive] of a model or scenario file.
 
-    Example: `evenspin parameters --json`
+    Example: `evenspin parameters rc_`
     """
     from evenspin.native import tables
     from evenspin.tableview import TableView, print_table
 
-    fields = list(tables().params.values())
+    fields = [tables().params[each] for each in _chosen("parameters", "parameter", name, list(tables().params))]
     if as_json:
         write_json([_field_json(field) | {"at_rest": field.at_rest} for field in fields], STDOUT)
         return
     print_table(TableView("Drive parameters", "", FIELD_HEADER, [_field_row(f) for f in fields], left=5), console())
 
 
-def faults(as_json: JsonFlag = False) -> None:
+def faults(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]", help="Only this one, or those with this in their name.", autocompletion=fault_names
+        ),
+    ] = None,
+    as_json: JsonFlag = False,
+) -> None:
     """Reasons for which the drive switches off: cause, and the first thing to check.
 
-    Example: `evenspin faults`
+    Example: `evenspin faults over_current`
     """
     from evenspin.native import tables
     from evenspin.tableview import TableView, print_table
 
-    numbered = [(number, fault) for number, fault in enumerate(tables().faults) if number > 0]
+    known = {fault.name: (number, fault) for number, fault in enumerate(tables().faults) if number > 0}
+    numbered = [known[each] for each in _chosen("faults", "fault", name, list(known))]
     if as_json:
         write_json([{"number": n, "name": f.name, "cause": f.cause, "check": f.check} for n, f in numbered], STDOUT)
         return
     rows = [(str(n), f.name, f.cause, f.check) for n, f in numbered]
     print_table(TableView("Faults", "", ("no.", "name", "cause", "check first"), rows, left=4), console())
+
+
+def _chosen(command: str, what: str, name: str | None, known: list[str]) -> list[str]:
+    """All, the one of this name, or those that have it in theirs."""
+    from evenspin.errors import InputError, did_you_mean
+
+    if name is None or name in known:
+        return known if name is None else [name]
+    found = [each for each in known if name in each] if name else []
+    if not found:
+        raise InputError(command, "NAME", name, f"the name of a {what}, or a part of one", did_you_mean(name, known))
+    return found
 
 
 def version(as_json: JsonFlag = False) -> None:

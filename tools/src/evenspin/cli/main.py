@@ -11,7 +11,13 @@ import typer
 
 from evenspin.cli.commands import CONTEXT, Commands
 from evenspin.cli.origin import remember
-from evenspin.cli.output import JSON_WITH_FILE, name_the_identification, split_json_option
+from evenspin.cli.output import (
+    JSON_WITH_FILE,
+    check_json_of_flag,
+    name_the_identification,
+    split_json_option,
+    take_quiet,
+)
 from evenspin.errors import EvenspinError, one_line
 
 
@@ -26,12 +32,13 @@ def _say_version(wanted: bool) -> None:
 app = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings=CONTEXT,
     help="Makes a permanent-magnet synchronous motor turn evenly.\n\n"
-    "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device.",
+    "Exit status: 0 done, 1 the check failed, 2 wrong usage or input, 3 no device. With --quiet, anywhere, nothing is "
+    "printed but JSON and errors; --json FILE.json writes it to a file.",
 )
 
 
@@ -49,8 +56,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     words = list(sys.argv[1:] if arguments is None else arguments)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads that wait for each other cost seconds
     try:
-        words = split_json_option(name_the_identification(words))
+        words = split_json_option(name_the_identification(take_quiet(words)))
         remember(words, words[:1] != [] and words[0] in JSON_WITH_FILE)
+        check_json_of_flag()
         app(words, prog_name="evenspin")
     except EvenspinError as error:
         fail(str(error), error.exit_code)

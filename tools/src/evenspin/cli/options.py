@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from evenspin.cli.completion import change_names, method_names, scenario_names
+
 
 class Numeric(StrEnum):
     """Which build of the firmware."""
@@ -22,11 +24,18 @@ MethodOption = Annotated[
     typer.Option(
         "--method",
         metavar="METHOD",
+        autocompletion=method_names,
         help="Instead of the method in the file: a choice of the parameter method, see `evenspin parameters`.",
     ),
 ]
 NumericOption = Annotated[Numeric, typer.Option(help="Arithmetic of the firmware: single precision or fixed point.")]
-JsonFlag = Annotated[bool, typer.Option("--json", help="Print JSON on stdout; text for people goes to stderr.")]
+JsonFlag = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print JSON on stdout, with text for people on stderr; --json FILE.json writes it to a file.",
+    ),
+]
 JsonFile = Annotated[
     str | None,
     typer.Option("--json", metavar="[FILE]", help="Write JSON to FILE, or to stdout when FILE is left out."),
@@ -48,4 +57,22 @@ SignalsOption = Annotated[
 SpeedOption = Annotated[
     float | None,
     typer.Option("--speed", metavar="RAD_S", help="Turn at this speed meanwhile; the motor stops at the end."),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME=VALUE",
+        autocompletion=change_names,
+        help="As if it stood in the file: a parameter of the drive, a number of [plant], EFFECT.PARAMETER, or a key of "
+        "the scenario; several times.",
+    ),
+]
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A file .toml, or a built-in scenario (`evenspin scenarios`).",
+        autocompletion=scenario_names,
+    ),
 ]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import os
 import shutil
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,10 +37,38 @@ def name_the_identification(words: Sequence[str]) -> list[str]:
     return words
 
 
+@dataclass
+class _Wanted:
+    """By the words of the command that runs: where the JSON of a flag --json goes, and whether --quiet was given."""
+
+    json_file: str | None = None
+    quiet: bool = False
+
+
+_wanted = _Wanted()
+QUIET, QUIET_VARIABLE = "--quiet", "EVENSPIN_QUIET"
+
+
+def take_quiet(words: Sequence[str]) -> list[str]:
+    """`--quiet` may stand anywhere, and is for this command: nothing is printed then but JSON and errors."""
+    if QUIET in words:
+        os.environ[QUIET_VARIABLE] = "1"  # sim.progress reads it, too
+    elif _wanted.quiet:
+        os.environ.pop(QUIET_VARIABLE, None)
+    _wanted.quiet = QUIET in words
+    return [word for word in words if word != QUIET]
+
+
 def split_json_option(words: Sequence[str]) -> list[str]:
-    """`--json` without a file means stdout: give it the file name `-`."""
+    """`--json` without a file means stdout. Where it takes any file it gets the name `-`; where it is a flag, a
+    following FILE.json is where the output goes."""
     words = list(words)
+    _wanted.json_file = None
     if not words or words[0] not in JSON_WITH_FILE:
+        for index, (word, after) in enumerate(itertools.pairwise(words)):
+            if word == "--json" and after.endswith(".json"):
+                _wanted.json_file = after
+                return words[: index + 1] + words[index + 2 :]
         return words
     result = []
     for word, following in zip(words, [*words[1:], None], strict=True):
@@ -51,15 +82,19 @@ def console(json_file: str | None = None) -> Console:
     """For people; on stderr when the JSON goes to stdout."""
     from rich.console import Console
 
-    to_stderr = json_file == STDOUT
+    to_stderr = json_file == STDOUT and _wanted.json_file is None
     stream = sys.stderr if to_stderr else sys.stdout
     width = None if stream.isatty() else max(WIDE, shutil.get_terminal_size((WIDE, 50)).columns)
-    return Console(stderr=to_stderr, width=width, highlight=False, markup=False)
+    return Console(
+        stderr=to_stderr, width=width, highlight=False, markup=False, quiet=bool(os.environ.get(QUIET_VARIABLE))
+    )
 
 
 def write_json(value: Any, json_file: str) -> None:
     """Print it, or write the file completely or not at all."""
     text = json_text(value)
+    if json_file == STDOUT and _wanted.json_file is not None:
+        json_file = _wanted.json_file
     if json_file == STDOUT:
         sys.stdout.write(text)
         sys.stdout.flush()
@@ -69,6 +104,11 @@ def write_json(value: Any, json_file: str) -> None:
 
 def json_text(value: Any) -> str:
     return json.dumps(value, indent=1, allow_nan=False) + "\n"
+
+
+def check_json_of_flag() -> None:
+    """As `check_json_file`, where --json is a flag."""
+    check_json_file(_wanted.json_file)
 
 
 def check_json_file(json_file: str | None) -> None:

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from evenspin.cli.options import Force, JsonFlag, MethodOption, Numeric, NumericOption, OutFolder
+from evenspin.cli.options import (
+    Force,
+    JsonFlag,
+    MethodOption,
+    Numeric,
+    NumericOption,
+    OutFolder,
+    ScenarioName,
+    SetOption,
+)
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
-
-if TYPE_CHECKING:
-    from evenspin.model import Scenario
 
 
 def register(app: typer.Typer) -> None:
@@ -20,9 +26,10 @@ def register(app: typer.Typer) -> None:
 
 
 def run(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A file .toml, or a built-in scenario.")],
+    scenario: ScenarioName,
     out: OutFolder,
     method: MethodOption = None,
+    set_: SetOption = None,
     numeric: NumericOption = Numeric.FLOAT,
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Instead of the seed in the file.")] = None,
     memory: Annotated[
@@ -45,17 +52,24 @@ def run(
 
     Example: `evenspin run guo2024/first --method fal-forc --out out/first`
     """
-    from evenspin.errors import NativeError
+    from evenspin.errors import InputError, NativeError
     from evenspin.memory import write_table
+    from evenspin.model.changes import changes_of, parsed_changes
     from evenspin.model.methods import drive_of_word
+    from evenspin.model.scenario import scenario_document, scenario_from
     from evenspin.output import OutputFile, OutputFolder
-    from evenspin.run import assumed, run_signals, segment_table, summary_of, write_run
+    from evenspin.run import assumed, run_signals, run_tables, summary_of, write_run
     from evenspin.run.learned import check_saving, learned_table, table_for
     from evenspin.sim import complete, prepare
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    loaded = _load(scenario)
+    document = scenario_document(scenario)
+    given = parsed_changes(set_ or ())
+    for option, name, value in (("--method", "method", method), ("--seed", "seed", seed)):
+        if value is not None and name in given:
+            raise InputError("run", option, value, f"given without --set {name}={given[name]}", "keep one of the two")
+    loaded = scenario_from(document, changes_of(given, document, "--set"))
     drive = {} if method is None else drive_of_word(method)
     drive |= {"observer_hold": 1.0} if freeze_learning else {}
     setup = loaded.with_changes(drive, seed)
@@ -75,7 +89,8 @@ def run(
     learned = learned_table(setup, simulation)
     summary = summary_of(setup, record, numeric.value, learned)
     screen = console(STDOUT if as_json else None)
-    print_table(segment_table(summary), screen)
+    for view in run_tables(summary):
+        print_table(view, screen)
     outcome = summary["outcome"]
     if outcome["text"]:
         screen.print(outcome["text"], style="bold red", soft_wrap=True)
@@ -98,12 +113,3 @@ def run(
         write_json(summary, STDOUT)
     if outcome["result"] != "ran":
         raise typer.Exit(1)
-
-
-def _load(name: str) -> Scenario:
-    """A file, or else one that comes with the package."""
-    from evenspin.model.scenario import builtin_scenario, load_scenario
-
-    if Path(name).exists() or Path(name).suffix:
-        return load_scenario(Path(name))
-    return builtin_scenario(name)

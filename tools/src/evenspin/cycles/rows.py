@@ -115,7 +115,7 @@ def make_rows(
     methods = [name.removeprefix("current_isr ") for name in isr if name.startswith("current_isr ")]
     for method in methods:
         current, speed = isr[f"current_isr {method}"], isr[f"speed_isr {method}"]
-        both = [current[i] + -(-speed[i] // SPEED_DIVIDER) for i in (0, 1)]
+        both = [current[i] + watched(measured, method, i) - (-speed[i] // SPEED_DIVIDER) for i in (0, 1)]
         each = counted(f"current_isr {method}", f"speed_isr {method}")
         add(f"both {method}", "isr", both[0], both[1], each[0] - (-each[1] // SPEED_DIVIDER) if each else None)
     if all(name in measured for name in (*BESIDE_CURRENT, *BESIDE_SPEED)):
@@ -135,6 +135,12 @@ def make_rows(
     return rows
 
 
+def watched(measured: Mapping[str, tuple[int, int]], method: str, which: int) -> int:
+    """What is judged beside the control, with its call; 0 where it is not measured."""
+    name = f"watch {'align' if method == 'align' else 'run'}"
+    return whole(measured[name][which] + CALL) if name in measured else 0
+
+
 def occupation(
     measured: Mapping[str, tuple[int, int]], isr: Mapping[str, tuple[int, int]], method: str, which: int
 ) -> int:
@@ -144,7 +150,8 @@ def occupation(
         return sum(whole(measured[name][which] + CALL) for name in names) + whole(CALL)  # and the call of the drive
 
     speed = isr[f"speed_isr {method}"][which] + called(BESIDE_SPEED)
-    return isr[f"current_isr {method}"][which] + called(BESIDE_CURRENT) - (-speed // SPEED_DIVIDER)
+    current = isr[f"current_isr {method}"][which] + watched(measured, method, which) + called(BESIDE_CURRENT)
+    return current - (-speed // SPEED_DIVIDER)
 
 
 def read_budgets(path: Path) -> tuple[dict[str, int], dict[str, int], list[str]]:

@@ -22,6 +22,7 @@ Flags = NDArray[np.bool_]
 POWER = 4  # (1 - u^2)^4: three derivatives vanish at the ends
 LEAST_ROWS = 4  # on each side of the centre
 OVERLAP = 0.5
+FREQUENCIES = 400  # up to half the sampling rate, of the table by which `Bump.transform` interpolates
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Bump:
     value: Array
     slope: Array  # of f, so that the sum is that of phi f'
     curve: Array  # of f, so that the sum is that of phi f''
+    passed: Array  # what of a line passes, at evenly spaced frequencies
 
     @property
     def rows(self) -> int:
@@ -52,14 +54,16 @@ class Bump:
         slope = slope / float(np.sum(slope * t))
         curve = curve - np.mean(curve)
         curve = curve * (2.0 / float(np.sum(curve * t * t)))
-        return cls(half, period_s, value, slope, curve)
+        passed = np.cos(np.outer(_frequencies(period_s), t)) @ value
+        return cls(half, period_s, value, slope, curve, passed)
 
     def transform(self, rad_s: Array) -> Array:
         """What of a line of this angular frequency passes."""
-        t = np.arange(-self.half, self.half + 1) * self.period_s
-        at = np.linspace(0.0, np.pi / self.period_s, 400)
-        table = np.cos(np.outer(at, t)) @ self.value
-        return np.asarray(np.interp(np.abs(rad_s), at, table))
+        return np.asarray(np.interp(np.abs(rad_s), _frequencies(self.period_s), self.passed))
+
+
+def _frequencies(period_s: float) -> Array:
+    return np.linspace(0.0, np.pi / period_s, FREQUENCIES)
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,4 +44,5 @@ def controller_of(meta: MetaNumbers) -> dict[str, float]:
         "offset_calibration_periods": 0.0,
         "align_periods": 0.0,
         "auto_run": 1.0,
+        "plausibility_share": 0.0,
     }

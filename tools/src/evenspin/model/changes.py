@@ -12,7 +12,7 @@ drive.NAME, plant.NAME           where drive and plant both have the name
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -68,6 +68,31 @@ def changes_of(given: Mapping[str, Any], document: Document, where: str = WHERE)
     for name, value in given.items():
         _put(found, str(name), _plain(value), document, where)
     return found
+
+
+def parsed_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """From the command line: NAME=VALUE, each name once."""
+    found: dict[str, Any] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals or not name or not text:
+            raise InputError(option, "change", word, "NAME=VALUE", "such as rc_gain=0.4 or cogging.amplitude_nm=0.02")
+        if name in found:
+            raise InputError(option, "change", word, "the only one of its name", f"{name} is given twice: keep one")
+        found[name] = parsed_value(text)
+    return found
+
+
+def parsed_value(text: str) -> Any:
+    """A number, a switch, or a word."""
+    if text in ("true", "false"):
+        return text == "true"
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
 
 
 def known_names() -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.analysis.orders import order_amplitudes, order_spectrum
+from evenspin.analysis.orders import order_amplitudes, order_spectrum, strongest_orders
 from evenspin.analysis.segments import RAD_S, Segment, segments, value_at
 from evenspin.model.setup import Setup
 from evenspin.report.chart import BARS, Chart, Line, Panel, chart_json
@@ -25,7 +25,7 @@ TIME = "time"  # panels over the time of the whole run
 ZOOM_S = 0.6  # what is shown after a change
 STEP_S = 1e-6  # how long a step of the reference is drawn
 MAX_PANELS = 12
-MAX_ORDER = 8.0
+MAX_ORDER, MOST_ORDER = 8.0, 60.0  # electrical; up to the second where there are lines
 BAR_ORDERS = tuple(range(1, 7))
 LEAST_PCT, RIPPLE_PCT = 1e-5, (1e-3, 40.0)
 
@@ -93,13 +93,16 @@ def current_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
 def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
     """Ripple of the speed by orders in each steady state: a spectrum of one run, bars side by side of several."""
     steady = [segment for segment in segments(setup) if segment.speed_ref_rad_s][:MAX_PANELS]
+    highest = highest_order(setup, curves[0].record, steady) if len(curves) == 1 else MAX_ORDER
     panels = []
     data: dict[str, Sequence[float] | Array] = {}
     for segment in steady:
-        lines, numbers = (_spectrum if len(curves) == 1 else _bars)(setup, curves, segment)
+        lines, numbers = (
+            _spectrum(setup, curves[0], segment, highest) if len(curves) == 1 else _bars(setup, curves, segment)
+        )
         data |= numbers
         speed = f"{segment.speed_ref_rad_s / RAD_S:.0f} rpm"
-        ends = (0.0, MAX_ORDER) if len(curves) == 1 else (BAR_ORDERS[0] - 0.6, BAR_ORDERS[-1] + 0.6)
+        ends = (0.0, highest) if len(curves) == 1 else (BAR_ORDERS[0] - 0.6, BAR_ORDERS[-1] + 0.6)
         panels.append(
             Panel(
                 lines,
@@ -109,7 +112,7 @@ def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
                 ends,
                 RIPPLE_PCT,
                 log_y=True,
-                x_ticks=range(int(MAX_ORDER) + 1) if len(curves) == 1 else BAR_ORDERS,
+                x_ticks=None if len(curves) == 1 else BAR_ORDERS,
                 group="order",
             )
         )
@@ -117,12 +120,22 @@ def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
     return picture_of("orders", "Speed spectrum in orders", text, Chart(panels, min(4, len(panels)), 225.0), data)
 
 
-def _spectrum(setup: Setup, curves: Sequence[Curve], segment: Segment) -> tuple[list[Line], Table]:
-    part = curves[0].record.between(segment.steady_s, segment.end_s)
-    order, amplitude = order_spectrum(part["true_speed_rad_s"], _electrical(setup, part), MAX_ORDER)
+def highest_order(setup: Setup, record: Record, steady: Sequence[Segment]) -> float:
+    """The electrical order up to which a spectrum is drawn: MAX_ORDER, or one more than the highest of its lines."""
+    found = [MAX_ORDER]
+    for segment in steady:
+        part = record.between(segment.steady_s, segment.end_s)
+        lines = strongest_orders(part["true_speed_rad_s"], _electrical(setup, part), most=MOST_ORDER)
+        found += [float(np.ceil(order + 1.0)) for order, _ in lines]
+    return max(found)
+
+
+def _spectrum(setup: Setup, curve: Curve, segment: Segment, highest: float) -> tuple[list[Line], Table]:
+    part = curve.record.between(segment.steady_s, segment.end_s)
+    order, amplitude = order_spectrum(part["true_speed_rad_s"], _electrical(setup, part), highest)
     pct = 100.0 * amplitude / abs(part["true_speed_rad_s"].mean())
-    key = f"{curves[0].name}_{segment.start_s:g}s"
-    line = _line(0, curves[0].name, order, np.maximum(pct, LEAST_PCT))
+    key = f"{curve.name}_{segment.start_s:g}s"
+    line = _line(0, curve.name, order, np.maximum(pct, LEAST_PCT))
     return [line], {f"{key}_order": order, f"{key}_pct": pct}
 
 

@@ -9,39 +9,26 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from evenspin.analysis.segments import measure_segment, segments
 from evenspin.cycles.compare import TIMING_FILE, timing_columns
 from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
 from evenspin.log.case import write_json
 from evenspin.memory import AngleTable
 from evenspin.memory.picture import memory_picture
 from evenspin.model.methods import NONE, method_word, observer_of
-from evenspin.model.scenario_schema import CONTROL, RPM
+from evenspin.model.scenario_schema import RPM
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.report.figures import Curve, pictures
 from evenspin.report.page import Page, write_page
+from evenspin.report.position import position_pictures
+from evenspin.run.measures import controls_position, position_pieces, speed_pieces
 from evenspin.run.outcome import outcome_of
+from evenspin.run.tables import run_tables
 from evenspin.sim import Record, truth_signals
-from evenspin.tableview import TableView, number
+from evenspin.sim.many import plain
 
 DEFAULT = "default, not measured"
 RO_SAMPLES = 6144  # of the firmware: DRIVE_OBSERVER_CAPACITY in firmware/app/drive.h
-
-COLUMNS = {
-    "start_s": "from s",
-    "end_s": "to s",
-    "speed_ref_rpm": "ref. rpm",
-    "speed_mean_rpm": "mean rpm",
-    "iq_mean_a": "iq A",
-    "n1_pct": "n1 %",
-    "n2_pct": "n2 %",
-    "q1_pct": "q1 %",
-    "q2_pct": "q2 %",
-    "distortion_pct": "D %",
-    "overshoot_rpm": "over rpm",
-    "dip_rpm": "dip rpm",
-}
 
 
 def experiment_name(setup: Setup) -> str:
@@ -56,10 +43,11 @@ def run_signals() -> tuple[str, ...]:
 
 def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable | None = None) -> dict[str, Any]:
     """The run in numbers, for a script. `learned`: the memory of the angle observer."""
-    pieces = [measure_segment(record, segment, setup.plant["pole_pairs"]) for segment in segments(setup)]
+    pieces = [piece for piece in speed_pieces(setup, record) if piece]
+    motions = position_pieces(setup, record) if controls_position(setup) else []
     return {
         "scenario": setup.name,
-        "method": method_word(setup.drive),
+        "method": control_word(setup),
         "numeric": numeric,
         "seed": setup.seed,
         "duration_s": setup.duration_s,
@@ -71,9 +59,10 @@ def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable |
         "motor_data": motor_data(setup),
         "rejected_count": int(record["rejected_count"][-1]),
         "observer_innovation": _innovation(setup, record, learned),
-        "position_control": _controls_position(setup),
+        "position_control": controls_position(setup),
         "memory": learned.summary() if learned is not None else None,
-        "segments": [{key: _finite(value) for key, value in piece.items()} for piece in pieces if piece],
+        "segments": [plain(piece) for piece in pieces],
+        "motions": [plain(piece) for piece in motions],
         "drive": {name: _as_written(name, value) for name, value in setup.drive.items()},
         "plant": dict(setup.plant),
         "effects": {name: dict(params) for name, params in setup.effects.items()},
@@ -123,21 +112,29 @@ def page_of(
         ("result", summary["outcome"]["text"] or "it ran"),
         ("fault", f"{fault['name']} at {fault['t_s']:g} s: {fault['cause']}" if fault else "none"),
     )
-    drawn = [memory_picture(learned)] if learned is not None and not learned.empty else []
+    if summary["motions"]:
+        drawn = position_pictures(setup, summary["method"], record)
+    else:
+        drawn = pictures(setup, [Curve(summary["method"], record)])
+    if learned is not None and not learned.empty:
+        drawn.append(memory_picture(learned))
     return Page(
         title=setup.name,
         summary="The drive firmware on the simulated machine. The log beside this page is what a drive would log.",
         facts=facts,
-        tables=[segment_table(summary)],
-        pictures=[*pictures(setup, [Curve(summary["method"], record)]), *drawn],
+        tables=run_tables(summary),
+        pictures=drawn,
         command=command,
     )
 
 
-def segment_table(summary: Mapping[str, Any]) -> TableView:
-    rows = [tuple(number(piece[key]) for key in COLUMNS) for piece in summary["segments"]]
-    text = "From one change to the next: ripple of the steady state at its end, overshoot and dip since its start."
-    return TableView(f"{summary['scenario']}, {summary['method']}", text, tuple(COLUMNS.values()), rows, left=0)
+def control_word(setup: Setup) -> str:
+    """The methods of the run as one word; in position mode that of the position control comes first."""
+    word = method_word(setup.drive)
+    if not controls_position(setup):
+        return word
+    position = tables().params["position_method"].to_text(setup.drive["position_method"])
+    return position if word == "pi" else f"{position}+{word}"
 
 
 def motor_data(setup: Setup) -> dict[str, dict[str, Any]]:
@@ -148,7 +145,7 @@ def motor_data(setup: Setup) -> dict[str, dict[str, Any]]:
         used += ["motor_psi_wb", "observer_inertia_kgm2", "observer_viscous_nms"]
     if params["current_controller"].to_text(setup.drive["current_controller"]) == "deadbeat":
         used += ["motor_resistance_ohm", "motor_ld_h", "motor_lq_h", "motor_psi_wb"]
-    if _controls_position(setup) and params["position_method"].to_text(setup.drive["position_method"]) == "rdc":
+    if controls_position(setup) and params["position_method"].to_text(setup.drive["position_method"]) == "rdc":
         used += ["motor_psi_wb", "rdc_inertia_kgm2", "rdc_viscous_nms", "rdc_coulomb_nm"]
     return {
         name: {"value": setup.drive[name], "unit": params[name].unit, "from": setup.drive_from.get(name, DEFAULT)}
@@ -172,7 +169,7 @@ def _notice(setup: Setup) -> str:
         return ""
     curve = setup.inputs.get("speed_ref_rad_s")
     fastest = max((abs(value) for value in curve.value), default=0.0) if curve is not None else 0.0
-    if _controls_position(setup):
+    if controls_position(setup):
         fastest = max(fastest, setup.drive["profile_speed_rad_s"])
     slowest = 2.0 * math.pi * setup.pwm_hz / RO_SAMPLES
     if not 0.0 < fastest < slowest:
@@ -188,11 +185,6 @@ def _innovation(setup: Setup, record: Record, learned: AngleTable | None) -> flo
     if learned is None or learned.empty or setup.drive["observer_hold"]:
         return None
     return float(record["observer_innovation"][-1])
-
-
-def _controls_position(setup: Setup) -> bool:
-    curve = setup.inputs.get("control_mode")
-    return curve is not None and CONTROL["position"] in curve.value
 
 
 def _first_fault(record: Record) -> dict[str, Any] | None:
@@ -211,7 +203,3 @@ def _as_written(name: str, value: float) -> float | int | bool | str:
     if field.kind == "flag":
         return bool(value)
     return int(value) if field.kind == "integer" else value
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

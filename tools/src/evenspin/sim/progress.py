@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Iterator
@@ -67,7 +68,7 @@ class _RichBar:
 @contextmanager
 def progress_bar(text: str, total: float, patience_s: float = PATIENCE_S) -> Iterator[Bar]:
     """A bar on stderr, or nothing at all where nobody is watching."""
-    if not sys.stderr.isatty():
+    if not sys.stderr.isatty() or os.environ.get("EVENSPIN_QUIET"):
         yield _Silent()
         return
     bar = _RichBar(text, total, patience_s)

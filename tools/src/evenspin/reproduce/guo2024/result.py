@@ -18,8 +18,9 @@ from evenspin.sim import Record, simulate
 from evenspin.sim.many import Progress, plain, run_all
 
 SETS = ("first", "second", "third")
-METHODS = ("pi", "crc", "forc", "fal-forc", "fal-forc-beyond")
+METHODS = ("pi", "crc", "forc", "fal-forc", "fal-forc-beyond", "corrected")
 BEYOND = "fal-forc-beyond"
+CORRECTED = "corrected"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +108,12 @@ def runs_of(sets: Sequence[str], methods: Sequence[str], numeric: str, progress:
 
 def drive_of(method: str, set_name: str) -> Mapping[str, float]:
     """Drive parameters of a method, on top of the scenario's."""
-    if method != BEYOND:
+    if method not in (BEYOND, CORRECTED):
         return {"method": tables().params["method"].to_number(method)}
     printed = builtin_scenario("guo2024/first").setup.drive
-    beyond = builtin_scenario(f"guo2024/beyond{'_fast' if set_name == 'third' else ''}").setup.drive
-    return {name: value for name, value in beyond.items() if value != printed[name]}
+    beyond = f"beyond{'_fast' if set_name == 'third' else ''}"
+    other = builtin_scenario(f"guo2024/{CORRECTED if method == CORRECTED else beyond}").setup.drive
+    return {name: value for name, value in other.items() if value != printed[name]}
 
 
 def _run_later(set_name: str, method: str, numeric: str) -> Callable[[], Run]:
