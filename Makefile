@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -114,6 +114,14 @@ blind-logs: setup ## logs of other drives from the same referee: make, run, scor
 	@.venv/bin/evenspin gap blind make-logs --count $(COUNT) --seeds $(SEEDS) --out $(LOGS)/logs --truth $(LOGS)/truth.json
 	@.venv/bin/evenspin gap blind run-logs $(LOGS)/logs --truth $(LOGS)/truth.json --out $(LOGS)/verdicts
 	@.venv/bin/evenspin gap blind score-logs --truth $(LOGS)/truth.json --results $(LOGS)/verdicts --markdown docs/blind-logs.md --force
+
+FOREIGN := out/foreign-logs
+
+foreign-logs: setup ## causes that no table lists: make, run, score, write docs/foreign-logs.md (60 logs: 20 min)
+	@rm -rf $(FOREIGN)
+	@.venv/bin/evenspin gap blind make-logs --foreign --count $(COUNT) --seeds $(SEEDS) --out $(FOREIGN)/logs --truth $(FOREIGN)/truth.json
+	@.venv/bin/evenspin gap blind run-logs $(FOREIGN)/logs --truth $(FOREIGN)/truth.json --out $(FOREIGN)/verdicts
+	@.venv/bin/evenspin gap blind score-foreign --truth $(FOREIGN)/truth.json --results $(FOREIGN)/verdicts --markdown docs/foreign-logs.md --force
 
 SIMULATORS := out/simulators
 

@@ -2,8 +2,9 @@
 
 #include "sim_host/plant/effect.h"
 
-static void flux(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *h)
+static void flux(const double *p, const sim_model_t *m, double theta_e_rad, double time_s, sim_flux_t *h)
 {
+    (void)time_s;
     const double ripple_wb = p[1] * p[0] * m->psi_wb;
     h->q_wb += ripple_wb * cos(6.0 * theta_e_rad);
     h->d_wb -= (1.0 - 2.0 * p[2]) * ripple_wb * sin(6.0 * theta_e_rad); /* cancels where both harmonics take a half */

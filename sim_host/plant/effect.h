@@ -12,7 +12,7 @@
 
 #include "sim_host/plant/model.h"
 
-#define SIM_EFFECT_PARAMS 18
+#define SIM_EFFECT_PARAMS 32
 #define SIM_EFFECT_NEIGHBOURS 4
 #define SIM_DELAY_PERIODS 8
 
@@ -20,6 +20,7 @@
 typedef struct {
     double theta_m_rad; /**< Unwrapped. */
     double speed_rad_s;
+    double time_s; /**< Since the start, at the start of the period. */
 } sim_shaft_t;
 
 /** Magnet flux beside its fundamental, in the rotor frame, and at which electrical angle. */
@@ -30,6 +31,7 @@ typedef struct {
 /** The bridge as an effect sees it, over one integration step. */
 typedef struct {
     double pwm_hz, dc_link_v;
+    double time_s;           /**< Of the step, since the start. */
     double from_s, length_s; /**< The step, from the start of its PWM period. */
     double begin_a[3];       /**< Phase currents at the start of the step. */
     double end_a[3];         /**< Phase currents at its end, if no effect acted on the voltage. */
@@ -99,7 +101,7 @@ typedef struct {
     double (*slope_h)(const double *p, double l_h, double i_a, double other_a);
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft); /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s); /**< Size of a torque that opposes any motion, >= 0. */
-    void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, sim_flux_t *flux);
+    void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, double time_s, sim_flux_t *flux);
     void (*phase_voltage)(const double *p, const sim_bridge_t *bridge, double v_abc_v[3]);
     void (*current_sensor)(const double *p, double i_ab_a[2]);                         /**< Phases a and b, before noise. */
     double (*angle_sensor)(const double *p, const sim_model_t *m, double theta_m_rad); /**< Angle that the encoder sees. */

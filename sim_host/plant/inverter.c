@@ -17,6 +17,7 @@ SIM_NOINLINE static void distort(const sim_plant_t *s, double from_s, double h, 
     }
     sim_bridge_t bridge = {.pwm_hz = s->model.pwm_hz,
                            .dc_link_v = s->outside.dc_link_v,
+                           .time_s = s->time_s + from_s,
                            .from_s = from_s,
                            .length_s = h,
                            .inverse_h = 0.5 * (inv_d + inv_q)};

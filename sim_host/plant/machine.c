@@ -48,7 +48,7 @@ double sim_through_coupling(const sim_plant_t *s, const sim_state_t *x, const si
 
 double sim_load_torque(const sim_plant_t *s, const sim_state_t *x, const sim_load_t *load, double coupling_nm)
 {
-    const sim_shaft_t shaft = {x->theta_m_rad - load->twist_rad, load->speed_rad_s};
+    const sim_shaft_t shaft = {x->theta_m_rad - load->twist_rad, load->speed_rad_s, s->time_s};
     double            sum = coupling_nm - s->outside.load_torque_nm - s->coupling.load_viscous_nms * load->speed_rad_s;
     for (int i = 0; i < s->torque_count; i++) {
         if (s->torque[i]->effect->at_load) {

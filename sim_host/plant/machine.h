@@ -62,7 +62,7 @@ static SIM_WITHIN sim_flux_t sim_flux_harmonics(const sim_plant_t *s, const sim_
 {
     sim_flux_t h = {0.0, 0.0};
     for (int i = 0; i < s->flux_count; i++) {
-        s->flux[i]->effect->flux(s->flux[i]->p, &s->model, s->model.pole_pairs * x->theta_m_rad, &h);
+        s->flux[i]->effect->flux(s->flux[i]->p, &s->model, s->model.pole_pairs * x->theta_m_rad, s->time_s, &h);
     }
     return h;
 }
@@ -84,7 +84,7 @@ static SIM_WITHIN double sim_harmonic_torque(const sim_plant_t *s, const sim_sta
 static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_t *x, double motor_nm, double coupling_nm,
                                           sim_machine_kind_t kind)
 {
-    const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s};
+    const sim_shaft_t shaft = {x->theta_m_rad, x->speed_rad_s, s->time_s};
     const bool        coupled = kind == SIM_COUPLED;
     const double      load = coupled ? coupling_nm : s->outside.load_torque_nm;
     double            sum = motor_nm - s->model.viscous_nms * x->speed_rad_s - load;

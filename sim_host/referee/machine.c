@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "sim_host/referee/foreign.h"
+
 void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p)
 {
     *self = (referee_machine_t){.p = p};
@@ -28,6 +30,7 @@ void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p
                          (p->foreign_order_torque_amplitude_nm != 0.0);
     self->time_torque = p->fixed_frequency_torque_amplitude_nm != 0.0;
     self->resistance_ohm = p->motor_resistance_ohm;
+    self->psi_wb = p->motor_psi_wb;
     self->dry_friction_nm = p->coulomb_friction_torque_nm;
     self->theta_rad = p->motor_start_angle_rad;
     self->load_theta_rad = self->theta_rad;
@@ -38,6 +41,7 @@ void referee_machine_age(referee_machine_t *self, double t_s, double period_s, r
     const referee_parameters_t *const p = self->p;
     const double                      warm = 1.0 - exp(-t_s / p->resistance_drift_time_s);
     self->resistance_ohm = p->motor_resistance_ohm * (1.0 + (p->resistance_drift_rise_rel * warm));
+    self->psi_wb = p->motor_psi_wb * (1.0 - (p->magnet_drift_fall_rel * (1.0 - exp(-t_s / p->magnet_drift_time_s))));
     self->dry_friction_nm = p->coulomb_friction_torque_nm + (p->friction_drift_torque_nm * exp(-t_s / p->friction_drift_time_s));
     if (p->torque_bursts_amplitude_nm != 0.0) {
         self->burst_left_s -= period_s;
@@ -63,7 +67,8 @@ static double braking_torque(const referee_machine_t *self, double theta_rad, do
             p->misalignment_amplitude_nm * (sin(theta_rad + p->misalignment_phase_rad) +
                                             (p->misalignment_second_rel * sin((2.0 * theta_rad) + p->misalignment_phase2_rad)));
         brake_nm += p->foreign_order_torque_amplitude_nm *
-                    sin((p->foreign_order_torque_order * theta_rad) + p->foreign_order_torque_phase_rad);
+                    (sin((p->foreign_order_torque_order * theta_rad) + p->foreign_order_torque_phase_rad) +
+                     (p->foreign_order_torque_second_rel * sin(2.0 * p->foreign_order_torque_order * theta_rad)));
     }
     if (self->time_torque) {
         brake_nm += p->fixed_frequency_torque_amplitude_nm *
@@ -108,6 +113,10 @@ static void move(referee_machine_t *self, double h_s, double load_torque_nm, dou
     const double                      speed = self->speed_rad_s;
     double                            torque_nm = self->torque_nm - braking_torque(self, self->theta_rad, t_s);
     torque_nm -= p->fan_load_torque_nm_s2 * speed * fabs(speed);
+    torque_nm -= referee_foreign_torque(p, self->theta_rad, speed) + self->bristle_nm;
+    if (p->presliding_torque_nm != 0.0) {
+        self->bristle_nm = referee_foreign_bristle(p, self->bristle_nm, speed * h_s);
+    }
     const double load_nm = load_torque_nm + p->load_torque_torque_nm;
     double       viscous_nms = p->motor_viscous_nms;
 
@@ -159,7 +168,7 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     /* The magnets' voltage per electrical rad/s, in the rotor frame first. Fifth and seventh harmonics of the phase
      * voltage turn at -5 and +7 times: both are the sixth in the rotor frame. */
     double flux_d = 0.0;
-    double flux_q = p->motor_psi_wb;
+    double flux_q = self->psi_wb;
     if (p->flux_harmonics_torque_ripple_rel != 0.0) {
         const double ripple_wb = p->motor_psi_wb * p->flux_harmonics_torque_ripple_rel * p->flux_harmonics_sign;
         const double seventh_wb = ripple_wb * (1.0 - p->flux_harmonics_fifth_share);
@@ -173,13 +182,19 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     const double           r_a = r * (1.0 + ((2.0 / 3.0) * p->phase_unbalance_rise_rel)); /* phase a lies on alpha */
     const referee_vector_t i = self->i_a;
     const bool             saturates = p->inductance_saturation_i_sat_a > 0.0;
+    const bool             crosses = p->cross_saturation_wb_per_a2 != 0.0;
+    referee_cross_t        cross = {0};
     double                 l_swing_h = self->l_swing_h;
-    for (int pass = 0; pass < (saturates ? 2 : 1); pass++) { /* the second with the inductances in the middle of the step */
+    for (int pass = 0; pass < ((saturates || crosses) ? 2 : 1);
+         pass++) { /* the second with the inductances in the middle of the step */
         /* Inductance matrix [a b; b d], how it turns [g k; k -g], and its fall with the current. */
         double l_mean_h = self->l_mean_h;
         l_swing_h = self->l_swing_h;
+        const referee_vector_t middle = {0.5 * (i.x + self->i_a.x), 0.5 * (i.y + self->i_a.y)};
+        if (crosses) {
+            cross = referee_foreign_cross(p, middle, c, s, speed_e_rad_s);
+        }
         if (saturates) {
-            const referee_vector_t middle = {0.5 * (i.x + self->i_a.x), 0.5 * (i.y + self->i_a.y)};
             saturate(self, middle, c, s, &l_mean_h, &l_swing_h);
         }
         const double c2 = (c * c) - (s * s);
@@ -188,11 +203,13 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
         const double g = -turn * s2;
         const double k = turn * c2;
         const double per_s = 1.0 / h_s;
-        const double a = (l_mean_h + (l_swing_h * c2)) * per_s;
-        const double b = l_swing_h * s2 * per_s;
-        const double d = (l_mean_h - (l_swing_h * c2)) * per_s;
-        const double right_x = ((a - r_a - (0.5 * g)) * i.x) + ((b - (0.5 * k)) * i.y) + v_v.x - (speed_e_rad_s * flux.x);
-        const double right_y = ((b - (0.5 * k)) * i.x) + ((d - r + (0.5 * g)) * i.y) + v_v.y - (speed_e_rad_s * flux.y);
+        const double a = (l_mean_h + (l_swing_h * c2) + cross.a_h) * per_s;
+        const double b = ((l_swing_h * s2) + cross.b_h) * per_s;
+        const double d = (l_mean_h - (l_swing_h * c2) + cross.d_h) * per_s;
+        const double right_x =
+            ((a - r_a - (0.5 * g)) * i.x) + ((b - (0.5 * k)) * i.y) + v_v.x - (speed_e_rad_s * flux.x) - cross.turning_v.x;
+        const double right_y =
+            ((b - (0.5 * k)) * i.x) + ((d - r + (0.5 * g)) * i.y) + v_v.y - (speed_e_rad_s * flux.y) - cross.turning_v.y;
         const double m11 = a + r_a + (0.5 * g);
         const double m12 = b + (0.5 * k);
         const double m22 = d + r - (0.5 * g);
@@ -205,7 +222,8 @@ void referee_machine_step(referee_machine_t *self, double h_s, referee_vector_t 
     const double iy = 0.5 * (i.y + self->i_a.y);
     const double id = (ix * c) + (iy * s);
     const double iq = (iy * c) - (ix * s);
-    self->torque_nm = 1.5 * p->motor_pole_pairs * ((flux_q * iq) + (flux_d * id) + (2.0 * l_swing_h * id * iq));
+    self->torque_nm =
+        1.5 * p->motor_pole_pairs * ((flux_q * iq) + (flux_d * id) + (2.0 * l_swing_h * id * iq) + cross.torque_wb_a);
 
     if (p->current_filter_tau_s > 0.0) {
         const double share = h_s / (p->current_filter_tau_s + (0.5 * h_s));

@@ -24,13 +24,14 @@ typedef struct {
     double                      l_mean_h, l_swing_h; /**< L(theta_e) = mean +- swing cos 2 theta_e. */
     bool                        angle_torque, time_torque;
     /* what changes slowly: once per control period */
-    double resistance_ohm, dry_friction_nm, burst_nm, burst_left_s;
+    double resistance_ohm, psi_wb, dry_friction_nm, burst_nm, burst_left_s;
     /* state */
     double           theta_rad, speed_rad_s;           /**< Of the rotor, not wrapped. */
     double           load_theta_rad, load_speed_rad_s; /**< Angle and speed of the load; those of the rotor with one mass. */
     referee_vector_t i_a;                              /**< Stationary frame. */
     referee_vector_t i_filtered_a;                     /**< Behind the filter of the current sensors. */
     double           torque_nm;                        /**< Of the air gap, in the last step. */
+    double           bristle_nm;                       /**< Friction before the shaft slides, against positive rotation. */
 } referee_machine_t;
 
 void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p);

@@ -74,6 +74,9 @@ static int first_bad(const double *values, const referee_parameters_t *p)
         &p->backlash_load_ratio,
         &p->resistance_drift_time_s,
         &p->friction_drift_time_s,
+        &p->magnet_drift_time_s,
+        &p->position_load_width_rad,
+        &p->presliding_length_rad,
     };
     for (size_t k = 0; k < sizeof positive / sizeof positive[0]; k++) {
         if (!(*positive[k] > 0.0)) {
@@ -132,7 +135,10 @@ static double link_voltage(session_t *self, double t_s, double ts_s)
         }
         factor -= (self->dip_left_s > 0.0) ? p->supply_dips_depth_rel : 0.0;
     }
-    return factor * p->bridge_dc_link_v;
+    const referee_vector_t asked = self->queue[1];
+    const referee_vector_t i = self->machine.i_a;
+    const double           drawn_a = 1.5 * ((asked.x * i.x) + (asked.y * i.y)) / p->bridge_dc_link_v;
+    return (factor * p->bridge_dc_link_v) - (p->supply_sag_resistance_ohm * drawn_a);
 }
 
 /* What was asked for in a period acts in the next; with extra delay later, if need be from within a period. */

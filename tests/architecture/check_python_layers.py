@@ -31,7 +31,7 @@ ORDER = (
     ("log", "analysis", "doctor", "importer"),
     ("report", "cycles", "drive", "export"),
     ("compare", "memory", "design", "motor"),
-    ("identify",),
+    ("identify", "empirical"),
     ("bench", "reproduce", "run", "gap", "balance"),
     ("tune", "driven", "grid"),
     ("commission", "scope", "blind", "api"),

@@ -385,7 +385,7 @@ void test_effects_flux_harmonics_split_into_the_fifth_and_the_seventh_by_their_s
         for (int k = 0; k < 64; k++) {
             const double theta = k * 3.14159265358979323846 / 32.0;
             sim_flux_t   h = {0.0, 0.0};
-            x->flux(p, &model, theta, &h);
+            x->flux(p, &model, theta, 0.0, &h);
             const double emf_a = h.d_wb * cos(theta) - h.q_wb * sin(theta);
             at_5 += emf_a * sin(5.0 * theta) / 32.0;
             at_7 += emf_a * sin(7.0 * theta) / 32.0;

@@ -57,7 +57,7 @@ def test_effects_are_those_of_the_table_but_for_what_belongs_to_a_controller() -
     missing = set(tables().effects) - set(EFFECTS)
 
     assert set(EFFECTS) < set(tables().effects)
-    assert missing == {"current_loop_delay", "current_filter", "torque_ripple"}
+    assert missing == {"current_loop_delay", "current_filter", "torque_ripple", "empirical", "empirical_voltage"}
     assert not set(OUTSIDE) & set(tables().effects)
 
 

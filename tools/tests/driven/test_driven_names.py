@@ -53,7 +53,7 @@ def test_a_drag_with_the_square_of_the_speed_is_unknown_and_not_viscous(tmp_path
     columns["load_torque_nm"] = columns["load_torque_nm"] - 0.15 * speed * np.abs(speed) / 70.0**2
     result = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None)
     assert result.verdict["verdict"] == ["unknown"]
-    assert "square of the speed" in " ".join(result.verdict["unexplained"])
+    assert "depends on speed only" in " ".join(result.verdict["unexplained"])
     assert result.verdict["parameters"] == {}
 
 

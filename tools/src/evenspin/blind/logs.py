@@ -24,6 +24,7 @@ from evenspin.blind.bench_effects import (
     true_values,
 )
 from evenspin.blind.bench_profile import draw_inputs, follows
+from evenspin.blind.foreign_effects import FOREIGN, placed
 from evenspin.blind.referee import Inputs, Parameters, simulate, with_effects
 from evenspin.blind.styles import STYLES, Style, columns_of, signals_of
 from evenspin.blind.vocabulary import SIZES, go_together
@@ -99,6 +100,62 @@ def plan_logs(count: int, seed: int) -> list[LogPlan]:
     return plans
 
 
+FOREIGN_MIX = {"foreign": 53, "beside": 27, "none": 20, "single": 20}  # of 120
+UNSEEN_PARTS = ("two_mass", "backlash")  # not searched for in logs with voltages
+
+
+def plan_foreign_logs(count: int, seed: int, only_voltages: bool = True) -> list[LogPlan]:
+    """Causes that no table lists, alone and beside a known effect, clean units, and known effects alone."""
+    rng = np.random.default_rng([seed, 1, 77])
+    kinds = [kind for kind, share in FOREIGN_MIX.items() for _ in range(round(share * count / 120.0))]
+    kinds = (kinds + ["foreign"] * count)[:count]
+    styles = [style for style in STYLES if style.voltages or not only_voltages]
+    names = [name for name in EFFECTS if name not in UNSEEN_PARTS]
+    turns = {"foreign": list(rng.permutation(list(FOREIGN))), "known": list(rng.permutation(names))}
+    next_of = {"foreign": 0, "known": 0}
+
+    def turn(table: str) -> str:
+        next_of[table] += 1
+        return str(turns[table][(next_of[table] - 1) % len(turns[table])])
+
+    plans = []
+    for number, kind in enumerate(rng.permutation(kinds), start=1):
+        wanted: tuple[str, ...] = ()
+        if kind in ("foreign", "beside"):
+            wanted += (turn("foreign"),)
+        if kind in ("beside", "single"):
+            wanted += (turn("known"),)
+            while (
+                kind == "beside"
+                and set(wanted) & {"position", "presliding", "cold_grease", "gravity"}
+                and wanted[1]
+                in (
+                    "coulomb_friction",
+                    "stribeck_friction",
+                    "load_torque",
+                    "misalignment",
+                )
+            ):
+                wanted = (wanted[0], turn("known"))  # one thing with two names
+        while True:
+            style = styles[int(rng.integers(len(styles)))]
+            voltages = bool(style.voltages) and (only_voltages or rng.uniform() < VOLTAGE_SHARE)
+            if _shows(wanted, style, voltages):
+                break
+        plans.append(
+            LogPlan(
+                f"log_{seed}_{number:04d}",
+                (seed, number),
+                str(kind),
+                int(rng.integers(len(SIZES))),
+                wanted,
+                voltages,
+                style.name,
+            )
+        )
+    return plans
+
+
 def _shows(names: Sequence[str], style: Style, voltages: bool) -> bool:
     """Whether the log has what can show these effects. A single electrical one is hidden without voltages, too: it
     must not be called anything else."""
@@ -107,6 +164,14 @@ def _shows(names: Sequence[str], style: Style, voltages: bool) -> bool:
             return False
         if name in SHAFT and style.most_hz < SHAFT_ROWS_HZ:
             return False
+        if name in FOREIGN:
+            cause = FOREIGN[name]
+            if (
+                (cause.angle and style.angle == "none")
+                or style.most_hz < cause.rows_hz
+                or (cause.voltages and not voltages)
+            ):
+                return False
         if not voltages and name in OUTSIDE and OUTSIDE[name][1]:
             return False
         if not voltages and name in (*ELECTRICAL, "torque_constant") and len(names) > 1:
@@ -132,10 +197,14 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
         inputs = draw_inputs(
             rng, drive, seconds, unlogged or 0.5 * float(load) * drive.meta["motor"]["rated_torque_nm"]
         )
+        if "position" in values:
+            values["position"] = placed(values["position"], inputs, drive.meta["pwm_hz"])
         decimate = round(drive.meta["pwm_hz"] / rate_hz)
         if not _can(unit, inputs, drive):
             continue
-        hidden = with_effects(unit, {name: v for name, v in values.items() if name != UNLOGGED_LOAD})
+        hidden = with_effects(
+            unit, {FOREIGN[n].referee if n in FOREIGN else n: v for n, v in values.items() if n != UNLOGGED_LOAD}
+        )
         signals = simulate(hidden, inputs, decimate)
         if (
             np.all(np.isfinite(signals["iq_a"]))
@@ -156,7 +225,7 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
         kind=plan.kind,
         size=SIZES[plan.size] if plan.names else "",
         effects={name: true_values(name, v, hidden, nominal) for name, v in values.items() if name in EFFECTS},
-        outside={name: v for name, v in values.items() if name in OUTSIDE},
+        outside={name: v for name, v in values.items() if name in OUTSIDE or name in FOREIGN},
         style=style.name,
         rate_hz=rate_hz,
         seconds=seconds,
@@ -170,6 +239,8 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
 
 
 def _draw(name: str) -> Callable[[np.random.Generator, Drive, int], Values]:
+    if name in FOREIGN:
+        return FOREIGN[name].draw
     return EFFECTS[name] if name in EFFECTS else OUTSIDE[name][0]
 
 
@@ -179,6 +250,7 @@ def _rate(rng: np.random.Generator, drive: Drive, style: Style, names: Sequence[
     least_hz = drive.full_speed_rad_s * pairs / FINEST_RAD
     if any(name in SHAFT for name in names):
         least_hz = max(least_hz, SHAFT_ROWS_HZ)
+    least_hz = max([least_hz, *(FOREIGN[name].rows_hz for name in names if name in FOREIGN)])
     rates = [hz for hz in RATES_HZ if pwm_hz % hz == 0.0 and least_hz <= hz <= style.most_hz]
     return float(rng.choice(rates)) if rates else None
 

@@ -21,6 +21,7 @@ def register(app: typer.Typer) -> None:
     app.command("make-logs")(make_logs)
     app.command("run-logs")(run_logs)
     app.command("score-logs")(score_logs)
+    app.command("score-foreign")(score_foreign)
 
 
 def make_logs(
@@ -30,6 +31,9 @@ def make_logs(
     truth: Annotated[
         Path | None, typer.Option("--truth", metavar="FILE", help="Where the truth goes; beside DIR when left out.")
     ] = None,
+    foreign: Annotated[
+        bool, typer.Option("--foreign", help="Causes that no table lists, with voltages, some beside a known effect.")
+    ] = False,
     jobs: Jobs = None,
     force: Force = False,
     as_json: JsonFlag = False,
@@ -39,7 +43,7 @@ def make_logs(
     Example: `evenspin gap blind make-logs --out out/logs --count 40 --seeds 1,2`
     """
     from evenspin.blind.logs import make_logs as make
-    from evenspin.blind.logs import plan_logs, write_log_truth
+    from evenspin.blind.logs import plan_foreign_logs, plan_logs, write_log_truth
     from evenspin.errors import InputError
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
@@ -52,7 +56,8 @@ def make_logs(
         raise InputError("--truth", "file", str(truth_file), "apart from the logs", "choose a place outside of --out")
     apart = OutputFile(truth_file, origin(), option="--truth", force=force)
     out.mkdir(parents=True, exist_ok=True)
-    plans = [plan for number in numbers for plan in plan_logs(count, number)]
+    plan_of = plan_foreign_logs if foreign else plan_logs
+    plans = [plan for number in numbers for plan in plan_of(count, number)]
     with progress_bar("making logs", len(plans)) as bar:
         truths = make(plans, out, jobs or os.cpu_count() or 1, bar.update)
     with apart as place:
@@ -174,3 +179,37 @@ def _seeds(text: str) -> list[int]:
     if not all(word.isdigit() for word in words) or len(set(words)) != len(words):
         raise InputError("--seeds", "numbers", text, "different whole numbers with commas between", "for example 1,2")
     return [int(word) for word in words]
+
+
+def score_foreign(
+    truth: Truth,
+    results: Annotated[Path, typer.Option("--results", metavar="DIR", help="What `run-logs` wrote.")],
+    markdown: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the tables as Markdown.")] = None,
+    force: Force = False,
+    as_json: JsonFlag = False,
+) -> None:
+    """Hold what was said of causes that no table lists against the truth.
+
+    Example: `evenspin gap blind score-foreign --truth out/logs_truth.json --results out/verdicts`
+    """
+    from evenspin.blind.foreign_score import GOALS, page, summary_of
+    from evenspin.blind.foreign_score import score_foreign as score
+    from evenspin.blind.logs import read_log_truth
+    from evenspin.output import OutputFile
+    from evenspin.tableview import TableView, print_table
+
+    output = OutputFile(markdown, origin(truth, results), option="--markdown", force=force) if markdown else None
+    truths = read_log_truth(truth)
+    scores = score(truths, results)
+    summary = summary_of(scores)
+    seeds = ", ".join(dict.fromkeys(log.split("_")[1] for log in truths))
+    if output is not None:
+        with output as place:
+            place.write_text(page(scores, seeds), encoding="utf-8")
+    if as_json:
+        write_json(summary, STDOUT)
+        return
+    rows = [(GOALS[name][2], f"{100.0 * value:.0f} %") for name, value in summary.items()]
+    print_table(
+        TableView("Causes that nobody has listed", f"{len(scores)} logs.", ("", "found"), rows, left=1), console()
+    )

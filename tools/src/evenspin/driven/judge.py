@@ -64,8 +64,10 @@ class Verdict:
 EQUATIONS = (("torque_nm", "N m"), ("torque_fine_nm", "N m"), ("vd_v", "V"), ("vq_v", "V"))
 
 
-def judge(found: Explained, pwm_known: bool = True) -> Verdict:
-    """`pwm_known`: else a dead time is known as lost voltage only, and its interval has all common PWM frequencies."""
+def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False) -> Verdict:
+    """`pwm_known`: else a dead time is known as lost voltage only, and its interval has all common PWM frequencies.
+    `confirmed`: the causes that the table does not have are terms that unseen stretches confirm; the effects beside
+    them keep their names where little else is left and no other choice is near."""
     verdict = Verdict()
     verdict.gaps = gaps_of(found)
     weights = _weights(found.rivals)
@@ -79,9 +81,11 @@ def judge(found: Explained, pwm_known: bool = True) -> Verdict:
         ]
     doubtful = [name for name in verdict.names if verdict.cannot_separate.get(name)]
     left = _left(found, verdict)
-    if found.foreign:
+    if found.foreign and not confirmed:
         verdict.unexplained += [name.removeprefix("foreign: ") for name in found.foreign]
-    if found.foreign or left:
+    if confirmed and not left:
+        _beside(found, verdict)
+    elif found.foreign or left:
         _none(verdict, verdict.names)
     elif doubtful:
         together = [f"{name} or {' or '.join(verdict.cannot_separate[name])}" for name in doubtful]
@@ -98,6 +102,20 @@ def judge(found: Explained, pwm_known: bool = True) -> Verdict:
             f"{', '.join(sorted(n.removeprefix('foreign: ') for n in near))} would explain the log nearly as well"
         )
     return verdict
+
+
+BESIDE = 0.9  # confidence of a name beside a term of no table
+
+
+def _beside(found: Explained, verdict: Verdict) -> None:
+    """`unknown` last; an effect that another choice could replace has no name."""
+    unsure = [n for n in verdict.names if verdict.confidence[n] < BESIDE or verdict.cannot_separate.get(n)]
+    verdict.nearest = unsure
+    verdict.effects = [(name, params) for name, params in verdict.effects if name not in unsure]
+    for name in unsure:
+        del verdict.confidence[name], verdict.intervals[name]
+        verdict.cannot_separate.pop(name, None)
+    verdict.names = [*(n for n in verdict.names if n not in unsure), UNKNOWN]
 
 
 def _none(verdict: Verdict, nearest: Sequence[str]) -> None:

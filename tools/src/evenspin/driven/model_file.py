@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from evenspin.driven.judge import Verdict
 from evenspin.driven.model import LD, LQ
 from evenspin.driven.read import Nominal
 from evenspin.driven.terms import NUMBER_OF
+from evenspin.empirical.effect import effects_of
+from evenspin.empirical.term import EmpiricalTerm
 from evenspin.native import tables
 
 Z95 = 1.96
@@ -37,7 +39,12 @@ def estimates(found: Explained, nominal: Nominal) -> dict[str, dict[str, float]]
     return values
 
 
-def model_text(nominal: Nominal, verdict: Verdict, estimated: Mapping[str, Mapping[str, float]]) -> str:
+def model_text(
+    nominal: Nominal,
+    verdict: Verdict,
+    estimated: Mapping[str, Mapping[str, float]],
+    terms: Sequence[EmpiricalTerm] = (),
+) -> str:
     import tomlkit
 
     document = tomlkit.parse(nominal.machine.document.path.read_text(encoding="utf-8"))
@@ -47,7 +54,8 @@ def model_text(nominal: Nominal, verdict: Verdict, estimated: Mapping[str, Mappi
         document["plant"][name].comment(f"estimated, {number['low']:.4g} .. {number['high']:.4g}")
     if "dc_link_v" not in nominal.machine.plant_from:
         document["plant"]["dc_link_v"] = float(f"{nominal.plant['dc_link_v']:.4g}")
-    if not verdict.effects:
+    beyond, _ = effects_of(terms)
+    if not verdict.effects and not beyond:
         return tomlkit.dumps(document)
     if "effects" not in document:
         document["effects"] = tomlkit.table()
@@ -57,6 +65,11 @@ def model_text(nominal: Nominal, verdict: Verdict, estimated: Mapping[str, Mappi
         table = effects.get(effect, tomlkit.table())
         for key, value in params.items():
             table[key] = float(f"{_joined(effect, key, had, float(value)):.6g}")
+        effects[effect] = table
+    for effect, params in beyond.items():
+        table = effects.get(effect, tomlkit.table())
+        for key, value in params.items():
+            table[key] = value + (float(table.get(key, 0.0)) if effect == "coulomb_friction" else 0.0)
         effects[effect] = table
     return tomlkit.dumps(document)
 

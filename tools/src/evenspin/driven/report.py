@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from evenspin.driven.findable import Findable
 from evenspin.driven.judge import Verdict
 from evenspin.driven.read import Log, Nominal
 from evenspin.driven.verdict_file import METHOD, clear, gap_of
+from evenspin.empirical.pictures import term_pictures, terms_view
+from evenspin.empirical.term import EmpiricalTerm
 from evenspin.gap.intervals import reported_parameters
 from evenspin.native import tables
 from evenspin.report.figures import Picture
@@ -48,10 +51,14 @@ def summary_of(found: Explained, verdict: Verdict, advised: str) -> list[str]:
     return said
 
 
-def tables_of(found: Explained, verdict: Verdict, table: list[Findable]) -> list[TableView]:
+def tables_of(
+    found: Explained, verdict: Verdict, table: list[Findable], terms: Sequence[EmpiricalTerm] = ()
+) -> list[TableView]:
     views = []
     if verdict.effects:
         views.append(_named(verdict))
+    if terms:
+        views.append(terms_view(terms))
     views += [_gaps(verdict), _choices(found), findable_view(table)]
     return views
 
@@ -100,6 +107,7 @@ def page_of(
     nominal: Nominal,
     logs: list[Log],
     command: str,
+    terms: Sequence[EmpiricalTerm] = (),
 ) -> Page:
     facts = [("method", METHOD), ("model", nominal.machine.name), ("tolerances", found.tolerances.name)]
     for log in logs:
@@ -115,7 +123,10 @@ def page_of(
     summary = " ".join(summary_of(found, verdict, advised))
     with drawing():
         pictures = [_over_speed(found, log) for log in range(len(logs))]
-    return Page("Gap: driven by what was measured", summary, facts, tables_of(found, verdict, table), pictures, command)
+        pictures = [*term_pictures(terms), *pictures]
+    return Page(
+        "Gap: driven by what was measured", summary, facts, tables_of(found, verdict, table, terms), pictures, command
+    )
 
 
 def _over_speed(found: Explained, log: int) -> Picture:

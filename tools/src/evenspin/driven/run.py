@@ -8,13 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from evenspin.driven.analysis import Explained, explain
+from evenspin.driven.beyond import look_beyond
+from evenspin.driven.beyond_search import Search
+from evenspin.driven.evidence import confirmed
 from evenspin.driven.findable import advice, findable
 from evenspin.driven.judge import judge
 from evenspin.driven.model_file import estimates, model_text
 from evenspin.driven.read import nominal_of, read_logs
 from evenspin.driven.report import page_of, summary_of, tables_of
 from evenspin.driven.tolerances import tolerances_of
-from evenspin.driven.verdict_file import verdict_json
+from evenspin.driven.verdict_file import empirical_json, verdict_json
+from evenspin.empirical.words import sentence
 from evenspin.log.case import write_json
 from evenspin.report.page import write_page
 from evenspin.sim.progress import Bar
@@ -61,15 +65,25 @@ def run_driven(
     say("fitting", 0.1)
     signals = [log.signals for log in logs]
     found = explain(signals, nominal.plant, nominal.base, nominal.scale, allowed, say, nominal.estimated)
-    verdict = judge(found, "pwm_hz" in nominal.machine.plant_from)
+    known_pwm = "pwm_hz" in nominal.machine.plant_from
+    search = Search(found)
+    beyond = confirmed(search, look_beyond(search, say))
+    found = beyond.found
+    verdict = judge(found, known_pwm, bool(beyond.terms))
+    verdict.unexplained += [sentence(term) for term in beyond.evidence]
     table = findable(found.model.terms, found.normal, signals)
     advised = advice(table, signals)
     name = logs[0].signals.name if len(logs) == 1 else f"{logs[0].signals.name} and {len(logs) - 1} more"
     content = verdict_json(name, found, verdict, nominal, logs, table, advised)
+    content |= empirical_json(beyond, verdict)
     content["estimated"] = estimates(found, nominal)
     if out_dir is not None:
         write_json(out_dir / "verdict.json", content)
-        (out_dir / "model.toml").write_text(model_text(nominal, verdict, estimates(found, nominal)), encoding="utf-8")
-        write_page(out_dir, page_of(found, verdict, table, advised, nominal, logs, command))
+        (out_dir / "model.toml").write_text(
+            model_text(nominal, verdict, estimates(found, nominal), beyond.evidence), encoding="utf-8"
+        )
+        write_page(out_dir, page_of(found, verdict, table, advised, nominal, logs, command, beyond.evidence))
     say("done", 1.0)
-    return DrivenResult(content, summary_of(found, verdict, advised), tables_of(found, verdict, table), found)
+    return DrivenResult(
+        content, summary_of(found, verdict, advised), tables_of(found, verdict, table, beyond.evidence), found
+    )

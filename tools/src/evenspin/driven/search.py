@@ -37,8 +37,11 @@ class Edges:
     volts: float
 
 
-def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array], edges: Edges) -> list[Choice]:
-    """The best choices, best first. Each named term has its least size; effects of one name exclude each other."""
+def choices(
+    terms: Sequence[Term], normal: Normal, point: Mapping[str, Array], edges: Edges, most: int = MOST_NAMED
+) -> list[Choice]:
+    """The best choices, best first, of at most @p most. Each named term has its least size; effects of one name exclude
+    each other."""
     toward = np.concatenate([term.off - point[term.name] for term in terms])
     low = np.concatenate([np.where(term.details, -np.inf, term.low) - point[term.name] for term in terms])
     by_name = {term.name: term for term in terms}
@@ -79,7 +82,7 @@ def choices(terms: Sequence[Term], normal: Normal, point: Mapping[str, Array], e
     found = [tried(frozenset())]
     found += [tried(frozenset((name,))) for name in candidates]
     found += [tried(frozenset(pair)) for pair in combinations(candidates, 2)]
-    for size in range(3, MOST_NAMED + 1):
+    for size in range(3, most + 1):
         best = sorted((c for c in known.values() if c is not None and len(c.names) == size - 1), key=lambda c: c.cost)[
             :BEAM
         ]

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from evenspin.balance.verdict_file import finite
 from evenspin.driven.analysis import Explained
+from evenspin.driven.beyond import Beyond
 from evenspin.driven.findable import Findable
-from evenspin.driven.judge import Gap, Verdict
+from evenspin.driven.judge import Gap, Verdict, gaps_of
 from evenspin.driven.read import Log, Nominal
 from evenspin.driven.terms import Kind
+from evenspin.empirical.effect import effects_of
+from evenspin.empirical.verdict import term_json
 from evenspin.gap.intervals import reported_parameters
 
 METHOD = "equations of the machine, driven by the measured voltages and currents"
@@ -58,6 +62,17 @@ def verdict_json(
         },
     }
     return finite(content)
+
+
+def empirical_json(beyond: Beyond, verdict: Verdict) -> dict[str, Any]:
+    """Terms that no effect of the table is, and the gap with the effects alone."""
+    before, known = gap_of(gaps_of(replace(beyond.found, after=beyond.after_known)))
+    after = gap_of(verdict.gaps)[1]
+    empirical = [term_json(term) for term in beyond.evidence]
+    _, left = effects_of(beyond.evidence)
+    return finite(
+        {"empirical": empirical, "gap_after_known": known if empirical else after, "empirical_not_simulated": left}
+    )
 
 
 def gap_of(gaps: list[Gap]) -> tuple[float, float]:

@@ -1,0 +1,159 @@
+"""The library of terms: what each adds to the equations by an independent calculation, its lines, and its words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evenspin.empirical import words
+from evenspin.empirical.library import FAMILIES, can_show, family_of, sections, warm
+from evenspin.empirical.lines import frequency_spectrum, order_spectra, peaks
+from evenspin.empirical.rows import Rows
+from evenspin.empirical.term import EmpiricalTerm, LookAlike
+from evenspin.empirical.verdict import term_json
+
+
+def rows_of(speed, period_s: float = 1e-3, **more) -> Rows:
+    t = period_s * np.arange(len(speed))
+    theta = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * period_s)))
+    iq, one = np.sin(3.0 * t), np.ones(len(t))
+    known = {"id_a": 0.3 * iq, "iq_a": iq, "torque_nm": 0.2 * iq, "vd_v": one, "vq_v": 2.0 * one, "vdc_v": 24.0 + iq}
+    scales = {
+        "pole_pairs": 4.0,
+        "psi_wb": 0.01,
+        "top_rad_s": 100.0,
+        "rest_rad_s": 1.0,
+        "rated_nm": 0.5,
+        "rated_a": 2.0,
+        "link_v": 24.0,
+    }
+    return Rows(t, theta, speed, **{**known, **scales, **more})
+
+
+SWEEP = 80.0 * np.sin(2.0 * np.pi * np.arange(20000) / 10000.0)
+
+
+def test_every_family_has_finite_columns_at_its_starts_and_stands_in_the_table_of_the_module() -> None:
+    from evenspin.empirical import library
+
+    rows = rows_of(SWEEP)
+    for family in FAMILIES:
+        assert family.name in (library.__doc__ or "")
+        assert can_show(family, rows)
+        shapes = family.starts(rows) or [(3.0, 1.0, 1.0)[: len(family.shape)]]
+        for shape in shapes:
+            for column in family.columns(rows, shape):
+                parts = [column.torque, column.d, column.q, column.d_linkage, column.q_linkage]
+                there = [x for x in parts if x is not None]
+                assert there and all(np.all(np.isfinite(x)) and len(x) == len(rows.t_s) for x in there), family.name
+    assert not can_show(family_of("supply_power"), replace(rows, vd_v=None))
+    assert not can_show(family_of("angle_line"), replace(rows, has_angle=False))
+
+
+def test_dahl_friction_is_that_of_its_differential_equation() -> None:
+    """dz/dx = (1 - z sign(v)) / length, stepped row by row."""
+    rows, length = rows_of(SWEEP), 0.7
+    stepped, z = [], 0.0
+    for moved in np.diff(rows.theta_rad, prepend=0.0):
+        z = np.sign(moved) + (z - np.sign(moved)) * np.exp(-abs(moved) / length)
+        stepped.append(z)
+    (column,) = family_of("reversal").columns(rows, (length,))
+    assert column.torque == pytest.approx(np.array(stepped), abs=0.02)  # rest has a width of half a rad/s
+    assert [sign for _, _, sign in sections(rows)] == [1.0, -1.0, 1.0, -1.0]
+
+
+def test_a_flux_that_falls_takes_the_same_power_from_shaft_and_winding() -> None:
+    """Torque times speed lost at the shaft is voltage times current, 1.5 vq iq, that the winding does not induce."""
+    rows = rows_of(SWEEP)
+    lost, _ = family_of("time_magnet").columns(rows, (4.0,))
+    assert lost.torque is not None and lost.q is not None
+    assert lost.torque * rows.speed_rad_s == pytest.approx(-1.5 * lost.q * rows.iq_a)
+    assert warm(rows, 4.0)[-1] == pytest.approx(1.0) and warm(rows, 4.0)[0] == 0.0
+
+
+def test_cross_saturation_keeps_energy() -> None:
+    """Power of the rotational voltages is that at the shaft: 1.5 (d id + q iq) = -torque w for an added linkage."""
+    rows = rows_of(SWEEP)
+    (cross,) = family_of("cross_saturation").columns(rows, ())
+    assert cross.torque is not None and cross.d is not None and cross.q is not None
+    assert 1.5 * (cross.d * rows.id_a + cross.q * rows.iq_a) == pytest.approx(-cross.torque * rows.speed_rad_s)
+    # reciprocity: both linkages come from one co-energy, so that d(d)/d(iq) = d(q)/d(id)
+    assert cross.d_linkage is not None and cross.q_linkage is not None
+    assert np.gradient(cross.d_linkage[:400], rows.iq_a[:400])[1:-1] == pytest.approx(
+        cross.q_linkage[1:399] / rows.id_a[1:399], rel=1e-3
+    )
+
+
+def test_a_line_over_the_angle_is_found_at_its_order_and_noise_has_none() -> None:
+    rng = np.random.default_rng(3)
+    rows = rows_of(SWEEP)
+    at = slice(0, None, 10)
+    theta, speed = rows.theta_rad[at], rows.speed_rad_s[at]
+    noise = rng.normal(0.0, 1.0, len(theta))
+
+    def passes(rad_s):
+        return np.ones_like(rad_s)
+
+    orders, (gain, _) = order_spectra(noise + 0.6 * np.sin(3.47 * theta), theta, speed, passes, (0.0, 2.0))
+    ((order, strength),) = peaks(orders, gain, 0.5, 1, 45.0)
+    resolution = 2.0 * np.pi / float(np.ptp(theta))
+    assert order == pytest.approx(3.47, abs=resolution)
+    # 2000 windows with amplitude 0.6 sigma: chi-square about n a^2 / 2, less what the clipping and the bins take
+    assert strength == pytest.approx(0.5 * 0.36 * len(theta), rel=0.35)
+    orders, gains = order_spectra(noise, theta, speed, passes, (0.0, 2.0))
+    assert all(peaks(orders, g, 0.5, 1, 45.0) == [] for g in gains)
+
+
+def test_a_frequency_is_found_to_a_fraction_of_the_resolution() -> None:
+    t = np.arange(0.0, 20.0, 0.01)
+    left = np.random.default_rng(5).normal(0.0, 1.0, len(t)) + 0.5 * np.sin(2.0 * np.pi * 19.23 * t)
+    hz, gain = frequency_spectrum(left, t, lambda w: np.ones_like(w), np.ones(len(t)))
+    ((found, _),) = peaks(hz, gain, 0.5, 1, 45.0)
+    assert found == pytest.approx(19.23, abs=0.025)
+
+
+def term_of(family: str, shape: tuple[float, ...], sizes: tuple[float, ...], **more) -> EmpiricalTerm:
+    own = np.array(sizes)
+    halves = tuple(0.01 * abs(x) for x in shape)
+    facts = {"top_rad_s": 63.0, "rated_nm": 2.0, "rated_a": 4.0, "span_s": 40.0, "travel_rad": 300.0}
+    return EmpiricalTerm(
+        family,
+        family_of(family),
+        shape,
+        own,
+        1e-6 * np.eye(len(own)),
+        halves,
+        9.0,
+        0.8,
+        (20.0, 63.0),
+        facts=facts,
+        **more,
+    )
+
+
+def test_words_of_what_engineers_know() -> None:
+    fan = words.sentence(term_of("speed_odd", (2.03,), (0.2,)))
+    assert "depends on speed only, against the motion, grows with its square from 20 to 63 rad/s" in fan
+    assert "fan, windage" in fan
+    belt = words.sentence(term_of("angle_line", (3.47, 0.0, 0.0), (0.03, 0.04)))
+    assert (
+        "order 3.47 per turn, amplitude constant over speed" in belt and "phase not tied to the shaft: 0.05 N m" in belt
+    )
+    assert "belt" in belt
+    warming = words.sentence(term_of("time_resistance", (18.0,), (0.4, 0.0)))
+    assert "the resistance grows by 0.4 ohm over 40 s, time constant 18 s" in warming and "warms up" in warming
+    cage = term_of("angle_line", (0.4, 0.0, 0.0), (0.03, 0.04))
+    assert "cage of a ball bearing" in words.like(cage)
+
+
+@pytest.mark.parametrize("family", [family.name for family in FAMILIES])
+def test_every_family_has_words_a_cause_and_an_experiment_of_this_machine(family: str) -> None:
+    shape = {3: (7.0, 2.0, 1.0), 2: (3.0, 0.4), 1: (2.0,), 0: ()}[len(family_of(family).shape)]
+    term = term_of(family, shape, (0.2, 0.1), look_alikes=(LookAlike("time_load", 5.0),))
+    said = term_json(term)
+    assert said["depends_on"] and said["form"] and said["like"] and said["next_experiment"]
+    assert any(ch.isdigit() for ch in said["next_experiment"])
+    assert "a load that changes with time would look nearly the same" in words.sentence(term)
+    for name, interval in said["intervals"].items():
+        assert interval["low"] <= said["parameters"][name] <= interval["high"]
