@@ -10,7 +10,8 @@ static inline bool link_is_steady(drive_t *d)
 {
     const float moved_v = d->sample.vdc_v - d->link_mean_v;
     d->link_mean_v += LINK_NEW * moved_v;
-    return (bool)((moved_v <= (LINK_STEADY * d->sample.vdc_v)) & (moved_v >= (-LINK_STEADY * d->sample.vdc_v)));
+    const float most_v = LINK_STEADY * d->sample.vdc_v; /* its sign is of no matter: under_voltage trips below 0 */
+    return (moved_v * moved_v) <= (most_v * most_v);
 }
 
 static inline bool has_current(const drive_align_t *a)
