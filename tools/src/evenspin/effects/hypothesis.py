@@ -45,6 +45,9 @@ class Hypothesis:
     linear: bool = True
     simpler: tuple[str, tuple[int, ...]] | None = None  # an effect that this one holds, and which coordinates make it
     rests: bool = False  # a sine and a cosine of a torque in which the rotor can come to rest
+    # Forms that a simulator or a machine may have it in: values of coordinates that are details. Between them the cost
+    # has local minima.
+    variants: tuple[Mapping[int, float], ...] = ()
     amplitude: int | None = None  # coordinate that scales the signature of an effect that is not linear
 
     @property

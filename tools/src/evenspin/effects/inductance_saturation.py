@@ -6,6 +6,8 @@ import numpy as np
 
 from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale
 
+PER_AXIS, BY_AMPLITUDE, BY_SLOPE = {1: 0.0, 2: 0.0}, {1: 1.0, 2: 0.0}, {1: 0.0, 2: 1.0}
+
 
 def hypothesis(scale: Scale) -> Hypothesis:
     amps = scale.rated_current_a
@@ -27,6 +29,7 @@ def hypothesis(scale: Scale) -> Hypothesis:
         params,
         lambda z: math.sqrt(max(float(z[0]), 0.0)) * amps / 0.15,
         ((0.0, 0.5, 0.5),),
+        variants=(PER_AXIS, BY_AMPLITUDE, BY_SLOPE),
     )
 
 

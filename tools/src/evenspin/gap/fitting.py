@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 FRESH, FRESH_SEED = 8, 400  # simulations of a check that no fit has seen
 STEP_SHARE = 0.35  # of a coordinate's probe: a step around an explanation; all of it where logs do not repeat
 DAMPING_START, DAMPING_MIN, DAMPING_TRIES = 1e-3, 1e-6, 3
+# A step that takes this share off the cost is doubled while that helps, at most so far: robust weights shorten steps.
+STRETCH_SHARE, STRETCH_MOST = 0.01, 8.0
 GAIN_STOP, GAIN_STOP_SHARE = 0.2, 2e-4  # of cost, and of its share: a step that gains less is the last one
 
 
@@ -96,7 +98,7 @@ class Fitter:
             for _ in range(DAMPING_TRIES):
                 trial = self.model(self._stepped(model, columns, damping))
                 if trial.cost < model.cost:
-                    better = trial
+                    better = self._stretched(model, trial)
                     damping = max(damping / 10.0, DAMPING_MIN)
                     break
                 damping *= 20.0
@@ -106,6 +108,32 @@ class Fitter:
             if gained < GAIN_STOP + GAIN_STOP_SHARE * model.cost or model.cost - (steps - step) * gained > beat:
                 break
         return model
+
+    def variant(self, model: Model) -> Model:
+        """The model with the variant of each of its effects that fits best, all else as it is."""
+        best = model
+        for name, z in model.z.items():
+            for variant in self.library[name].variants:
+                moved = z.copy()
+                for i, value in variant.items():
+                    moved[i] = value
+                trial = self.model({**best.z, name: moved})
+                best = trial if trial.cost < best.cost else best
+        return best
+
+    def _stretched(self, model: Model, stepped: Model) -> Model:
+        """The step from one to the other, longer, while that leads further down.
+
+        Where much is off, robust weights count what is worst explained least, and a step becomes far too short.
+        """
+        best, factor = stepped, 2.0
+        while model.cost - stepped.cost > STRETCH_SHARE * model.cost and factor <= STRETCH_MOST:
+            z = {name: self.library[name].clip(old + factor * (stepped.z[name] - old)) for name, old in model.z.items()}
+            trial = self.model(z)
+            if not trial.cost < best.cost:
+                break
+            best, factor = trial, 2.0 * factor
+        return best
 
     def fresh_costs(self, *models: Model) -> list[float]:
         """Cost of each model by simulations that no fit has seen.

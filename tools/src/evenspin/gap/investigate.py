@@ -94,6 +94,7 @@ class Investigation:
                 best, expected = self._settled(best)
                 steps.append(best)
         self.say("dropping and weighing", 0.85)
+        best = search.refine(best) if best.z else best  # to the end of its way down
         best, weights = self._drop(best, expected)
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
@@ -121,7 +122,8 @@ class Investigation:
         cost = math.inf
         for _ in range(SETTLE_MAX):
             self.search.reconsider(model)
-            found = self.search.refine(self.search.fitter.judged(model), 4)
+            fitter = self.search.fitter
+            found = self.search.refine(fitter.variant(fitter.judged(model)), 4)
             still = all(np.array_equal(z, model.z[name]) for name, z in found.z.items())
             model, expected = found, self.expected_cost(found)
             if still or not expected.is_significant(model.cost) or model.cost > SETTLED_SHARE * cost:
