@@ -227,6 +227,26 @@ void test_ctl_current_error_is_not_misled_by_currents_that_are_really_there(void
     assert_known(0.002, 0.001, "true dc and negative sequence");
 }
 
+/* 30 samples a turn and less: what they cover too much, and the angle by which the voltage is ahead, are no longer small. */
+void test_ctl_current_error_is_not_misled_by_them_when_a_turn_has_few_samples_either(void)
+{
+    static const double RPM[] = {-1203.0, 1203.0, 2001.0};
+    for (size_t i = 0; i < COUNT_OF(RPM); i++) {
+        setUp();
+        m.three = true; /* these show both parts of the negative sequence */
+        m.offset_a[2] = -0.1;
+        m.gain[2] = 1.04;
+        m.dc_a = (c_t){0.6, -0.4};
+        m.backwards_a = (c_t){-0.3, 0.4};
+        m.rpm = RPM[i];
+        m.forwards_a.im = (m.rpm < 0.0) ? -3.0 : 3.0;
+        begin(valid_params());
+        live(2.0);
+        /* A turn ends between two samples, and is corrected there by the fundamental alone: 2 % of what is really there. */
+        assert_known(0.012, 0.005, at("%d r/min", (int)RPM[i]));
+    }
+}
+
 void test_ctl_current_error_ends_at_the_same_place_with_a_wrong_resistance_inductance_and_delay(void)
 {
     static const double OFF[][3] = {{0.7, 1.0, 0.5}, {1.3, 1.0, 0.5}, {1.0, 0.5, 0.5}, {1.3, 1.6, 1.5}};
