@@ -66,7 +66,7 @@ def test_cogging_in_whose_wells_the_rotor_rests_is_found_at_its_phase(tmp_path: 
 
 
 def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(tmp_path: Path) -> None:
-    """A sound unit: saturation takes 40 off the cost at first, and 21 under the noise level around itself."""
+    """A healthy unit: saturation takes 40 off the cost at first, and 21 under the noise level around itself."""
     _, finding, _ = _investigated(tmp_path, SMOOTH, (7, 17), "none", 0)
     assert finding.named == ()
     assert not finding.unknown
@@ -82,7 +82,7 @@ def test_a_tolerance_far_beyond_its_bounds_is_named_beside_a_large_effect(tmp_pa
 
 
 def test_a_tolerance_a_little_beyond_its_bounds_is_named(tmp_path: Path) -> None:
-    """Viscous friction of 0.854: the fit takes four fifths of that for the unit's own until it is told otherwise."""
+    """Viscous friction of 0.854: the fit takes four fifths of that for the unit's own until the rule says otherwise."""
     truth, finding, effects = _investigated(tmp_path, SMOOTH, (11, 34), "single", 0, "viscous_friction")
     assert finding.named == ("viscous_friction",)
     factor = truth.effects[0]["parameters"]["factor"] * truth.unit["motor.viscous_nms"]

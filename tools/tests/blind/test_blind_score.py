@@ -93,7 +93,7 @@ def test_results_may_lie_side_by_side(tmp_path: Path) -> None:
     score = score_set(TRUTHS, tmp_path)
 
     assert score.summary["exact_single"] == 1.0
-    assert math.isnan(score.summary["gap_closed_median"])  # not told
+    assert math.isnan(score.summary["gap_closed_median"])  # not reported
 
 
 def errors(effect: str, true: dict[str, float], found: dict[str, Any]) -> dict[str, float]:

@@ -119,7 +119,7 @@ def _doubts(t_s: Array, speed: Array, current: Array) -> tuple[str, ...]:
 
 
 def _check_machine(columns: Mapping[str, Array]) -> Finding | None:
-    """Signs and exchanges that no machine allows: what voltages tell is told first, because it tells which column."""
+    """Signs and exchanges that no machine allows: what voltages show comes first, because it names the column."""
     found = None
     if set(NEEDED) <= set(columns) and not any(is_constant(columns[name]) for name in NEEDED):
         found = check_windings(columns)

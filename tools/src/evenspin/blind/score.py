@@ -70,7 +70,7 @@ class CaseScore:
     said: tuple[str, ...] | None  # None: no result
     right: bool
     errors: Mapping[str, float]  # effect.parameter
-    gap_closed: float  # nan: not told, or hardly open
+    gap_closed: float  # nan: not reported, or hardly open
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +144,7 @@ def score_case(case: str, truth: Truth, verdict: Verdict | None) -> CaseScore:
 
 
 def parameter_errors(effect: str, true: Mapping[str, float], found: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    """How wrong each parameter is. A parameter that was not told, or is no number, is wrong by 1.
+    """How wrong each parameter is. A parameter that was not reported, or is no number, is wrong by 1.
 
     A phase counts in rad; what is a vector counts as one; a share of the first order counts as that.
     """
@@ -153,7 +153,7 @@ def parameter_errors(effect: str, true: Mapping[str, float], found: Mapping[str,
         given = found.get(key)
         return float(given) if isinstance(given, int | float) and not isinstance(given, bool) else math.nan
 
-    def told(error: float) -> float:
+    def finite(error: float) -> float:
         return error if math.isfinite(error) else 1.0
 
     fields = fields_of(effect)
@@ -162,29 +162,29 @@ def parameter_errors(effect: str, true: Mapping[str, float], found: Mapping[str,
         a, b = vector
         with np.errstate(all="ignore"):
             mismatch = np.float64(value(a)) / np.float64(value(b))
-        yield "mismatch", told(abs(mismatch / (true[a] / true[b]) - 1.0))
+        yield "mismatch", finite(abs(mismatch / (true[a] / true[b]) - 1.0))
         return
     if vector:
         off = math.hypot(*(value(key) - true[key] for key in vector))
-        yield "offset", told(off / math.hypot(*(true[key] for key in vector)))
+        yield "offset", finite(off / math.hypot(*(true[key] for key in vector)))
         return
     optional = max((true.get(key, 0.0) for key, f in fields.items() if f.optional and f.role != "phase"), default=0.0)
     for key, right in true.items():
         given, field = value(key), fields.get(key)
         match (field.role, field.optional) if field is not None else ("amplitude", False):
             case ("order", _):
-                yield key, told(float(given != right))
+                yield key, finite(float(given != right))
             case ("sign", _):
-                yield key, told(float(given * right <= 0.0))
+                yield key, finite(float(given * right <= 0.0))
             case ("phase", False):
-                yield key, told(_angle_between(given, right))
+                yield key, finite(_angle_between(given, right))
             case ("phase", True):
                 if optional > 0.0:
-                    yield key, told(optional * _angle_between(given, right))
+                    yield key, finite(optional * _angle_between(given, right))
             case (_, True):
-                yield key, told(abs(given - right))
+                yield key, finite(abs(given - right))
             case _:
-                yield key, told(abs(given - right) / abs(right))
+                yield key, finite(abs(given - right) / abs(right))
 
 
 def _angle_between(one: float, other: float) -> float:

@@ -3,7 +3,7 @@
 How large and at which order an effect is drawn is this module's own on purpose: it checks what the search assumes.
 
 Sizes are relative to the motor. The smallest is outside the tolerance of a unit; whether it can be found at all is
-told by `gap_alone` in the truth file.
+shown by `gap_alone` in the truth file.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def read_parquet(path: Path) -> RawTable:
 
 
 def read_mat(path: Path) -> RawTable:
-    """MATLAB v5 and v7.3. Structures are taken apart; of cells of trials the first is read, and the others are told."""
+    """MATLAB v5 and v7.3. Structures are taken apart; of cells of trials the first is read, the others reported."""
     mat = _library("pymatreader", path)
     try:
         with warnings.catch_warnings():

@@ -179,11 +179,11 @@ def _drives(si: dict[str, Array], good: NDArray[np.bool_]) -> Callable[[Array], 
     speed = si["speed_rad_s"] if "speed_rad_s" in si else np.gradient(si["theta_m_rad"], si["t_s"])
     speed = np.nan_to_num(speed[good])
 
-    def told(iq: Array) -> bool:
+    def fits(iq: Array) -> bool:
         _, like = acceleration_factor(t, speed, iq)
         return like > 0.0 if abs(like) > SHOWS else work_share(speed, iq) > 0.0
 
-    return told
+    return fits
 
 
 def _voltages(si: dict[str, Array], pairs: int | None) -> None:
