@@ -30,7 +30,7 @@ def drive(effects: Effects, seed: int, speed_kp_as: float = 0.02) -> Simulation:
         "speed_source": 0, "speed_error_gain": 1.0, "speed_kp_a_per_unit": speed_kp_as, "speed_ki_a_per_unit_s": 0.0,
         "iq_limit_a": 10.0, "id_limit_a": 100.0, "over_current_a": 100.0, "over_voltage_v": 1000.0,
         "under_voltage_v": 0.0, "over_speed_rad_s": 2000.0, "offset_calibration_periods": 0,
-        "align_periods": 0, "auto_run": 1,
+        "align_periods": 0, "auto_run": 1, "plausibility_share": 0.0,
     }  # fmt: skip
     for key, value in model.items():
         simulation.set_model(key, value)

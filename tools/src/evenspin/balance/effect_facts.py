@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from evenspin.native import tables
 
 TORQUE = "N m"
+EMPIRICAL = ("empirical",)  # a sum of terms, not one cause
 IN_AMPERES = (
     "torque_a_equiv",
     "amplitude_a_equiv",
@@ -16,6 +17,8 @@ IN_AMPERES = (
 def torque_effects() -> Iterator[str]:
     """Effects that act as torque or friction, with a torque among their parameters."""
     for name, effect in tables().effects.items():
+        if name in EMPIRICAL:
+            continue
         if effect.acts_on in ("torque", "friction") and any(p.unit == TORQUE for p in effect.params.values()):
             yield name
 

@@ -175,6 +175,7 @@ def _prepare(plant: Plant, theta0_rad: float, speed0_rad_s: float) -> Simulation
         "over_speed_rad_s": 2e3,
         "offset_calibration_periods": 0,
         "align_periods": 0,
+        "plausibility_share": 0.0,  # this current loop stands for any, and its motor for none
         "auto_run": 1,
     }
     for name, value in model.items():

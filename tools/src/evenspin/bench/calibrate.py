@@ -151,10 +151,14 @@ def calibrate(
     inputs = inputs_of(drive, operator, name, known)
     all_before = drive.get()
     try:
-        found = wanted.work(drive, operator, progress)
+        with _settings(drive, plausibility_share="0"):  # the numbers of the motor are what is looked for
+            try:
+                found = wanted.work(drive, operator, progress)
+            finally:
+                if not drive.link.lost:
+                    _halt(drive)
     finally:
         if not drive.link.lost:
-            _halt(drive)
             operator.lock(False)
     before = {key: all_before[key] for key in found.parameters}
     done = Calibration(name, found, before, inputs)
