@@ -14,13 +14,24 @@ from pathlib import Path
 
 import numpy as np
 from evenspin.blind import motulator_drive, referee
-from evenspin.blind.cases import VALIDATION, gap_between, run_experiments, without_noise, write_records
+from evenspin.blind.cases import (
+    MOTULATOR,
+    VALIDATION,
+    gap_between,
+    make_case,
+    plan_cases,
+    run_experiments,
+    without_noise,
+    write_records,
+)
 from evenspin.blind.experiments import all_experiments
 from evenspin.blind.motors import draw_motor
 from evenspin.blind.score import markdown, score_set
 from evenspin.blind.truth import read_truth
 from evenspin.blind.vocabulary import EFFECTS
 from evenspin.gap.outcome import Validation
+from evenspin.gap.result import investigate
+from evenspin.gap.verdict import verdict_json
 from evenspin.log import read_case
 from evenspin.log.tolerance import SIGMA, unit_of
 
@@ -49,12 +60,15 @@ noise; `opens`: what the effect itself makes. One motor, large effects.
 | effect | referee, motulator | plant, motulator | plant, referee | opens | what differs |
 |---|---|---|---|---|---|
 """
-FRICTION = (
-    "motulator's friction is a coefficient that depends on the speed: dry friction is viscous below 0.05 rad/s and does"
-    " not hold a shaft. With that border at 0.5 rad/s a dry friction was still named alone, to 0.1 %, with a"
-    " confidence of 0.49; at 2 rad/s, where it is no dry friction any more, "
-    "it was named to 0.5 % beside `unknown`; one case each."
-)
+FRICTION = """## Where dry friction is not dry
+
+motulator's friction is a coefficient that depends on the speed: below a border it is viscous, and does not hold a shaft. The
+border is {slow:g} rad/s above. One dry friction with other borders:
+
+| border, rad/s | verdict | confidence | error of the torque | gap before, after, floor |
+|---|---|---|---|---|
+"""
+BORDERS = ((0.5, 21), (2.0, 22))  # rad/s, seed
 
 
 def main() -> None:
@@ -94,9 +108,25 @@ def main() -> None:
         for n, a, b, c, o in rows
     ]
     truths = read_truth(folder / "truth.json")
-    text = HEAD + "\n".join(lines) + "\n\n## What `evenspin gap` says of motulator's logs\n\n"
-    text += FRICTION + "\n\n"
+    text = HEAD + "\n".join(lines) + "\n\n" + FRICTION.format(slow=motulator_drive.SLOW_RAD_S)
+    text += "".join(_with_border(*each) for each in BORDERS)
+    text += "\n## What `evenspin gap` says of motulator's logs\n\n"
     page.write_text(text + markdown(score_set(truths, folder / "verdicts")))
+
+
+def _with_border(border_rad_s: float, seed: int) -> str:
+    """A row of the table: one case with this border, made and solved."""
+    motulator_drive.SLOW_RAD_S = border_rad_s
+    (plan,) = plan_cases({"single": 1}, seed, ("coulomb_friction",), MOTULATOR)
+    with tempfile.TemporaryDirectory() as place:
+        truth = make_case(plan, Path(place) / "case")
+        said = verdict_json(investigate(read_case(Path(place) / "case")))
+    hidden = truth.effects[0]["parameters"]["torque_nm"]
+    found = said["parameters"].get("coulomb_friction", {}).get("torque_nm", 0.0)
+    sure = said["confidence"].get("coulomb_friction", 0.0)
+    gaps = ", ".join(f"{said[key]:.3f}" for key in ("gap_before", "gap_after", "gap_floor"))
+    names = ", ".join(said["verdict"]) or "nothing missing"
+    return f"| {border_rad_s:g} | {names} | {sure:.2f} | {100.0 * abs(found / hidden - 1.0):.1f} % | {gaps} |\n"
 
 
 def _to_plant(meta: dict, experiments: list, records: dict, effects: dict) -> float:

@@ -66,14 +66,14 @@ def test_cogging_in_whose_wells_the_rotor_rests_is_found_at_its_phase(tmp_path: 
 
 
 def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(tmp_path: Path) -> None:
-    """A healthy unit: saturation takes 40 off the cost at first, and 21 under the noise level around itself."""
+    """A healthy unit: saturation takes 13 off the cost under the noise level around itself, less than a name must."""
     _, finding, _ = _investigated(tmp_path, SMOOTH, (7, 17), "none", 0)
     assert finding.named == ()
     assert not finding.unknown
 
 
 def test_a_tolerance_far_beyond_its_bounds_is_named_beside_a_large_effect(tmp_path: Path) -> None:
-    """Viscous friction of 0.78 takes 0.4 % of what saturation takes off the cost, but no unit is six sigmas off."""
+    """Viscous friction of 0.78, six standard deviations off, beside a saturation whose cross voltage is of the slope."""
     hidden = ("inductance_saturation", "viscous_friction")
     truth, finding, effects = _investigated(tmp_path, SMOOTH, (7, 30), "pair", 1, *hidden)
     assert set(finding.named) == set(hidden)

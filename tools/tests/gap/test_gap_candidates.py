@@ -109,3 +109,34 @@ def test_a_small_gain_needs_a_second_look_and_a_tolerance_does_not(rules) -> Non
     assert not rules.needs_recheck("cogging", 2000.0)  # by chance, gains of 100 come up on healthy units
     assert not rules.needs_recheck("inertia", 100.0)
     assert rules.holds("inertia", 9.0) and not rules.holds("cogging", 9.0)  # three sigmas of a prior cost 9
+
+
+def _beside_saturation(rules: Acceptance, factor_edges: float, cost: float) -> Model:
+    """Saturation, and a viscous friction so many times the edge of its tolerance off."""
+    friction = rules.library["viscous_friction"]
+    edge = np.array([1.0])
+    edge /= friction.magnitude(edge)
+    z = {"inductance_saturation": np.zeros(3), "viscous_friction": factor_edges * edge}
+    return Model(z, NOTHING, NOTHING, NOTHING, cost, NOTHING)
+
+
+@pytest.mark.parametrize(
+    ("edges", "gain", "remainder"),
+    [
+        (1.4, 10.0, True),  # little cost, and a unit near the edge of its tolerance: what saturation leaves
+        (1.6, 10.0, False),  # little cost, but no unit is so far off
+        (1.4, 5000.0, False),  # half of what saturation takes off is no remainder
+    ],
+)
+def test_a_small_gain_beside_a_large_effect_is_its_remainder_unless_no_unit_is_so_far_off(
+    rules: Acceptance, edges: float, gain: float, remainder: bool
+) -> None:
+    alone = Model({"inductance_saturation": np.zeros(3)}, NOTHING, NOTHING, NOTHING, 1000.0, NOTHING)
+    both = _beside_saturation(rules, edges, 1000.0 - gain)
+    assert rules.is_remainder(alone, both, explained=10_000.0) == remainder
+
+
+def test_an_effect_without_a_tolerance_is_a_remainder_however_large(rules: Acceptance) -> None:
+    alone = Model({"inductance_saturation": np.zeros(3)}, NOTHING, NOTHING, NOTHING, 1000.0, NOTHING)
+    z = dict(alone.z) | {"coulomb_friction": np.array([100.0])}
+    assert rules.is_remainder(alone, Model(z, NOTHING, NOTHING, NOTHING, 990.0, NOTHING), explained=10_000.0)
