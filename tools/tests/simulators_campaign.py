@@ -62,8 +62,8 @@ noise; `opens`: what the effect itself makes. One motor, large effects.
 """
 FRICTION = """## Where dry friction is not dry
 
-motulator's friction is a coefficient that depends on the speed: below a border it is viscous, and does not hold a shaft. The
-border is {slow:g} rad/s above. One dry friction with other borders:
+motulator's friction is a coefficient that depends on the speed: below a border it is viscous, and does not hold a
+shaft. The border is {slow:g} rad/s above. One dry friction with other borders:
 
 | border, rad/s | verdict | confidence | error of the torque | gap before, after, floor |
 |---|---|---|---|---|

@@ -73,7 +73,7 @@ def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(
 
 
 def test_a_tolerance_far_beyond_its_bounds_is_named_beside_a_large_effect(tmp_path: Path) -> None:
-    """Viscous friction of 0.78, six standard deviations off, beside a saturation whose cross voltage is of the slope."""
+    """Viscous friction of 0.78, six sigmas off, beside a saturation whose voltage across the axes is of the slope."""
     hidden = ("inductance_saturation", "viscous_friction")
     truth, finding, effects = _investigated(tmp_path, SMOOTH, (7, 30), "pair", 1, *hidden)
     assert set(finding.named) == set(hidden)
