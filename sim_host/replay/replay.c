@@ -189,14 +189,16 @@ void replay_preempt(replay_t *r)
 static void hold_against_row(replay_t *r)
 {
     const bool wanted = (r->first.kind != REPLAY_SAME) && !r->row_known;
+    bool       differs = false; /* a difference may have gone again before the next stored row */
     for (uint16_t i = 0; i < (uint16_t)SIGNAL_COUNT; i++) {
         const float value = trace_get_number(&r->in, TRACE_CH_ROW + i);
         if (wanted) {
             r->recorded[i] = value;
             r->replayed[i] = r->row[i];
+            differs = differs || (trace_bits(value) != trace_bits(r->row[i]));
         }
     }
-    if (wanted) {
+    if (wanted && differs) {
         r->row_known = true;
         r->row_period = r->periods;
     }

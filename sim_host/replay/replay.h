@@ -51,7 +51,7 @@ typedef struct {
     bool                started, ended; /**< `ended`: it cannot go on. */
     replay_difference_t first;          /**< First difference of what the firmware does, */
     replay_difference_t last;           /**< and where the order of calls no longer fits; kind 0: it does. */
-    bool                row_known;      /**< There was a stored row behind the first difference: */
+    bool                row_known;      /**< There was a stored row that differs behind the first difference: */
     uint32_t            row_period;     /**< in this period, */
     float               recorded[SIGNAL_COUNT], replayed[SIGNAL_COUNT];
     float               row[SIGNAL_COUNT]; /**< All signals at the end of the last period. */

@@ -28,7 +28,8 @@ class Difference:
     """The first thing that the firmware does otherwise than it did when it was recorded.
 
     `kind`: SIGNALS, DUTY, SENT, ORDER or BROKEN. `values`: (signal, recorded, replayed) of all that differ in period
-    `row_period`, the first period from `period` on whose signals are stored; a duty stands there with `period` itself.
+    `row_period`, the first period from `period` on whose signals are stored and differ; a duty stands there with
+    `period` itself.
     """
 
     kind: str
