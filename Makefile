@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -146,6 +146,11 @@ MOTION_S := 10000
 
 motion: setup ## drives that work, at random, on every model: the checks of the motion must not trip (10000 s of driving: 2 min)
 	@$(PYTHON) tools/tests/motion_campaign.py --seconds $(MOTION_S)
+
+DRIVING_S := 86400
+
+replay-day: setup ## a day of random driving with faults, recorded and replayed: not one difference (DRIVING_S=86400: 40 min)
+	@$(PYTHON) tools/tests/replay_campaign.py --seconds $(DRIVING_S)
 
 FUZZ_TRIALS ?= 5000
 FUZZ_SEED   ?= 1
