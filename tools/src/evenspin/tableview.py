@@ -28,13 +28,15 @@ class TableView:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Three significant digits, never in powers of ten; a dash where there is nothing."""
+    """As many significant digits; in powers of ten only where that is no longer than decimals; a dash for nothing."""
     if value is None or not math.isfinite(value):
         return "-"
     if value == 0.0:
         return "0"
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-    return f"{value:.{min(decimals, 6)}f}"
+    if decimals > digits + 3:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{decimals}f}"
 
 
 def print_table(view: TableView, console: Console) -> None:
