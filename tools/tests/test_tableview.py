@@ -111,6 +111,15 @@ def test_output_into_a_file_or_a_pipe_does_not_depend_on_the_terminal() -> None:
     assert squeezed("".join(FIGURES.rows[0])) in squeezed(text)
 
 
+@pytest.mark.parametrize("width", [150, 60])
+def test_a_wide_table_in_a_pipe_is_not_cut_to_the_width_of_a_console(width: int) -> None:
+    columns = tuple(f"quantity {k}" for k in range(20))
+    cells = [(f"{k}.0000362", *(["7"] * 19)) for k in range(3)]
+    text = printed(TableView("T", "", columns, cells), width, terminal=False)
+    assert "…" not in text
+    assert all(row[0] in text for row in cells)
+
+
 def test_a_text_of_one_long_word_is_folded_not_cut() -> None:
     word = "0123456789" * 12
     text = printed(TableView("T", "", ("name", "what it is"), [("a", word)]), 40)
