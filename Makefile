@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day figures
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -75,6 +75,9 @@ stability: setup ## random drives: does the simulated firmware do what `design r
 
 combinations: setup ## every pair of methods in the simulator: works, or is refused; writes docs/combinations.md (1 min)
 	@.venv/bin/evenspin combinations --page docs/combinations.md
+
+figures: setup ## every figure of the three papers with ours, theirs and the verdict; writes docs/reference/*-figures.md (1 min)
+	@for paper in guo2024 tang2020 yeh2024; do .venv/bin/evenspin reproduce $$paper --page docs/reference/$$paper-figures.md || exit 1; done
 
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py
