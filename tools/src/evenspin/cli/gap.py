@@ -16,6 +16,7 @@ from evenspin.cli.output import STDOUT, console, json_text, write_json
 
 if TYPE_CHECKING:
     from evenspin.balance import BalanceResult
+    from evenspin.correct.proposal import Proposal
     from evenspin.driven import DrivenResult
     from evenspin.gap.result import CaseResult
     from evenspin.sim.progress import Bar
@@ -89,7 +90,8 @@ def case(
 ) -> None:
     """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
 
-    DIR gets verdict.json, model.toml, scenario.toml, report.html and the traces before and after. A file instead of a
+    DIR gets verdict.json, model.toml, correction.toml (parameters of the drive that counteract what is named, for
+    `evenspin bench apply`), scenario.toml, report.html and the traces before and after. A file instead of a
     folder is a log of any drive. With voltages and a model it is held against the equations of the machine, several
     logs of one machine together; else against a torque balance in ampere equivalents. Columns are found by names and
     data, as `evenspin log map` does; MAP.toml in DIR says how.
@@ -105,8 +107,8 @@ def case(
     _refuse("--model", model)
     _refuse("--map", map_file)
     _refuse("--tolerances", tolerances)
-    result = _investigated(path, out, force, workers, steps=False)
-    _tell(result, out, as_json)
+    result, proposal = _investigated(path, out, force, workers, steps=False)
+    _tell(result, proposal, out, as_json)
     _check(check, result.finding.unknown, result.name)
 
 
@@ -125,13 +127,13 @@ def loop(
 
     Example: `evenspin gap loop tests/data/foreign_drive/example_coulomb_and_inertia --out out/loop`
     """
-    result = _investigated(path, out, force, workers, steps=True)
+    result, proposal = _investigated(path, out, force, workers, steps=True)
     screen = console(STDOUT if as_json else None)
     gap = result.before.gap
     for number, step in enumerate(result.steps[1:], 1):
         screen.print(f"step {number}: {' + '.join(step.names)}: gap {gap:.4f} -> {step.outcome.gap:.4f}")
         gap = step.outcome.gap
-    _tell(result, out, as_json)
+    _tell(result, proposal, out, as_json)
     _check(check, result.finding.unknown, result.name)
 
 
@@ -242,13 +244,16 @@ def plan(
         write_json(content, STDOUT)
 
 
-def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps: bool) -> CaseResult:
+def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps: bool) -> tuple[CaseResult, Proposal]:
     from evenspin.gap.check import checked_case
     from evenspin.output import OutputFolder
 
     made = origin(path)
     output = OutputFolder(out, made, force=force)
     loaded, messages = checked_case(path)
+    from evenspin.correct.file import write_correction
+    from evenspin.correct.proposal import proposal_of
+    from evenspin.correct.report import proposal_chapter
     from evenspin.gap.folder import write_result, write_steps  # they take a second to load
     from evenspin.gap.result import investigate
     from evenspin.sim.progress import progress_bar
@@ -260,23 +265,27 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
             bar.update(share)
 
         result = investigate(loaded, workers, report, messages)
+        report("simulating corrections", 0.95)
+        proposal = proposal_of(result)
         report("drawing", 0.97)
         with output as folder:
-            write_result(folder, result, made.command)
+            write_result(folder, result, made.command, [proposal_chapter(proposal)])
+            write_correction(folder, proposal, result.case, result.nominal)
             if steps:
                 write_steps(folder, result)
-    return result
+    return result, proposal
 
 
-def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
+def _tell(result: CaseResult, proposal: Proposal, out: Path, as_json: bool) -> None:
+    from evenspin.correct.report import proposal_tables, summary
     from evenspin.gap.story import summary_of, tables_of
     from evenspin.gap.verdict import verdict_json
     from evenspin.tableview import print_table
 
     screen = console(STDOUT if as_json else None)
-    for view in tables_of(result):
+    for view in (*tables_of(result), *(proposal_tables(proposal) if result.finding.named else ())):
         print_table(view, screen)
-    for sentence in summary_of(result):
+    for sentence in (*summary_of(result), summary(proposal)):
         screen.print(sentence)
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
