@@ -99,10 +99,20 @@ def test_a_size_that_its_interval_swallows_is_not_corrected():
 
 
 def test_what_spoils_nothing_is_not_corrected():
-    proposal = _proposed({"viscous_friction": {"factor": 1.2}})
+    proposal = _proposed({"winding_resistance": {"factor": 1.01}})
 
     assert proposal.corrections == ()
-    assert "speed after a reversal" in proposal.left[0].reason
+    assert "not worth it: current after a step" in proposal.left[0].reason
+
+
+def test_viscous_friction_is_fed_forward_as_far_as_it_is_beyond_nominal():
+    (correction,) = _proposed({"viscous_friction": {"factor": 1.7}}).corrections
+    values = {change.parameter: change.value for change in correction.changes}
+    assert values["rdc_viscous_nms"] == pytest.approx(0.7 * 0.002)  # of the servo model
+    assert correction.predicted.reduction > 0.8
+
+    less = _proposed({"viscous_friction": {"factor": 0.7}})
+    assert less.corrections == () and "less of it than nominal" in less.left[0].reason
 
 
 def test_frictions_are_one_correction_and_lines_are_counted_through():

@@ -35,7 +35,7 @@ PREDICTED = Prediction(2.0, 0.02, 2.0, 0.1, 0.05, 0.15)
 def _lines(phase_rad=0.7, name="cogging"):
     changes = (
         known("speed_model_ff", 1.0), known("rdc_line1_cycles", 18.0), known("rdc_line1_nm", 0.05),
-        known("rdc_line1_rad", phase_rad),
+        known("rdc_line1_rad", phase_rad), known("rdc_viscous_nms", 0.0),
     )  # fmt: skip
     return Correction(name, ("cogging",), changes, Quantity("speed_ripple", ("staircase",), (18.0,)), PREDICTED)
 
@@ -143,6 +143,7 @@ def test_a_lost_link_says_which_parameters_the_drive_may_have_and_how_to_put_bac
     [
         ({"speed_model_ff": 1.0}, ("cogging", "speed_model_ff")),
         ({"rdc_line3_nm": 0.01, "rdc_line3_cycles": 6.0}, ("rdc_line3_nm", "speed_model_ff")),
+        ({"position_method": 3.0}, ("rdc_viscous_nms", "position_method")),
         ({"current_correction": 2.0}, ("current_offset", "current_correction")),
         ({"current_sensors": 1.0}, ("current_offset", "current_sensors")),
     ],

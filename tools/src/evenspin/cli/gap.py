@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from evenspin.cli.gap_blind import app as blind
+from evenspin.cli.gap_circle import circle
 from evenspin.cli.options import Force, JsonFlag, OutFolder
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, json_text, write_json
@@ -63,6 +64,7 @@ Workers = Annotated[
 
 def register(parent: typer.Typer) -> None:
     app.add_typer(blind, name="blind")
+    app.command("circle")(circle)
     parent.add_typer(app, name="gap")
 
 

@@ -11,5 +11,6 @@ commands     what was commanded in a record, as few points
 fitting      whether a correction fits the drive as it is
 trial        before, predicted, after: on a drive, and back again where it did not help
 outcome      what a trial leaves
+circle       all of it on a virtual drive
 report       tables and a chapter
 """

@@ -11,7 +11,7 @@ from evenspin.correct.changes import SET, Change, composed
 from evenspin.correct.proposal import Correction
 from evenspin.correct.rules import LINES
 from evenspin.errors import InputError
-from evenspin.native import Field
+from evenspin.native import Field, tables
 
 Values = Mapping[str, float]
 
@@ -19,6 +19,7 @@ OFF = {"current_correction": 0.0, "dead_time_s": 0.0, "speed_model_ff": 0.0}  # 
 SENSORS = ("current_offset_a_a", "current_offset_b_a", "current_gain_a", "current_gain_b")
 FED = ("rdc_coulomb_nm", "rdc_static_nm", *(f"rdc_line{n}_nm" for n in range(1, LINES + 1)))
 CLOSE = 1e-6
+RDC = tables().params["position_method"].choices.index("rdc")
 
 
 def check_fitting(corrections: Sequence[Correction], held: Values, fields: Mapping[str, Field]) -> None:
@@ -52,6 +53,10 @@ def _fights(
         must = "0: the alignment at the start replaces encoder_offset_rad"
         hint = "let the start align again, or set align_periods=0 where the encoder is absolute"
         yield InputError(where, "align_periods", held["align_periods"], must, hint)
+    if "rdc_viscous_nms" in owns and held["position_method"] == float(RDC):
+        value = fields["position_method"].to_text(held["position_method"])
+        must = "another one: rdc feeds rdc_viscous_nms forward as a whole, the correction only what is beyond nominal"
+        yield InputError(where, "position_method", value, must, "correct a drive that runs in speed mode")
     if "speed_model_ff" in owns:
         for name in FED:
             if name not in wanted and held[name] != 0.0:

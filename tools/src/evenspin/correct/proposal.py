@@ -102,6 +102,9 @@ def _drafts(found: Found, named: Sequence[str], left: list[NotCorrected]) -> lis
     for name, effects in groups.items():
         rule = rule_of(effects[0])
         assert isinstance(rule, Rule)
+        if reason := rule.unless(found, effects):
+            left += [NotCorrected(effect, reason) for effect in effects]
+            continue
         changes = rule.changes(found, effects)
         if rule.lines is not None:
             lines = rule.lines(found, effects[0])

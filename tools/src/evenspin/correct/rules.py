@@ -16,6 +16,7 @@ from evenspin.native import tables
 
 LINES = 6  # of torque over the angle that the drive feeds forward
 FRICTION = "friction"
+NONE = {"factor": 1.0}
 
 Changes = list[Change]
 
@@ -32,6 +33,7 @@ class Rule:
     spoils: Callable[[Found, Sequence[str]], Quantity]
     group: str = ""
     lines: Callable[[Found, str], list[tuple[float, float, float, float, float]]] | None = None
+    unless: Callable[[Found, Sequence[str]], str] = lambda found, effects: ""  # why there is nothing to correct
     chosen: Callable[[Found], tuple[str, tuple[float, ...]]] | None = None  # a parameter by simulation, of these values
 
 
@@ -46,16 +48,18 @@ class NoRule:
 
 
 def _model(found: Found) -> Changes:
-    """What every torque that is fed forward is calculated with, whichever effects are named."""
+    """What every torque that is fed forward is calculated with, whichever effects are named.
+
+    Of the viscous friction only what is named beyond the nominal one: that was there when the gains were designed, and
+    with it fed forward, too, the speed would do something else than designed.
+    """
+    beyond = found.nominal.machine["viscous_nms"] * (found.effects.get("viscous_friction", NONE)["factor"] - 1.0)
+    half = found.nominal.machine["viscous_nms"] * found.half("viscous_friction", "factor")
     return [
         known("speed_model_ff", 1.0),
         known("motor_psi_wb", found.machine("psi_wb")),
-        known("rdc_viscous_nms", found.machine("viscous_nms"), _viscous_half(found)),
+        known("rdc_viscous_nms", max(beyond, 0.0), half if beyond > 0.0 else 0.0),
     ]
-
-
-def _viscous_half(found: Found) -> float:
-    return found.nominal.machine["viscous_nms"] * found.half("viscous_friction", "factor")
 
 
 def _line(found: Found, effect: str, order: float, amplitude: float, phase: float, halves: tuple[str, str]) -> _Line:
@@ -124,6 +128,13 @@ def _friction_changes(found: Found, effects: Sequence[str]) -> Changes:
     ]
 
 
+def _less_friction(found: Found, effects: Sequence[str]) -> str:
+    """Friction below the nominal one is not fed forward: that would push."""
+    if list(effects) == ["viscous_friction"] and found.effects["viscous_friction"]["factor"] < 1.0:
+        return "there is less of it than nominal, and the drive only feeds forward what is beyond"
+    return ""
+
+
 def _reversal(found: Found, effects: Sequence[str]) -> Quantity:
     return Quantity("reversal", ("reversal",))
 
@@ -139,7 +150,7 @@ FRICTION_PARAMETERS = (
     "speed_model_ff", "motor_psi_wb", "rdc_viscous_nms", "rdc_coulomb_nm", "rdc_static_nm", "rdc_stribeck_rad_s",
     "rdc_shape",
 )  # fmt: skip
-FRICTION_RULE = Rule(FRICTION_PARAMETERS, _friction_changes, _reversal, FRICTION)
+FRICTION_RULE = Rule(FRICTION_PARAMETERS, _friction_changes, _reversal, FRICTION, unless=_less_friction)
 
 
 # ---- sensors and bridge
