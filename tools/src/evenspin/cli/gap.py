@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -304,6 +305,7 @@ class _LogOptions:
 def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, check: bool, force: bool) -> None:
     """Logs of one machine: read all of them, then choose by what was recorded."""
     from evenspin.cli.log import imported_from, is_native, keep, known_from, show
+    from evenspin.correct.report import proposal_tables, summary
     from evenspin.driven import has_voltages
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
@@ -329,18 +331,29 @@ def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, che
             if driven
             else _balance(places, options, folder, bar, made.command)
         )
+        proposal, why_none = _corrections(folder, result.verdict, options.model) if driven else (None, "")
     for read in imported:
         if read is not None:
             show(read, screen)
     for view in result.tables:
         print_table(view, screen)
-    for sentence in result.summary:
+    if proposal is not None:
+        for view in proposal_tables(proposal):
+            print_table(view, screen)
+    for sentence in (*result.summary, why_none or (summary(proposal) if proposal is not None else "")):
         screen.print(sentence)
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(result.verdict, STDOUT)
     names = ", ".join(path.name for path in paths)
     _check(check, not result.verdict["clear"], names, "something is left unexplained")
+
+
+def _corrections(folder: Path, verdict: Mapping[str, Any], model: str | None) -> tuple[Proposal | None, str]:
+    from evenspin.correct.anylog import write_for_log
+
+    assert model is not None
+    return write_for_log(folder, verdict, model)
 
 
 def _driven(places: list[Path], options: _LogOptions, folder: Path, bar: Bar, command: str) -> DrivenResult:

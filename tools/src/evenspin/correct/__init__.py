@@ -7,6 +7,7 @@ found        the machine that `evenspin gap` has found, with the sizes of its ef
 predict      that machine simulated with and without the correction, the firmware in the loop
 proposal     what is proposed and what is not, with the reason
 file         correction.toml, and the experiments and the nominal machine that belong to it
+anylog       the same for logs of any drive
 commands     what was commanded in a record, as few points
 fitting      whether a correction fits the drive as it is
 trial        before, predicted, after: on a drive, and back again where it did not help
