@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day figures
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day figures circle
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -133,6 +133,14 @@ simulators: setup ## motulator as a third simulator: how far the three are apart
 	@.venv/bin/evenspin gap blind make --simulator motulator --kind single=8,pair=3,none=1 --seed 11 --out $(SIMULATORS)/cases --truth $(SIMULATORS)/truth.json
 	-@.venv/bin/evenspin gap batch $(SIMULATORS)/cases --out $(SIMULATORS)/verdicts
 	@$(PYTHON) tools/tests/simulators_campaign.py $(SIMULATORS) docs/simulators.md
+
+CIRCLE_COUNT := 60
+CIRCLE_SEED  := 1
+CIRCLE_FIRST := $(CIRCLE_COUNT)
+CIRCLE       := out/circle-$(CIRCLE_SEED)
+
+circle: setup ## blind machines from cause to correction, measured before and after; writes docs/circle.md (60 machines: 50 min of processor time; CIRCLE_FIRST=12: the first of them)
+	@CIRCLE_FIRST=$(CIRCLE_FIRST) $(PYTHON) tools/tests/circle_campaign.py $(CIRCLE) $(CIRCLE_COUNT) $(CIRCLE_SEED) docs/circle.md
 
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py
