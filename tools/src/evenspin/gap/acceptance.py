@@ -15,6 +15,7 @@ from evenspin.gap.thresholds_effects import (
     GAIN_BEYOND_TOLERANCE,
     GAIN_MIN,
     IMPERFECT_SHARE,
+    PROMISE_BORROWED,
     PROMISE_EXPLAINED,
     PROMISE_SIZE,
     PROMISE_SIZE_TOLERANCE,
@@ -71,6 +72,10 @@ class Acceptance:
             for name, z in candidate.z.items()
         )
         return large and candidate.gain > PROMISE_EXPLAINED * self.least_gain(set(candidate.z) - set(model.z))
+
+    def may_promise(self, candidate: Candidate) -> bool:
+        """What an explanation may still need, by signatures that are not those beside it: its size is not asked."""
+        return candidate.gain > PROMISE_BORROWED * PROMISE_EXPLAINED * self.least_gain(candidate.new)
 
     def earns(self, without: Model, with_it: Model, expected: ExpectedCost) -> bool:
         """What is new explains enough of what was left, and is large enough."""

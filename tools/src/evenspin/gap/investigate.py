@@ -45,6 +45,7 @@ from evenspin.log.unit import Unit
 
 SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 LINE_REPEATS, LINE_NEIGHBOURS = 6, 8  # simulations of the model, and beside it, that a left-over line is held against
+REACH_SHARE = 0.5  # of the least gain: a refinement that will not even reach this is given up
 HEALTHY_UNITS = 8  # simulated units within tolerance from which the cost expected of a correct model is taken
 
 Array = NDArray[np.float64]
@@ -159,18 +160,19 @@ class Investigation:
         if len(best.z) == 1 and unexplained:
             roots += [m for m in self.first_explanations if set(m.z) != set(best.z)]
         candidates: list[Candidate] = []
-        if not unexplained and not any(
-            self.rules.promises(candidate, best, expected)
-            for candidate in self.search.candidates(best, 1, CANDIDATES, borrowed=True)
-        ):
-            return None
+        among = None
+        if not unexplained:
+            possible = self.search.candidates(best, 1, len(self.library), borrowed=True)
+            if not any(self.rules.promises(candidate, best, expected) for candidate in possible[:CANDIDATES]):
+                return None
+            among = frozenset[str]().union(*(c.new for c in possible if self.rules.may_promise(c)))
         for root in roots:
-            more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE)
+            more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE, among=among)
             candidates += [candidate for candidate in more if self.rules.promises(candidate, best, expected)]
         if len(best.z) == 1 and unexplained:
             candidates += [Candidate(m.z, 0.0) for m in self.pairs]
         unique = {frozenset(candidate.z): candidate for candidate in reversed(candidates)}
-        models = self._refined(list(unique.values()), expected, share, share + 0.14)
+        models = self._refined(list(unique.values()), expected, share, share + 0.14, best)
         good = [m for m in models if self.rules.earns(best, m, expected) and self.rules.all_large(m)]
         found = min(good, key=lambda m: m.likelihood_cost, default=None)
         if found is None:
@@ -197,8 +199,18 @@ class Investigation:
 
         return gap
 
-    def _refined(self, candidates: list[Candidate], expected: ExpectedCost, start: float, end: float) -> list[Model]:
-        """Each candidate refined, small sets first; once one explains the log, only its close rivals."""
+    def _refined(
+        self,
+        candidates: list[Candidate],
+        expected: ExpectedCost,
+        start: float,
+        end: float,
+        without: Model | None = None,
+    ) -> list[Model]:
+        """Each candidate refined, small sets first; once one explains the log, only its close rivals.
+
+        `without`: the explanation that each has to improve on; what cannot reach that is given up.
+        """
         out: list[Model] = []
         best = math.inf
         start_cost = self.search.nothing.cost
@@ -211,7 +223,10 @@ class Investigation:
             if nonlinear and out and (explained or candidate.gain < NONLINEAR_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(candidate.z)}", start + (end - start) * i / max(1, len(candidates)))
-            found = self.search.refine(candidate, beat=best + expected.mean)
+            beat = best + expected.mean
+            if without is not None:
+                beat = min(beat, without.cost - REACH_SHARE * self.rules.least_gain(set(candidate.z) - set(without.z)))
+            found = self.search.refine(candidate, beat=beat)
             simpler = [self.search.refine(twin, downhill=True) for twin in self.rules.simpler(found)]
             out += [found, *simpler]
             best = min(best, *(m.own_cost for m in (found, *simpler)))

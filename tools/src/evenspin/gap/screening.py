@@ -29,12 +29,15 @@ class Signature:
     columns: Array  # features x coordinates; one column, of the start as a whole, where the effect is not linear
 
 
-def signatures(fitter: Fitter, model: Model) -> list[Signature]:
-    """Of every effect and start that the model does not have and that can act beside it: there is one shaft."""
+def signatures(fitter: Fitter, model: Model, among: frozenset[str] | None = None) -> list[Signature]:
+    """Of every effect and start that the model does not have and that can act beside it: there is one shaft.
+
+    `among`: only of these effects.
+    """
     jobs: list[tuple[str, Array, list[Array]]] = []
     has_shaft = any(fitter.library[name].is_shaft for name in model.z)
     for name, h in fitter.library.items():
-        if name in model.z or (has_shaft and h.is_shaft):
+        if name in model.z or (has_shaft and h.is_shaft) or (among is not None and name not in among):
             continue
         for start in h.starts:
             z0 = np.array(start, dtype=np.float64)

@@ -195,6 +195,15 @@ PROMISE_EXPLAINED = SECTION.add(
     too_low="more simulations",
     too_high="a small second effect is never tried",
 )
+PROMISE_BORROWED = SECTION.add(
+    "PROMISE_BORROWED",
+    0.3,
+    "of the promised gain",
+    "effects whose signature beside an explanation is simulated from those that the signature of the bare machine rules out",
+    set_on=NOT_SET,
+    too_low="more simulations",
+    too_high="a small second effect that shows otherwise beside the first is never tried",
+)
 PROMISE_SIZE = SECTION.add(
     "PROMISE_SIZE",
     0.6,
