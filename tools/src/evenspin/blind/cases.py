@@ -235,11 +235,23 @@ def _left_open(rng: np.random.Generator, names: Collection[str], rated_a: float)
         result["flux_harmonics.fifth_share"] = float(rng.uniform(0.3, 0.7))
     if "inductance_saturation" in names:
         result["inductance_saturation.per_axis"] = float(rng.uniform() < 0.5)
+    if "coulomb_friction" in names:
+        result |= _friction_at_standstill(rng)
     if "dead_time" in names:
         result["dead_time.soft_a"] = float(rng.choice((0.0, 0.01))) * rated_a
     if "two_mass" in names or "backlash" in names:
         result["motor.load_friction_share"] = float(rng.choice((0.0, 0.5)))
     return result
+
+
+def _friction_at_standstill(rng: np.random.Generator) -> Parameters:
+    """It holds the shaft, rises over some speeds, or gives way over some travel before it slides."""
+    form = rng.integers(0, 3)
+    if form == 1:
+        return {"coulomb_friction.smooth_rad_s": float(np.exp(rng.uniform(np.log(0.05), np.log(1.0))))}
+    if form == 2:
+        return {"coulomb_friction.spring_rad": float(np.exp(rng.uniform(np.log(5e-4), np.log(0.01))))}
+    return {}
 
 
 def _is_sane(records: Mapping[str, Record]) -> bool:

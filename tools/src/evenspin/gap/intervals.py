@@ -96,7 +96,8 @@ def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) 
     scatter = []
     for run in fitter.forward.many(units):
         amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns).amount
-        scatter.append(amount**2 / np.diag(covariance))
+        known = np.diag(covariance) > 0.0  # a form that is off has no variance
+        scatter.append(amount[known] ** 2 / np.diag(covariance)[known])
     return max(INFLATION_MIN, math.sqrt(float(np.mean(np.minimum(scatter, SCATTER_MAX)))))
 
 

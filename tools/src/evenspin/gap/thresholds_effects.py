@@ -199,7 +199,7 @@ PROMISE_BORROWED = SECTION.add(
     "PROMISE_BORROWED",
     0.3,
     "of the promised gain",
-    "effects whose signature beside an explanation is simulated from those that the signature of the bare machine rules out",
+    "effects that are simulated beside an explanation from those that their signature on the bare machine rules out",
     set_on=NOT_SET,
     too_low="more simulations",
     too_high="a small second effect that shows otherwise beside the first is never tried",
