@@ -248,6 +248,7 @@ class Investigation:
             return best, weights
         if len(names) == 1:
             empty = self.search.fitter.judged(self.search.nothing)
+            self.tried.append(empty)
             gain = empty.cost - best.cost
             # under the noise level and tolerances around itself it may be less than it seemed at first
             keep = self._stands(names[0], gain, empty, best) and self.rules.all_large(best)

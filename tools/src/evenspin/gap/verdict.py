@@ -8,6 +8,7 @@ from typing import Any
 
 from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.result import CaseResult, inseparable
+from evenspin.gap.support import Support
 from evenspin.gap.thresholds_effects import LINE_RATIO
 from evenspin.gap.thresholds_evidence import PARAMETER_SHARE
 from evenspin.log.gap import RecordGap, gap_of_records
@@ -24,6 +25,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "parameters": {name: reported_parameters(name, result.effects[name]) for name in finding.named},
         "confidence": {name: round(value, 4) for name, value in result.confidence.items()},
         "shares": {name: real(share) for name, share in result.shares.items()},
+        "support": {name: [support_json(s) for s in result.support[name]] for name in finding.named},
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),
         "gap_after": real(result.after.gap),
@@ -40,6 +42,18 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "warnings": list(result.warnings),
         "left": left_json(result),
         "details": _details(result),
+    }
+
+
+def support_json(support: Support) -> dict[str, Any]:
+    """A group of features that speaks for a name; residuals in standard deviations of healthy units."""
+    return {
+        "record": support.record,
+        "signal": support.signal,
+        "what": support.what,
+        "share": round(support.share, 4),
+        "without_sigma": support.without,
+        "with_it_sigma": support.with_it,
     }
 
 
