@@ -219,6 +219,7 @@ def make_case(plan: Plan, folder: Path) -> Truth:
         size=SIZES[plan.size] if plan.names else "",
         inverter="edges" if edges else "average",
         simulator=plan.simulator,
+        seed=plan.seed[0],
         unit=differs,
         left_open=left_open,
         gap_alone=alone,

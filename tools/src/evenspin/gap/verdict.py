@@ -10,7 +10,7 @@ from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.result import CaseResult, inseparable
 from evenspin.gap.support import Support
 from evenspin.gap.thresholds_effects import LINE_RATIO
-from evenspin.gap.thresholds_evidence import PARAMETER_SHARE
+from evenspin.gap.thresholds_evidence import DAMPING_SHARE, PARAMETER_SHARE, SATURATION_SHARE
 from evenspin.log.gap import RecordGap, gap_of_records
 from evenspin.log.tolerance import TOLERANCES
 
@@ -36,7 +36,9 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "intervals_note": (
             "95 %; standard deviations of the fit times "
             f"{result.intervals.inflation:.2f}, the factor by which simulated healthy units scatter more; "
-            f"and {100 * PARAMETER_SHARE:.0f} % for what the model of an effect may be off itself"
+            "the tolerance of a unit where the effect is one, only larger; "
+            f"and {100 * PARAMETER_SHARE:.0f} % for what the model of an effect may be off itself "
+            f"({100 * SATURATION_SHARE:.0f} % of a saturation current, {100 * DAMPING_SHARE:.0f} % of a damping)"
         ),
         "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
         "warnings": list(result.warnings),
