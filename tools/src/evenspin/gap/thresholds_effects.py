@@ -289,7 +289,7 @@ PARTIAL_SPREAD = SECTION.add(
     0.12,
     "of the size of an effect, which two thirds of the log are within",
     "an effect beside something unknown from one that only resembles it, whose size differs more over the log",
-    set_on="14 effects beside or in place of something foreign (seed 90210): right ones up to 0.06, wrong ones from 0.24",
+    set_on="14 effects beside or in place of something foreign (seed 90210): right ones to 0.06, wrong ones from 0.24",
     too_low="a right effect beside something foreign is thrown away",
     too_high="a fan is named viscous friction",
 )
