@@ -25,6 +25,7 @@ from evenspin.gap.outcome import Validation
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
 from evenspin.gap.story import page_of, tables_of
+from evenspin.gap.thresholds_effects import VARIES_SPREAD
 from evenspin.gap.verdict import verdict_json
 from evenspin.gap.where import heat_map, ranked
 from evenspin.log import write_case
@@ -238,6 +239,24 @@ def test_a_size_that_differs_over_the_log_makes_its_name_less_sure(
     finding = replace(partly.finding, size_spread={"coulomb_friction": 0.2})
     differs = result_of(result.case, investigation, finding).confidence["coulomb_friction"]
     assert differs < partly.confidence["coulomb_friction"] < 1.0
+
+
+def test_an_effect_whose_size_changes_over_the_log_explains_nothing_and_that_is_the_reason(
+    result: CaseResult, investigation: core.Investigation
+) -> None:
+    """As a resistance that drifts: its mean explains most of the log, at a cost that healthy units have."""
+
+    def drifting(spread: float) -> CaseResult:
+        sizes = {"coulomb_friction": spread}
+        finding = replace(result.finding, named=(), unknown=True, size_spread=sizes, changes=("coulomb_friction",))
+        return result_of(result.case, investigation, finding)
+
+    little, much = drifting(1.1 * VARIES_SPREAD), drifting(3.0 * VARIES_SPREAD)
+    said = verdict_json(much)
+
+    assert said["verdict"] == ["unknown"] and said["gap_after"] == said["gap_before"]
+    assert "the size of coulomb_friction is not the same over the log" in said["left"]["because"][0]
+    assert 0.5 < little.confidence["unknown"] < much.confidence["unknown"] < 1.0
 
 
 def test_without_validation_records_the_gap_is_not_known_and_that_is_said(

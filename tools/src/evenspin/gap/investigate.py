@@ -20,7 +20,7 @@ from evenspin.gap.forward import Forward
 from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
-from evenspin.gap.partial import Partial, partial
+from evenspin.gap.partial import partial, size_spread
 from evenspin.gap.search import Search
 from evenspin.gap.slotting import detected_order
 from evenspin.gap.thresholds_effects import (
@@ -37,6 +37,7 @@ from evenspin.gap.thresholds_effects import (
     SETTLED_SHARE,
     SURE_GAIN,
     TOLERATED,
+    VARIES_SPREAD,
     WORSE_SHARE,
 )
 from evenspin.log.case import Case
@@ -99,12 +100,14 @@ class Investigation:
         best, weights = self._drop(best, expected)
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
-        unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines)
-        part = partial(search.fitter, best, weights, self.gap_of(best)) if unknown and best.z else Partial()
+        spread = {name: size_spread(search.fitter, best, name) for name in best.z}
+        changes = tuple(name for name in best.z if VARIES_SPREAD < spread[name] < math.inf)
+        unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines) or bool(changes)
+        part = partial(best, weights, spread, self.gap_of(best)) if unknown else ()
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
         return Finding(
             best,
-            part.names if unknown else named,
+            part if unknown else named,
             unknown,
             before,
             expected,
@@ -113,7 +116,8 @@ class Investigation:
             tuple(steps),
             weights,
             self.forward.simulations,
-            part.spread,
+            spread,
+            changes,
         )
 
     # ---- stages ------------------------------------------------------------------------------------------------------
@@ -160,13 +164,11 @@ class Investigation:
         if len(best.z) == 1 and unexplained:
             roots += [m for m in self.first_explanations if set(m.z) != set(best.z)]
         candidates: list[Candidate] = []
-        among = None
-        if not unexplained:
-            possible = self.search.candidates(best, 1, len(self.library), borrowed=True)
-            if not any(self.rules.promises(candidate, best, expected) for candidate in possible[:CANDIDATES]):
-                return None
-            among = frozenset[str]().union(*(c.new for c in possible if self.rules.may_promise(c)))
         for root in roots:
+            possible = self.search.candidates(root, 1, len(self.library), borrowed=True)
+            if not unexplained and not any(self.rules.promises(c, best, expected) for c in possible[:CANDIDATES]):
+                return None
+            among = self.rules.worth_simulating(possible, unexplained)
             more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE, among=among)
             candidates += [candidate for candidate in more if self.rules.promises(candidate, best, expected)]
         if len(best.z) == 1 and unexplained:

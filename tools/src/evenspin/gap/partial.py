@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,17 +37,11 @@ Array = NDArray[np.float64]
 GapOf = Callable[[tuple[str, ...]], float]  # on the validation records, of a machine with these effects of the model
 
 
-@dataclass(frozen=True, slots=True)
-class Partial:
-    """The effects that stand, strongest first, and how much the size of each effect differs over the log."""
+def partial(model: Model, weights: Mapping[str, float], spread: Mapping[str, float], gap_of: GapOf) -> tuple[str, ...]:
+    """The effects that stand, strongest first.
 
-    names: tuple[str, ...] = ()
-    spread: Mapping[str, float] = field(default_factory=dict)
-
-
-def partial(fitter: Fitter, model: Model, weights: Mapping[str, float], gap_of: GapOf) -> Partial:
-    """`weights`: what each effect takes off the cost; `gap_of` simulates the validation records."""
-    spread = {name: size_spread(fitter, model, name) for name in model.z}
+    `weights`: what each effect takes off the cost; `spread`: see size_spread; `gap_of`: on the validation records.
+    """
     names = [n for n in model.z if spread[n] < PARTIAL_SPREAD and weights.get(n, 0.0) > PARTIAL_GAIN]
     names.sort(key=lambda name: -weights[name])
     while names:
@@ -57,7 +50,7 @@ def partial(fitter: Fitter, model: Model, weights: Mapping[str, float], gap_of: 
         if shares[weakest] > PARTIAL_SHARE:
             break
         names.remove(weakest)
-    return Partial(tuple(names), spread)
+    return tuple(names)
 
 
 def validated_shares(names: tuple[str, ...], gap_of: GapOf) -> dict[str, float]:

@@ -18,7 +18,7 @@ from evenspin.gap.investigate import Investigation, tolerated
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.partial import validated_shares
 from evenspin.gap.support import Support, support_of
-from evenspin.gap.thresholds_effects import GAIN_MIN, PARTIAL_SPREAD, TOLERATED
+from evenspin.gap.thresholds_effects import GAIN_MIN, PARTIAL_SPREAD, TOLERATED, VARIES_SPREAD
 from evenspin.gap.thresholds_evidence import (
     CONFIDENCE_MAX,
     INSEPARABLE_WEIGHT,
@@ -193,6 +193,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     """
     excess = finding.expected_cost.excess(finding.model.cost)
     nearly = excess / max(finding.expected_cost.limit, 1.0)
+    nearly = max([nearly, *(finding.size_spread[name] / VARIES_SPREAD for name in finding.changes)])
     unknown = CONFIDENCE_MAX * (1.0 - UNKNOWN_DOUBT * math.exp(-UNKNOWN_RISE * max(0.0, nearly - 1.0)))
     if finding.unknown and not finding.named:
         return {"unknown": unknown}

@@ -96,6 +96,11 @@ def because(result: CaseResult) -> list[str]:
             f"{best} leaves a cost of {finding.model.cost:.0f}; healthy units have "
             f"{finding.expected_cost.mean:.0f} +- {finding.expected_cost.sigma:.0f}"
         )
+    for name in finding.changes:
+        reasons.append(
+            f"the size of {name} is not the same over the log: it differs by {100 * finding.size_spread[name]:.0f} % "
+            "from part to part, as of something that drifts, or of another law"
+        )
     left = [line for line in finding.lines if line.ratio > LINE_RATIO]
     if left:
         hz = sorted({round(line.hz) for line in left})
@@ -119,7 +124,7 @@ def _details(result: CaseResult) -> dict[str, Any]:
         "simulations": finding.simulations,
         "seconds": round(result.seconds, 1),
     }
-    if finding.unknown:
+    if finding.model.z:
         details["size_spread"] = {name: real(spread) for name, spread in finding.size_spread.items()}
     if result.nearest is not None and finding.model.z:
         details["nearest"] = {
