@@ -25,6 +25,7 @@ from evenspin.log.columns import LOG_COLUMNS
 
 SEVERAL = {"pair": 2, "triple": 3}
 MIX = {"single": 0.6, "pair": 0.2, "none": 0.1, "outside": 0.1}
+LOST_SHARE = 0.5  # of a record at the current limit: the speed is not controlled any more
 EDGES_SHARE = 0.25  # of the cases: every switching edge instead of the average voltage
 # The gap and the tolerances, written apart from evenspin.log on purpose: docs/log-format.md is what both follow.
 GAP_UNITS = {"speed_rad_s": 1.0, "id_a": 0.1, "iq_a": 0.1, "vd_v": 1.0, "vq_v": 1.0}
@@ -199,7 +200,7 @@ def make_case(plan: Plan, folder: Path) -> Truth:
                 by = motulator_drive.simulate
             hidden |= left_open
             records = run_experiments(hidden, experiments, angles_rad, seed, by=by)
-            if _is_sane(records):
+            if is_under_control(records, experiments, meta["speed_loop"]["iq_limit_a"]):
                 break
     else:
         raise EvenspinError(f"{plan.case}: no motor can do this with {', '.join(plan.names)}")
@@ -255,11 +256,14 @@ def _friction_at_standstill(rng: np.random.Generator) -> Parameters:
     return {}
 
 
-def _is_sane(records: Mapping[str, Record]) -> bool:
-    """An effect may spoil the drive, but not tear it apart."""
-    for record in records.values():
+def is_under_control(records: Mapping[str, Record], experiments: Sequence[Experiment], iq_limit_a: float) -> bool:
+    """An effect may spoil the drive, but not tear it apart: a log of that says nothing about its cause."""
+    for experiment in experiments:
+        record = records[experiment.name]
         size = np.abs(record["true_speed_rad_s"]).max()
         if not np.isfinite(size) or size > 150.0:
+            return False
+        if not experiment.locked and np.mean(np.abs(record["iq_ref_a"]) >= 0.99 * iq_limit_a) > LOST_SHARE:
             return False
     return True
 

@@ -81,6 +81,4 @@ def _left(result: CaseResult) -> str:
 
 
 def _settled_by(result: CaseResult, name: str) -> str:
-    also = inseparable(result, name)
-    shown = "; ".join(dict.fromkeys(separator(each) for each in (name, *also)))
-    return f"{start(name)} may also be {' or '.join(also)}; what separates them: {shown}"
+    return f"{name} may also be {' or '.join(inseparable(result, name))}; what would settle it: {separator(name)}"

@@ -112,7 +112,7 @@ class Investigation:
             before,
             expected,
             lines,
-            tuple(self.tried),
+            tuple(search.fitter.judged(model) for model in self.tried),  # costs compare under one noise only
             tuple(steps),
             weights,
             self.forward.simulations,

@@ -42,7 +42,7 @@ def page_of(result: CaseResult, command: str) -> Page:
     ]
     return Page(
         title=f"Gap: {result.name}",
-        summary=" ".join(summary_of(result)),
+        summary="\n".join(summary_of(result)),
         facts=facts,
         tables=[_notes(result)] if result.warnings else [],
         pictures=gap_pictures(result),
