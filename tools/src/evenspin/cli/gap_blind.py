@@ -91,6 +91,7 @@ def score(
     Example: `evenspin gap blind score --truth out/blind_truth.json --results out/verdicts`
     """
     from evenspin.blind import calibration as calibrating
+    from evenspin.blind import misses
     from evenspin.blind import score as scoring
     from evenspin.blind.truth import read_truth
     from evenspin.errors import CheckFailedError, InputError
@@ -105,7 +106,8 @@ def score(
     result = scoring.score_set(truths, results)
     calibration = calibrating.calibrate(truths, results)
     if page is not None:
-        page.write(MADE + scoring.markdown(result) + calibrating.markdown(calibration))
+        tables = scoring.markdown(result) + calibrating.markdown(calibration)
+        page.write(MADE + tables + misses.markdown(result, truths, results))
     if as_json:
         write_json(_json(result), STDOUT)
     else:
