@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from evenspin.balance.regression import fit
 from evenspin.balance.time_grid import Flags
@@ -111,7 +111,7 @@ def difference_p(first: PartOfLine, second: PartOfLine) -> float:
     freedom = sum(v for v, _ in variances) ** 2 / sum(v**2 / free for v, free in variances)
     size = len(apart)
     t2 = float(apart @ np.linalg.solve(covariance, apart))
-    return float(stats.f.sf(t2 * (freedom - size + 1) / (freedom * size), size, freedom - size + 1))
+    return float(special.fdtrc(size, freedom - size + 1, max(t2, 0.0) * (freedom - size + 1) / (freedom * size)))
 
 
 def _confirms(part: PartOfLine, other: Array) -> bool:
@@ -120,7 +120,7 @@ def _confirms(part: PartOfLine, other: Array) -> bool:
         return False
     direction = _unit(other)
     t = float(direction @ part.value) / float(np.sqrt(part.variance(direction)))
-    return float(stats.t.sf(t, part.freedom)) < CONFIRMS
+    return float(special.stdtr(part.freedom, -t)) < CONFIRMS
 
 
 def _unit(vector: Array) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class Fit:
         t2 = float(b @ np.linalg.solve(cov, b))
         if free <= q:
             return 1.0
-        return float(stats.f.sf(t2 * (free - q + 1) / (free * q), q, free - q + 1))
+        return float(special.fdtrc(q, free - q + 1, max(t2, 0.0) * (free - q + 1) / (free * q)))
 
 
 def fit(names: Sequence[str], columns: Sequence[Array], y: Array, blocks: int = BLOCKS) -> Fit:
@@ -83,7 +83,7 @@ def _meat(z: Array, residual: Array, blocks: int) -> Array:
 
 
 def _quantile(blocks: int) -> float:
-    return float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, blocks - 1))
+    return float(special.stdtrit(blocks - 1, 0.5 + 0.5 * CONFIDENCE))
 
 
 def inflation(column: Array, others: Sequence[Array]) -> float:

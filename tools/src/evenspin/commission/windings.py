@@ -114,10 +114,10 @@ def _step(
 
 def scatter(found: list[Estimate]) -> Estimate:
     """The mean of repeated measurements, with the interval that their scatter makes (Student's t)."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     values = np.array([each.value for each in found])
-    half = float(t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))
+    half = float(stdtrit(len(values) - 1, 0.975) * values.std(ddof=1) / math.sqrt(len(values)))
     return Estimate(float(values.mean()), half)
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Z
@@ -77,6 +76,8 @@ class MinimaSearch:
         return starts
 
     def _searched_around(self, best: Point, width: float) -> Point:
+        from scipy.stats import qmc  # half a second, which a search without many minima does not need
+
         self.round += 1
         count = AROUND * len(best.x)
         scatter = qmc.Halton(len(best.x), seed=self.round).random(count) * 2.0 - 1.0
@@ -136,8 +137,12 @@ class MinimaSearch:
 def neighbours(library: Mapping[str, Hypothesis], z: Z, count: int) -> list[Z]:
     """The model with its nonlinear effects as far off as a search may leave them; empty when it has none."""
     nonlinear = [name for name in z if not library[name].linear and library[name].amplitude is None]
+    if not nonlinear:
+        return []
+    from scipy.stats import qmc
+
     out = []
-    for i in range(count if nonlinear else 0):
+    for i in range(count):
         near = dict(z)
         for name in nonlinear:
             spread = np.array([c.spread for c in library[name].coordinates])

@@ -58,8 +58,8 @@ def nonlinear(
 
 
 def _with_intervals(solution: Array, covariance: Array, freedom: float) -> list[Estimate]:
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
-    factor = float(t.ppf(0.5 + CONFIDENCE / 2.0, freedom))
+    factor = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2.0))
     half = factor * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return [Estimate(float(value), float(h)) for value, h in zip(solution, half, strict=True)]
