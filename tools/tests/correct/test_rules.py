@@ -46,11 +46,11 @@ EFFECTS = {  # outside of what a healthy unit may be off by
 def _proposed(effects, halves=None):
     """A log with these effects, and what is proposed when they are known, within `halves`."""
     machine = replace(load_machine(builtin_models()["servo"]), effects=effects)
-    experiments = [e for e in planning.plan(machine, 1) if "validation" not in e.name]
+    experiments = planning.plan(machine, 1)
     meta = planning.meta(experiments, "case")
-    case = Case(Path("case"), meta, {e.name: planning.perform(e) for e in experiments})
-    nominal = Nominal.of(MetaNumbers(Path("case"), meta))
-    found = Found(effects, halves or {}, np.zeros(9), nominal)
+    found = Found(effects, halves or {}, np.zeros(9), Nominal.of(MetaNumbers(Path("case"), meta)))
+    wanted = {name for effect in effects for name in RULES[effect].spoils(found, [effect]).records}
+    case = Case(Path("case"), meta, {e.name: planning.perform(e) for e in experiments if e.name in wanted})
     return propose(case, "case", tuple(effects), found)
 
 
