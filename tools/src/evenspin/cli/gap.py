@@ -281,7 +281,8 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
 
 def _tell(result: CaseResult, proposal: Proposal, out: Path, as_json: bool) -> None:
     from evenspin.correct.report import proposal_tables, summary
-    from evenspin.gap.story import summary_of, tables_of
+    from evenspin.gap.headline import summary_of
+    from evenspin.gap.story import tables_of
     from evenspin.gap.verdict import verdict_json
     from evenspin.tableview import print_table
 

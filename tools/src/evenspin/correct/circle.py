@@ -17,8 +17,9 @@ from evenspin.correct.report import proposal_chapter, summary
 from evenspin.correct.trial import Trial, run_trial
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result
+from evenspin.gap.headline import summary_of
 from evenspin.gap.result import CaseResult, investigate
-from evenspin.gap.story import summary_of, tables_of
+from evenspin.gap.story import tables_of
 from evenspin.log.case import write_case
 from evenspin.model import Machine
 from evenspin.report.page import Chapter, Page, write_page
