@@ -105,7 +105,7 @@ def run_one(plan: Any, attempts: int = 4) -> dict[str, Any]:
                     machine = transport.drive.machine
                     done = run_circle(drive, operator, machine, out, "campaign", _silent, _silent, 1)
             except EvenspinError as error:
-                refused.append(str(error))
+                refused.append(str(error).replace(f"{out}/", ""))
                 continue
         return {
             "case": plan.case,
