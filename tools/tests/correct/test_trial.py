@@ -196,6 +196,8 @@ def test_the_command_reports_three_columns_keeps_recordings_and_saves_only_when_
     assert (out / "raw" / "after" / "staircase.mcap").is_file()
     assert not list(tmp_path.glob("*.raw"))
     assert tomlkit.parse((out / "before.toml").read_text())["drive"]["speed_model_ff"] is False
+    pushed = evenspin("bench", "config", "push", out / "before.toml", "--port", PORT)
+    assert pushed.status == 0, pushed.err
     assert "not saved" in said.err
 
     assert evenspin("bench", "apply", folder, "--port", PORT, "--out", out, "--only", "cogging").status == 2  # measured
