@@ -84,7 +84,7 @@ def hidden_in(rng: np.random.Generator, meta: Mapping[str, Any], effects: Mappin
     return {key: float(value) for key, value in {**query, **given, "seed": float(rng.integers(1, 2**31))}.items()}
 
 
-def run_one(plan: Any, attempts: int = 20) -> dict[str, Any]:
+def run_one(plan: Any, attempts: int = 4) -> dict[str, Any]:
     """One machine. A motor whose drive cannot do the experiments even so is drawn again, as for `make blind`."""
     rng = np.random.default_rng(plan.seed)
     refused: list[str] = []
@@ -105,7 +105,7 @@ def run_one(plan: Any, attempts: int = 20) -> dict[str, Any]:
                     machine = transport.drive.machine
                     done = run_circle(drive, operator, machine, out, "campaign", _silent, _silent, 1)
             except EvenspinError as error:
-                refused.append(str(error))
+                refused.append(str(error).replace(f"{out}/", ""))
                 continue
         return {
             "case": plan.case,

@@ -16,6 +16,7 @@ LONG_FILES = (
     "test_blind_hard.py",
     "test_gap_examples.py",
     "test_blind_solved.py",
+    "test_circle.py",
     "test_reproduce_tang2020.py",
     "test_balance_other_drives.py",
     "test_balance_real_logs.py",
@@ -24,6 +25,8 @@ LONG_FILES = (
     "test_driven_names.py",
     "test_balance_simulated_logs.py",
     "test_cli.py",
+    "test_rules.py",
+    "test_trial.py",
 )
 
 

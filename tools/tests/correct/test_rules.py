@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 from evenspin.correct.changes import ADD, TIMES, Change, composed, known, scaled
 from evenspin.correct.found import Found
-from evenspin.correct.proposal import propose
+from evenspin.correct.predict import Prediction
+from evenspin.correct.proposal import Correction, _together, propose
+from evenspin.correct.quantities import Quantity
 from evenspin.correct.rules import RULES, NoRule, Rule, as_markdown
 from evenspin.errors import InputError
 from evenspin.gap import plan as planning
@@ -36,17 +38,19 @@ EFFECTS = {  # outside of what a healthy unit may be off by
     "torque_constant": {"factor": 0.92},
     "winding_resistance": {"factor": 1.25},
     "encoder_offset": {"angle_el_rad": -0.07},
+    "current_loop_delay": {"extra_periods": 1.0},
+    "current_filter": {"tau_s": 8e-5},
 }
 
 
 def _proposed(effects, halves=None):
     """A log with these effects, and what is proposed when they are known, within `halves`."""
     machine = replace(load_machine(builtin_models()["servo"]), effects=effects)
-    experiments = [e for e in planning.plan(machine, 1) if "validation" not in e.name]
+    experiments = planning.plan(machine, 1)
     meta = planning.meta(experiments, "case")
-    case = Case(Path("case"), meta, {e.name: planning.perform(e) for e in experiments})
-    nominal = Nominal.of(MetaNumbers(Path("case"), meta))
-    found = Found(effects, halves or {}, np.zeros(9), nominal)
+    found = Found(effects, halves or {}, np.zeros(9), Nominal.of(MetaNumbers(Path("case"), meta)))
+    wanted = {name for effect in effects for name in RULES[effect].spoils(found, [effect]).records}
+    case = Case(Path("case"), meta, {e.name: planning.perform(e) for e in experiments if e.name in wanted})
     return propose(case, "case", tuple(effects), found)
 
 
@@ -126,6 +130,41 @@ def test_frictions_are_one_correction_and_lines_are_counted_through():
     assert [values[f"rdc_line{n}_cycles"] for n in (1, 2, 3)] == [1.0, 2.0, 18.0]
     assert values["rdc_line3_nm"] == pytest.approx(0.05)  # no line has a negative amplitude
     assert all(c.predicted.reduction > 0.8 for c in proposal.corrections)
+
+
+def test_a_slower_current_loop_has_the_phase_margin_of_the_designed_one():
+    (correction,) = _proposed({"current_loop_delay": EFFECTS["current_loop_delay"]}).corrections
+    values = {change.parameter: change.value for change in correction.changes}
+    # with kp / ki = L / R the open loop is kp / (s L) exp(-s T): its margin is 90 degrees less kp T / L, and kp T stays
+    assert values["current_kp_v_per_a"] * (1.5 + 1.0) == pytest.approx(1.5)
+    assert values["current_ki_v_per_as"] == values["current_kp_v_per_a"]  # the zero stays on the pole of the winding
+
+
+def test_a_correction_that_another_spoils_is_left_out_naming_it():
+    class Together:
+        """Two corrections that take half away alone; beside the second one the first does harm."""
+
+        def predict(self, quantity, corrections, effects):
+            spoiled = effects == ("one",) and len(corrections) > 1
+            after = 2.0 if spoiled else 0.5
+            return Prediction(1.0, 0.0, 1.0, after, after, after)
+
+    quantity = Quantity("speed_ripple", ("staircase",), (1.0,))
+    alone = Prediction(1.0, 0.0, 1.0, 0.5, 0.5, 0.5)
+    corrections = [Correction(name, (name,), (), quantity, alone) for name in ("one", "two")]
+    left = []
+
+    (kept,) = _together(Together(), corrections, left)
+    assert kept == corrections[1]
+    assert left[0].effect == "one" and left[0].reason.startswith("beside the correction of two uncertain")
+
+
+def test_a_slow_current_loop_makes_the_correction_of_the_resistance_uncertain():
+    both = {"winding_resistance": {"factor": 1.25}, "current_loop_delay": EFFECTS["current_loop_delay"]}
+    proposal = _proposed(both)
+
+    assert [c.name for c in proposal.corrections] == ["current_loop_delay"]
+    assert proposal.left[0].effect == "winding_resistance" and "uncertain" in proposal.left[0].reason
 
 
 def test_a_line_beside_a_wrong_electrical_zero_stands_over_the_angle_of_the_encoder():

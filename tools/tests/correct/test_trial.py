@@ -107,6 +107,16 @@ def test_when_none_helps_the_drive_has_what_it_had(folder: Path):
         assert drive.get() == before
 
 
+def test_what_this_bench_cannot_measure_is_not_tried(folder: Path):
+    loaded = replace(_sensors(), spoils=Quantity("speed_ripple", ("staircase_load",), (3.0,)))
+    with Drive.connect(PORT) as drive:
+        done, _ = _run(drive, folder, _lines(), loaded)
+        assert drive.get(["current_correction"]) == {"current_correction": 0.0}
+        alone, _ = _run(drive, folder, loaded)
+    assert done.kept == ("cogging",) and "not tried" in done.rows[1].why
+    assert list(alone.runs) == ["before"] and alone.kept == ()
+
+
 def test_a_trip_leaves_the_parameters_from_before(folder: Path):
     trips = replace(_lines(), changes=(*_lines().changes, known("motor_psi_wb", 0.3)))
     with Drive.connect(PORT) as drive:
@@ -186,6 +196,8 @@ def test_the_command_reports_three_columns_keeps_recordings_and_saves_only_when_
     assert (out / "raw" / "after" / "staircase.mcap").is_file()
     assert not list(tmp_path.glob("*.raw"))
     assert tomlkit.parse((out / "before.toml").read_text())["drive"]["speed_model_ff"] is False
+    pushed = evenspin("bench", "config", "push", out / "before.toml", "--port", PORT)
+    assert pushed.status == 0, pushed.err
     assert "not saved" in said.err
 
     assert evenspin("bench", "apply", folder, "--port", PORT, "--out", out, "--only", "cogging").status == 2  # measured

@@ -192,8 +192,19 @@ def test_three_samples_are_left_out_and_alone_they_are_one_line(case: Path) -> N
 
 def test_a_record_that_does_not_start_at_rest_is_left_out(case: Path) -> None:
     change_record(case, lambda v: v[3000:])
+    os.symlink(CLEAN / "reversal.csv.gz", case / "reversal.csv.gz")  # the shaft turns in this one, too
+    change_meta(case, lambda m: m["experiments"].append("reversal"))
 
-    assert any("does not start at rest" in line for line in checked_case(case)[1])
+    checked, said = checked_case(case)
+    assert any("does not start at rest" in line for line in said)
+    assert "staircase_load" not in checked.experiments and "reversal" in checked.experiments
+
+
+def test_when_no_record_with_a_turning_shaft_starts_at_rest_there_is_no_verdict(case: Path) -> None:
+    change_record(case, lambda v: v[3000:])
+
+    with pytest.raises(InputError, match="staircase_load.*at rest at the start.*hold it"):
+        checked_case(case)
 
 
 def test_a_load_that_was_not_measured_leaves_the_record_out(case: Path) -> None:

@@ -123,17 +123,21 @@ def _real(value: float) -> float | None:
 def write_trial(folder: Path, trial: Trial, proposal: Proposal, command: str, saved: bool) -> None:
     """result.json, before.toml, report.html, and a case folder for each run; into an existing folder."""
     write_json(folder / RESULT, trial_json(trial, saved))
-    (folder / BEFORE).write_text(before_toml(trial.values_before, tables().params), encoding="utf-8")
+    (folder / BEFORE).write_text(
+        before_toml(trial.values_before, tables().params, trial.runs["before"].meta["source"]["schema"]),
+        encoding="utf-8",
+    )
     for name, run in trial.runs.items():
         (folder / name).mkdir()
         write_case(folder / name, run.meta, run.records)
     write_page(folder, trial_page(trial, proposal, command, saved))
 
 
-def before_toml(values: Mapping[str, float], fields: Mapping[str, Field]) -> str:
+def before_toml(values: Mapping[str, float], fields: Mapping[str, Field], schema: str) -> str:
     """As `evenspin bench config push` takes it: what the drive had before."""
     document = tomlkit.document()
     document.add(tomlkit.comment("What the drive had before. `evenspin bench config push` writes it back."))
+    document["schema"] = {"hash": schema}
     table = tomlkit.table()
     for name, value in values.items():
         kind = fields[name].kind

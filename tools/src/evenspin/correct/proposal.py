@@ -81,7 +81,8 @@ def propose(
             left += [NotCorrected(effect, reason) for effect in draft.effects]
         else:
             kept.append(Correction(draft.name, draft.effects, draft.changes, draft.spoils, predicted))
-    return Proposal(case=name, verdict=tuple(verdict), corrections=_together(simulated, kept), left=tuple(left))
+    corrections = _together(simulated, kept, left)
+    return Proposal(name, tuple(verdict), corrections, tuple(left))
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,7 @@ def _missing(case: Case, draft: _Draft) -> str:
     return f"what it spoils ({draft.spoils.what}) shows in {' or '.join(draft.spoils.records)}, which was not recorded"
 
 
-def _doubt(draft: _Draft, predicted: Prediction) -> str:
+def _doubt(draft: _Draft | Correction, predicted: Prediction) -> str:
     """Why it is not proposed; empty where it is."""
     unit, what = draft.spoils.unit, draft.spoils.what
     if not math.isfinite(predicted.without) or not math.isfinite(predicted.corrected):
@@ -149,9 +150,22 @@ def _doubt(draft: _Draft, predicted: Prediction) -> str:
     return ""
 
 
-def _together(simulated: Simulated, kept: list[Correction]) -> tuple[Correction, ...]:
-    """The prediction of each with all of them in the drive: that is what will be measured."""
-    if len(kept) < 2:
-        return tuple(kept)
-    all_of_them = {correction.name: correction.changes for correction in kept}
-    return tuple(replace(each, predicted=simulated.predict(each.spoils, all_of_them, each.effects)) for each in kept)
+def _together(simulated: Simulated, kept: list[Correction], left: list[NotCorrected]) -> tuple[Correction, ...]:
+    """The prediction of each with all of them in the drive: that is what will be measured.
+
+    One that the others spoil is left out; of several, that which takes away least.
+    """
+    while len(kept) > 1:
+        all_of_them = {each.name: each.changes for each in kept}
+        kept = [replace(c, predicted=simulated.predict(c.spoils, all_of_them, c.effects)) for c in kept]
+        doubts = {each.name: _doubt(each, each.predicted) for each in kept}
+        if not any(doubts.values()):
+            break
+        worst = min((each for each in kept if doubts[each.name]), key=lambda each: each.predicted.reduction)
+        beside = ", ".join(each.name for each in kept if each is not worst)
+        left += [
+            NotCorrected(effect, f"beside the correction of {beside} {doubts[worst.name]}") for effect in worst.effects
+        ]
+        alone = [each for each in kept if each is not worst]
+        kept = [replace(c, predicted=simulated.predict(c.spoils, {c.name: c.changes}, c.effects)) for c in alone]
+    return tuple(kept)

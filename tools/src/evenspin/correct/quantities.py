@@ -27,6 +27,8 @@ CROSSING_S = 0.25  # after the reference has passed zero
 STEP_S = 0.35  # after a step of the speed reference
 CURRENT_STEP_S = 0.020  # after a step of a current reference
 CURRENT_MEAN_S = 0.001  # over which noise of the sensors is averaged
+OVERSHOOT_MEAN_S = 0.0003
+LARGE_STEP = 0.5  # of the largest: noise is a small share of these
 MOVED = 1e-6  # a reference or a load that stands changes by less
 AT_LIMIT = 0.98  # of the current limit: from there on no gain matters
 
@@ -191,6 +193,24 @@ def _current_design(records: Records, drive: Drive, orders: Sequence[float]) -> 
     return math.sqrt(float(np.mean(squares))) if squares else math.nan
 
 
+def _current_overshoot(records: Records, drive: Drive, orders: Sequence[float]) -> float:
+    """rms over the large steps of a current reference of how far the current goes beyond it, over the step."""
+    squares: list[float] = []
+    for record in records.values():
+        t_s = record["t_s"]
+        rows = max(1, round(OVERSHOOT_MEAN_S / float(np.median(np.diff(t_s)))))
+        for axis in ("d", "q"):
+            wanted, current = record[f"i{axis}_ref_a"], record[f"i{axis}_a"]
+            step = np.diff(wanted)
+            for at in np.flatnonzero(np.abs(step) >= LARGE_STEP * np.max(np.abs(step), initial=MOVED)) + 1:
+                part = slice(int(at), int(np.searchsorted(t_s, t_s[at] + CURRENT_STEP_S)))
+                if part.stop - part.start <= rows:
+                    continue
+                share = np.convolve((current[part] - wanted[at]) / step[at - 1], np.full(rows, 1.0 / rows), "valid")
+                squares.append(max(float(np.max(share)), 0.0) ** 2)
+    return 100.0 * math.sqrt(float(np.mean(squares))) if squares else math.nan
+
+
 def _commutation(records: Records, drive: Drive, orders: Sequence[float]) -> float:
     """Angle between the back-EMF and the q axis of the drive, from the mean voltages of both directions."""
     d_v = q_v = 0.0
@@ -214,5 +234,6 @@ KINDS: Mapping[str, Kind] = {
     "reversal": Kind("speed after a reversal, off the designed one, rms", "r/min", _reversal, True),
     "speed_step": Kind("speed after a step, off the designed one, rms", "r/min", _speed_design, True),
     "current_step": Kind("current after a step, off the designed one, rms", "A", _current_design, True),
+    "current_overshoot": Kind("overshoot of large current steps, rms", "%", _current_overshoot),
     "commutation": Kind("angle of the back-EMF off the q axis, electrical", "degree", _commutation),
 }

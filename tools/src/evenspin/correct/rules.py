@@ -17,6 +17,7 @@ from evenspin.native import tables
 LINES = 6  # of torque over the angle that the drive feeds forward
 FRICTION = "friction"
 NONE = {"factor": 1.0}
+DELAY_PERIODS = 1.5  # from the sample to the middle of its voltage: what the current loop is designed with
 
 Changes = list[Change]
 
@@ -237,6 +238,32 @@ def _winding_resistance(found: Found, effects: Sequence[str]) -> Changes:
     ]
 
 
+def _delay(found: Found, effects: Sequence[str]) -> Changes:
+    """The phase margin that the current loop was designed for, with the bandwidth that leaves it; the voltage vector is
+    turned on by the angle that the delay adds."""
+    periods, half = (
+        found.effects["current_loop_delay"]["extra_periods"],
+        found.half("current_loop_delay", "extra_periods"),
+    )
+    return [*_slower(periods, half), moved("angle_advance_periods", periods, half)]
+
+
+def _filter(found: Found, effects: Sequence[str]) -> Changes:
+    periods = found.effects["current_filter"]["tau_s"] * found.nominal.supply["pwm_hz"]
+    return _slower(periods, found.half("current_filter", "tau_s") * found.nominal.supply["pwm_hz"])
+
+
+def _slower(periods: float, half: float) -> Changes:
+    """The gain at the crossover goes with the bandwidth, and the phase lost there with bandwidth times delay."""
+    factor = DELAY_PERIODS / (DELAY_PERIODS + periods)
+    slope = factor**2 / DELAY_PERIODS
+    return [scaled(name, factor, slope * half) for name in ("current_kp_v_per_a", "current_ki_v_per_as")]
+
+
+def _overshoot(found: Found, effects: Sequence[str]) -> Quantity:
+    return Quantity("current_overshoot", ("standstill_steps",))
+
+
 def _speed_step(found: Found, effects: Sequence[str]) -> Quantity:
     return Quantity("speed_step", ("staircase",))
 
@@ -266,6 +293,10 @@ RULES: Mapping[str, Rule | NoRule] = {
     "torque_constant": Rule((*GAINS, "motor_psi_wb"), _torque_constant, _speed_step),
     "winding_resistance": Rule(("current_ki_v_per_as", "motor_resistance_ohm"), _winding_resistance, _current_step),
     "encoder_offset": Rule(("encoder_offset_rad",), _encoder_offset, _commutation),
+    "current_loop_delay": Rule(
+        ("current_kp_v_per_a", "current_ki_v_per_as", "angle_advance_periods"), _delay, _overshoot
+    ),
+    "current_filter": Rule(("current_kp_v_per_a", "current_ki_v_per_as"), _filter, _overshoot),
     "encoder_eccentricity": NoRule("the drive has no table that corrects its angle: centre the disc of the encoder"),
     "flux_harmonics": NoRule(
         "their torque goes with the current, and the lines that the drive feeds forward do not; a repetitive method "
@@ -274,8 +305,6 @@ RULES: Mapping[str, Rule | NoRule] = {
     "inductance_saturation": NoRule("the gain of the current controllers would have to follow the current"),
     "two_mass": NoRule("the drive has no notch filter: lower the gains of the speed loop, or stiffen the coupling"),
     "backlash": NoRule("no controller takes a gap away: the coupling has to be mended"),
-    "current_filter": NoRule("the drive cannot take a lag of its sensors back: `evenspin tune` with less bandwidth"),
-    "current_loop_delay": NoRule("no controller takes a delay back: `evenspin tune` with less bandwidth"),
     "load_torque": NoRule("none is needed: the integral part of the speed controller carries a constant torque"),
     "torque_ripple": NoRule("no verdict names it: it stands in scenarios only"),
     "empirical": NoRule("terms that no effect of the table explains have no correction"),

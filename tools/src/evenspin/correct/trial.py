@@ -97,11 +97,11 @@ def run_trial(
     measure = _Measure(runs["before"])
     first = {c.name: measure.of(c.spoils, runs["before"]) for c in proposal.corrections}
     after = dict.fromkeys(first, math.nan)
-    why = dict.fromkeys(first, "")
-    kept = list(proposal.corrections)
+    why = {c.name: _unseen(c, first[c.name]) for c in proposal.corrections}
+    kept = [c for c in proposal.corrections if not why[c.name]]
     uneven = (measure.of(BESIDE, runs["before"]), math.nan)
     with _Guarded(drive, before, say) as guarded:
-        for number in range(1, ROUNDS + 1):
+        for number in range(1, ROUNDS + 1 if kept else 1):
             guarded.put(_rounded(composed(_changes(kept), held)))
             label = "after" if number == 1 else f"after-{number}"
             runs[label] = _performed(drive, operator, what, progress, say, raw(label))
@@ -123,6 +123,14 @@ def run_trial(
         guarded.done()
     rows = tuple(Row(c, first[c.name], after[c.name], not why[c.name], why[c.name]) for c in proposal.corrections)
     return Trial(rows, runs, before, now, uneven)
+
+
+def _unseen(correction: Correction, before: float) -> str:
+    """Why it is not even tried: what this bench cannot measure nobody can judge."""
+    if math.isfinite(before):
+        return ""
+    records = " or ".join(correction.spoils.records)
+    return f"not tried: {correction.spoils.what} shows in {records}, which this bench cannot do"
 
 
 def _changes(corrections: Sequence[Correction]) -> dict[str, tuple[Change, ...]]:

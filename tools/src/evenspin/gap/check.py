@@ -75,6 +75,7 @@ def checked(case: Case) -> tuple[Case, tuple[str, ...]]:
         if _starts_at_rest(name, record, messages):
             records[name] = record
     _enough(case, records, dead, messages)
+    _one_from_rest(case, alive, records)
     case = replace(case, experiments=records)
     messages += _contradictions(case)
     return case, tuple(messages)
@@ -111,6 +112,16 @@ def _enough(case: Case, records: Mapping[str, Record], dead: Mapping[str, str], 
     if all(name in VALIDATION for name in records):
         why = "; ".join(messages[-3:]) or f"record one of {', '.join(FITTED)}"
         raise InputError(case.path, "experiments", list(records), "at least one record to fit", why)
+
+
+def _one_from_rest(case: Case, alive: Mapping[str, Record], records: Mapping[str, Record]) -> None:
+    """A locked rotor alone says nothing about the shaft, and a verdict on it would."""
+    moving = [name for name in alive if name not in LOCKED]
+    if moving and all(name in LOCKED for name in records):
+        hint = "a load turns the shaft while the bridge is off: hold it until the drive runs, and record again"
+        raise InputError(
+            case.path, "experiments", ", ".join(moving), "at rest at the start, one of them at least", hint
+        )
 
 
 def _check_meta(folder: Path, meta: Mapping[str, Any]) -> Iterator[str]:
