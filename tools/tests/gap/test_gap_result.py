@@ -438,6 +438,7 @@ def test_a_folder_as_first_word_is_solved_and_json_alone_is_on_stdout(
     assert json.loads(said.out)["verdict"] == ["coulomb_friction"]
     assert "coulomb_friction" in said.err  # for people
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "correction.toml",
         "figures",
         "manifest.json",
         "model.toml",
