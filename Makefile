@@ -96,7 +96,7 @@ flash: ## load the newest build/c2000/**/*.out into the LaunchPad by DSLite (doc
 	@$(if $(wildcard $(PYTHON)),$(PYTHON),python3) tools/setup/flash.py $(FILE)
 
 BLIND_CASES ?= 120
-BLIND_SEED  ?= 1
+BLIND_SEED  ?= 20261123
 BLIND       := out/blind-$(BLIND_SEED)
 
 blind: setup ## hidden effects from another simulator: make, solve, score, write docs/blind.md (120 cases: 40 min)

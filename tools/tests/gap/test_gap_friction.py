@@ -38,13 +38,13 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Effects]:
 def columns(friction, z: np.ndarray) -> np.ndarray:
     unused: Any = None
     fitter = Fitter(unused, {"coulomb_friction": friction}, np.zeros((2, 0)), unused)
-    here = np.array([z[0], z[1]])
+    here = np.array([z[0], 0.02 * np.expm1(z[1])])
     return fitter.columns(Model({"coulomb_friction": z}, np.zeros(0), here, here, 0.0, here))
 
 
 def test_only_the_torque_is_reported(friction):
-    params = friction.to_params(np.array([0.05, 0.3, 0.0]))
-    assert params == {"torque_nm": 0.05, "smooth_rad_s": 0.3}
+    params = friction.to_params(np.array([0.05, np.log(11.0), 0.0]))
+    assert params == {"torque_nm": 0.05, "smooth_rad_s": pytest.approx(0.2)}  # ten times the least
     assert reported_parameters("coulomb_friction", params) == {"torque_nm": 0.05}
 
 
@@ -58,7 +58,19 @@ def test_the_forms_are_a_shaft_that_is_held_one_that_creeps_and_one_that_gives_w
         z = np.array([0.05, 0.0, 0.0])
         z[list(variant)] = list(variant.values())
         forms.append(set(friction.to_params(z)) - {"torque_nm"})
-    assert forms == [set(), {"smooth_rad_s"}, {"presliding_rad"}]
+    assert forms[0] == set()
+    assert {frozenset(form) for form in forms[1:]} == {frozenset({"smooth_rad_s"}), frozenset({"presliding_rad"})}
+
+
+def test_the_search_of_a_form_begins_within_a_factor_of_five_of_any_speed_and_travel(friction):
+    """From 0.02 to 5 rad/s (or 0.2 to 50 mrad) what shows at all."""
+    for name, least, most in (("smooth_rad_s", 0.02, 5.0), ("presliding_rad", 2e-4, 0.05)):
+        points = [friction.to_params(np.array([0.05, variant[1], variant[2]])) for variant in friction.variants]
+        starts = sorted(params[name] for params in points if name in params)
+        ratios = [starts[0] / least, most / starts[-1]] + [
+            (b / a) ** 0.5 for a, b in zip(starts, starts[1:], strict=False)
+        ]
+        assert all(ratio <= 5.01 for ratio in ratios), (name, ratios)
 
 
 def test_a_form_that_is_off_costs_no_simulation_and_one_that_is_on_moves(friction, simulated):
@@ -69,7 +81,8 @@ def test_a_form_that_is_off_costs_no_simulation_and_one_that_is_on_moves(frictio
     simulated.clear()
     creeping = columns(friction, np.array([0.05, 0.2, 0.0]))
     assert len(simulated) == 2
-    assert creeping == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    moved = 0.02 * (np.exp(0.2 + 0.175) - np.exp(0.2)) / 0.175  # a step of 0.35 probes of the logarithm
+    assert creeping == pytest.approx(np.array([[1.0, 0.0, 0.0], [0.0, moved, 0.0]]))
 
 
 def test_a_screening_asks_for_the_torque_alone(friction):

@@ -259,6 +259,22 @@ def test_an_effect_whose_size_changes_over_the_log_explains_nothing_and_that_is_
     assert 0.5 < little.confidence["unknown"] < much.confidence["unknown"] < 1.0
 
 
+@pytest.mark.parametrize(
+    ("name", "spread", "changes"),
+    [
+        ("winding_resistance", 1.1 * VARIES_SPREAD, True),
+        ("winding_resistance", 0.9 * VARIES_SPREAD, False),
+        ("winding_resistance", math.inf, False),  # no part knows its size
+        ("backlash", 3.0 * VARIES_SPREAD, False),  # its log does not go in proportion to its size
+        ("cogging", 3.0 * VARIES_SPREAD, False),  # a rotor rests in it or does not
+    ],
+)
+def test_an_effect_changes_over_the_log_where_its_size_has_a_meaning(name: str, spread: float, changes: bool) -> None:
+    motor = {"rated_current_a": 5.0, "rated_torque_nm": 1.0, "pole_pairs": 4, "slots": 12}
+    library = hypotheses(Scale.of(motor, 4000.0))
+    assert core.changing({name: spread, "inertia": 0.0}, library) == ((name,) if changes else ())
+
+
 def test_without_validation_records_the_gap_is_not_known_and_that_is_said(
     result: CaseResult, investigation: core.Investigation, tmp_path: Path
 ) -> None:

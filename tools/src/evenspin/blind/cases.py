@@ -24,7 +24,7 @@ from evenspin.log.case import META, write_json
 from evenspin.log.columns import LOG_COLUMNS
 
 SEVERAL = {"pair": 2, "triple": 3}
-MIX = {"single": 0.6, "pair": 0.2, "none": 0.1, "outside": 0.1}
+MIX = {"single": 0.5, "pair": 0.15, "triple": 0.075, "none": 0.075, "outside": 0.1, "beside": 0.1}
 LOST_SHARE = 0.5  # of a record at the current limit: the speed is not controlled any more
 EDGES_SHARE = 0.25  # of the cases: every switching edge instead of the average voltage
 # The gap and the tolerances, written apart from evenspin.log on purpose: docs/log-format.md is what both follow.

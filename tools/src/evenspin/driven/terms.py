@@ -105,7 +105,7 @@ DETAIL_SIGMA = {
     "dead_time": (0.4, 1e-3),
     "stribeck_friction": (0.7,),
     "inductance_saturation": (1e-3, 1e-3),
-    "coulomb_friction": (1e-4, 1e-6),  # windows in which the shaft rests are left out: sliding friction alone
+    "coulomb_friction": (1e-3, 1e-3),  # windows in which the shaft rests are left out: sliding friction alone
 }
 
 

@@ -1,12 +1,27 @@
 """Dry friction of constant size, and what it is at standstill, which differs from machine to machine."""
 
+import math
+
 import numpy as np
 
 from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Params, Scale
 
 OFF = 0.0  # of the coordinates of a form
-SMOOTH_RAD_S, PRESLIDING_RAD = 0.2, 2e-3  # where the search of a form begins
-HOLDS, RISES, BENDS = {1: OFF, 2: OFF}, {1: SMOOTH_RAD_S, 2: OFF}, {1: OFF, 2: PRESLIDING_RAD}
+SMOOTH_RAD_S, PRESLIDING_RAD = 0.02, 1e-4  # below these a form hardly shows; its coordinate is logarithmic beyond
+SMOOTH_MOST_RAD_S, PRESLIDING_MOST_RAD = 5.0, 0.1
+
+
+def _coordinate(value: float, least: float) -> float:
+    return math.log1p(value / least)
+
+
+def _value(z: float, least: float) -> float:
+    return least * math.expm1(float(z))
+
+
+HOLDS: dict[int, float] = {1: OFF, 2: OFF}
+RISES = [{1: _coordinate(speed, SMOOTH_RAD_S), 2: OFF} for speed in (0.1, 0.5, 2.0)]
+BENDS = [{1: OFF, 2: _coordinate(travel, PRESLIDING_RAD)} for travel in (1e-3, 1e-2)]
 
 
 def hypothesis(scale: Scale) -> Hypothesis:
@@ -15,19 +30,20 @@ def hypothesis(scale: Scale) -> Hypothesis:
         "coulomb_friction",
         (
             Coordinate("torque_nm", 0.02 * torque, 0.0, torque),
-            Coordinate("smooth_rad_s", 0.1, OFF, 5.0, form=True),
-            Coordinate("presliding_rad", 1e-3, OFF, 0.1, form=True),
+            Coordinate("log_smooth", 0.5, OFF, _coordinate(SMOOTH_MOST_RAD_S, SMOOTH_RAD_S), form=True),
+            Coordinate("log_presliding", 0.5, OFF, _coordinate(PRESLIDING_MOST_RAD, PRESLIDING_RAD), form=True),
         ),
         _params,
         lambda z: abs(float(z[0])) / scale.small_torque_nm,
         ((0.0, OFF, OFF),),
-        variants=(HOLDS, RISES, BENDS),
+        variants=(HOLDS, *RISES, *BENDS),
     )
 
 
 def _params(z: Array) -> Params:
-    names = ("smooth_rad_s", "presliding_rad")
-    form = {name: float(x) for name, x in zip(names, z[1:], strict=True) if x > OFF and z[0] > 0.0}
+    leasts = {"smooth_rad_s": SMOOTH_RAD_S, "presliding_rad": PRESLIDING_RAD}
+    forms = zip(leasts.items(), z[1:], strict=True)
+    form = {name: _value(x, least) for (name, least), x in forms if x > OFF and z[0] > 0.0}
     return {"torque_nm": float(z[0]), **form}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -18,6 +19,15 @@ from evenspin.log.experiments import VALIDATION
 from evenspin.log.unit import Unit
 
 READ = ("theta_m_rad", *SIGNALS)
+KEPT = 128  # simulated machines whose features are kept: a search comes back to the same points
+
+
+Key = tuple[object, ...]
+
+
+def _key_of(unit: Unit) -> Key:
+    effects = tuple((name, tuple(sorted(params.items()))) for name, params in sorted(unit.effects.items()))
+    return effects, tuple(sorted(unit.factors.items())), unit.noise_seed, unit.count_part
 
 
 class Forward:
@@ -43,6 +53,7 @@ class Forward:
         self.measured = self.reduced(self._measured_rows)
         self._pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
         self.simulations = 0
+        self._kept: OrderedDict[Key, NDArray[np.float64]] = OrderedDict()
 
     def rows(self, index: int) -> NDArray[np.float64]:
         """What was measured, columns as READ."""
@@ -57,7 +68,16 @@ class Forward:
         ]
 
     def features(self, unit: Unit) -> NDArray[np.float64]:
-        return self.reduced(self.simulate(unit))
+        """The same machine with the same noise logs the same: it is simulated once."""
+        key = _key_of(unit)
+        found = self._kept.get(key)
+        if found is None:
+            found = self.reduced(self.simulate(unit))
+            found.setflags(write=False)
+            self._kept[key] = found
+            while len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+        return found
 
     def reduced(self, records: list[NDArray[np.float64]]) -> NDArray[np.float64]:
         parts = [

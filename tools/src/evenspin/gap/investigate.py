@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.effects import Scale, hypotheses
+from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.gap.acceptance import Acceptance, ExpectedCost
 from evenspin.gap.candidate import Candidate, Model
 from evenspin.gap.evidence import model_features
@@ -101,7 +101,7 @@ class Investigation:
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
         spread = {name: size_spread(search.fitter, best, name) for name in best.z}
-        changes = tuple(name for name in best.z if VARIES_SPREAD < spread[name] < math.inf)
+        changes = changing(spread, self.library)
         unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines) or bool(changes)
         part = partial(best, weights, spread, self.gap_of(best)) if unknown else ()
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
@@ -287,6 +287,12 @@ class Investigation:
         near = enumerate(neighbours(self.library, model.z, LINE_NEIGHBOURS))
         units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / LINE_NEIGHBOURS) for i, z in near]
         return tuple(leftover_lines(self.forward, units))
+
+
+def changing(spread: Mapping[str, float], library: Mapping[str, Hypothesis]) -> tuple[str, ...]:
+    """Effects whose size is another in parts of the log; of those that act in proportion to it, at no detent."""
+    scales = (name for name in spread if library[name].linear and not library[name].rests)
+    return tuple(name for name in scales if VARIES_SPREAD < spread[name] < math.inf)
 
 
 def tolerated(delta: Array) -> Array:

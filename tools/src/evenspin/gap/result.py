@@ -205,7 +205,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
         real = (1.0 - math.exp(-gain / GAIN_MIN)) * (1.0 - math.exp(-gain / (LEFTOVER_SHARE * total)))
         doubt = REST_DOUBT * min(max(nearly, 0.0), 1.0) ** 2
         if finding.unknown:  # what is left need not speak against a name that has one size over the log
-            doubt = REST_DOUBT * finding.size_spread[name] / PARTIAL_SPREAD
+            doubt = REST_DOUBT * min(finding.size_spread[name] / PARTIAL_SPREAD, 1.0) ** 2
         out[name] = CONFIDENCE_MAX * (1.0 - against) * real * (1.0 - doubt)
     return out | ({"unknown": unknown} if finding.unknown else {})
 
