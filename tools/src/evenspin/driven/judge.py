@@ -49,6 +49,7 @@ class Gap:
 class Verdict:
     names: list[str] = field(default_factory=list)
     effects: list[Acting] = field(default_factory=list)  # those named; none where it is unknown
+    at_start: list[Acting] = field(default_factory=list)  # not named: what a term of the time takes away
     called: dict[str, str] = field(default_factory=dict)  # an effect with those that the log does not separate from it
     nearest: list[str] = field(default_factory=list)  # what came nearest where it is unknown
     confidence: dict[str, float] = field(default_factory=dict)
