@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from driven_logs import hide, write_log
 from evenspin.driven import run_driven
+from evenspin.model.machine import load_machine
 
 
 def foreign(unseen_nm, **effects: dict[str, float]) -> dict[str, np.ndarray]:
@@ -60,6 +61,21 @@ def test_a_torque_of_a_fixed_frequency_is_no_order(tmp_path: Path) -> None:
     (term,) = verdict["empirical"]
     assert term["depends_on"] == ["frequency"]
     assert term["parameters"]["frequency_hz"] == pytest.approx(11.3, abs=0.05)  # half the resolution of ten seconds
+
+
+@pytest.mark.parametrize(("constant_nm", "names"), [(0.0, ["unknown"]), (0.12, ["coulomb_friction", "unknown"])])
+def test_friction_that_is_gone_when_warm_is_no_constant_friction(
+    constant_nm: float, names: list[str], tmp_path: Path
+) -> None:
+    """The fit has it as friction of the first second less what warms up; only what is still there has a name."""
+    columns = foreign(lambda theta, w, t: np.tanh(w) * (constant_nm + 0.15 * np.exp(-t / 3.0)))
+    out = tmp_path / "out"
+    out.mkdir()
+    verdict = verdict_of(columns, tmp_path, out)
+    assert verdict["verdict"] == names
+    assert [term["family"] for term in verdict["empirical"]] == ["time_friction"]
+    written = load_machine(out / "model.toml").effects["coulomb_friction"]["torque_nm"]
+    assert written == pytest.approx(constant_nm + 0.15, abs=0.02)  # at the start, from where the term takes it away
 
 
 @pytest.mark.parametrize(

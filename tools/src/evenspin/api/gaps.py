@@ -88,12 +88,12 @@ def _of_case(path: Path, output: Any, workers: int | None) -> Gap:
 
 def _of_logs(paths: list[Path], model: str | None, tolerances: str | None, folder: Path | None) -> Gap:
     from evenspin.balance import run_balance
-    from evenspin.driven import has_voltages, run_driven
+    from evenspin.driven import run_driven, serves
 
-    if model is not None and any(has_voltages(path) for path in paths):
+    if model is not None and serves(paths, model):
         found = run_driven(paths, model, tolerances or "bench", folder, command=COMMAND)
         return Gap(tuple(found.verdict["verdict"]), found.verdict, found.summary)
-    needs = "given with a model and a log that has id, vd and vq"
+    needs = "given with a model that states psi_wb, inertia_kgm2 and viscous_nms, or voltages in the log"
     if tolerances is not None:
         raise InputError("find_gap", "tolerances", tolerances, needs, "a torque balance has its own thresholds")
     if len(paths) > 1:

@@ -71,7 +71,11 @@ class Drive:
 
 def drive_of(motion: Motion, stretches: Stretches) -> Drive:
     rows = moving_rows(motion, stretches)
-    slow = stretches.slow_rad_s[rows]
+    return drive_of_speeds(stretches.slow_rad_s[rows])
+
+
+def drive_of_speeds(slow: Array) -> Drive:
+    """From the speeds at which friction is defined, slow enough for their ripple to be gone."""
     if len(slow) == 0:
         return Drive(one_way=True, one_speed=True)
     backward = float(np.mean(slow < 0.0))

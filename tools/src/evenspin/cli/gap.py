@@ -84,7 +84,7 @@ def case(
     ] = None,
     tolerances: Annotated[
         str | None,
-        typer.Option(metavar="SET", help="LOG with voltages: what a healthy unit may differ by, bench or laboratory."),
+        typer.Option(metavar="SET", help="LOG with --model: what a healthy unit may differ by, bench or laboratory."),
     ] = None,
     workers: Workers = None,
     check: Check = False,
@@ -94,10 +94,10 @@ def case(
     """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
 
     DIR gets verdict.json, model.toml, correction.toml (parameters of the drive that counteract what is named, for
-    `evenspin bench apply`), scenario.toml, report.html and the traces before and after. A file instead of a
-    folder is a log of any drive. With voltages and a model it is held against the equations of the machine, several
-    logs of one machine together; else against a torque balance in ampere equivalents. Columns are found by names and
-    data, as `evenspin log map` does; MAP.toml in DIR says how.
+    `evenspin bench apply`), scenario.toml, report.html and the traces before and after. A file instead of a folder is
+    a log of any drive. With a model it is held against the equations of the machine (without voltages: that of the
+    torque), several logs of one machine together; else against a torque balance in ampere equivalents. Columns are
+    found by names and data, as `evenspin log map` does; MAP.toml in DIR says how.
 
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
@@ -307,7 +307,7 @@ def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, che
     """Logs of one machine: read all of them, then choose by what was recorded."""
     from evenspin.cli.log import imported_from, is_native, keep, known_from, show
     from evenspin.correct.report import proposal_tables, summary
-    from evenspin.driven import has_voltages
+    from evenspin.driven import serves
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
@@ -326,7 +326,7 @@ def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, che
             path if read is None else keep(read, path, folder, several)
             for path, read in zip(paths, imported, strict=True)
         ]
-        driven = options.model is not None and any(has_voltages(place) for place in places)
+        driven = options.model is not None and serves(places, options.model)
         result = (
             _driven(places, options, folder, bar, made.command)
             if driven
@@ -368,7 +368,7 @@ def _balance(places: list[Path], options: _LogOptions, folder: Path, bar: Bar, c
     from evenspin.balance import run_balance
     from evenspin.errors import InputError
 
-    needs = "given with --model and a log that has id, vd and vq"
+    needs = "given with --model M that states psi_wb, inertia_kgm2 and viscous_nms, or voltages in the log"
     if options.tolerances is not None:
         raise InputError("gap", "--tolerances", options.tolerances, needs, "a torque balance has its own thresholds")
     if len(places) > 1:

@@ -20,7 +20,7 @@ from evenspin.driven.signals import Signals
 from evenspin.driven.terms import NUMBER_OF, OPEN, Kind, Sizes, Term, effect_terms, opened, unit_term
 from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.driven.windows import Bump, Windows
-from evenspin.effects import Scale
+from evenspin.effects import Scale, hypotheses
 from evenspin.effects.equations import Acting
 
 Array = NDArray[np.float64]
@@ -120,8 +120,13 @@ def explain(
     has_angle = all(log.has_angle for log in logs)
     has_voltages = any(log.has_voltages for log in logs)
     orders = cogging_orders(scale)
+    if not has_voltages:  # where errors of a current sensor show, which the winding separates from torque of the shaft
+        orders = sorted({*orders, scale.pole_pairs, 2 * scale.pole_pairs})
+    has_load = any(log.has_load for log in logs)
+    if not has_voltages and not has_load:
+        tolerances = tolerances.without_scale(hypotheses(scale))
     sizes = Sizes(scale, tolerances, plant["pwm_hz"], top_rad_s)
-    terms = effect_terms(sizes, has_angle, has_voltages, orders)
+    terms = effect_terms(sizes, has_angle, has_voltages, orders, has_load)
     terms = [opened(term) if NUMBER_OF.get(term.effect) in estimated else term for term in terms]
     terms += _unit_terms(recordings, plant, tolerances, estimated)
     terms += foreign_terms(scale, plant, top_rad_s, has_voltages)
@@ -200,12 +205,10 @@ def _all_free(terms: Sequence[Term]) -> set[str]:
 def _unit_terms(
     recordings: Sequence[Recording], plant: dict[str, float], tolerances: Tolerances, estimated: Sequence[str]
 ) -> list[Term]:
-    terms = []
-    if any(each.signals.has_voltages for each in recordings):
-        terms += [
-            unit_term(LD, OPEN if "ld_h" in estimated else tolerances.inductance, 0.01),
-            unit_term(LQ, OPEN if "lq_h" in estimated else tolerances.inductance, 0.01),
-        ]
+    terms = [
+        unit_term(LD, OPEN if "ld_h" in estimated else tolerances.inductance, 0.01),
+        unit_term(LQ, OPEN if "lq_h" in estimated else tolerances.inductance, 0.01),
+    ]
     for number, each in enumerate(recordings):
         if each.signals.has_voltages:
             period_s = 1.0 / plant["pwm_hz"]

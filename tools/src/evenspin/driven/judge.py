@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.balance.verdict import OR
+from evenspin.driven.ambiguous import Recorded, called
 from evenspin.driven.analysis import Explained
 from evenspin.driven.fit import prior_of
 from evenspin.driven.noise import floors, noise_of
@@ -47,6 +49,8 @@ class Gap:
 class Verdict:
     names: list[str] = field(default_factory=list)
     effects: list[Acting] = field(default_factory=list)  # those named; none where it is unknown
+    at_start: list[Acting] = field(default_factory=list)  # not named: what a term of the time takes away
+    called: dict[str, str] = field(default_factory=dict)  # an effect with those that the log does not separate from it
     nearest: list[str] = field(default_factory=list)  # what came nearest where it is unknown
     confidence: dict[str, float] = field(default_factory=dict)
     intervals: dict[str, list[Interval]] = field(default_factory=dict)
@@ -59,6 +63,9 @@ class Verdict:
     @property
     def unknown(self) -> bool:
         return UNKNOWN in self.names
+
+    def name(self, effect: str) -> str:
+        return self.called.get(effect, effect)
 
 
 EQUATIONS = (("torque_nm", "N m"), ("torque_fine_nm", "N m"), ("vd_v", "V"), ("vq_v", "V"))
@@ -97,11 +104,30 @@ def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False) -> 
         for n in c.names
         if found.term(n).kind is Kind.FOREIGN
     }
+    _together(found, verdict)
     if near and not verdict.unknown and verdict.names:
         verdict.warnings.append(
             f"{', '.join(sorted(n.removeprefix('foreign: ') for n in near))} would explain the log nearly as well"
         )
     return verdict
+
+
+def _together(found: Explained, verdict: Verdict) -> None:
+    """Names with `or`, where the signals of the logs are the same for several effects; each is there once."""
+    recorded = Recorded.of(found)
+    for effect, params in list(verdict.effects):
+        name, by = called(effect, params, recorded)
+        if name == effect:
+            continue
+        if name in verdict.called.values():
+            verdict.effects.remove((effect, params))
+            verdict.names.remove(effect)
+            del verdict.confidence[effect], verdict.intervals[effect]
+            continue
+        verdict.called[effect] = name
+        known = verdict.cannot_separate.setdefault(effect, [])
+        known += [other for other in name.split(OR) if other != effect and other not in known]
+        verdict.warnings.append(f"{name}: this log does not separate them; {by} would")
 
 
 BESIDE = 0.9  # confidence of a name beside a term of no table

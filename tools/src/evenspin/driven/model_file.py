@@ -55,12 +55,13 @@ def model_text(
     if "dc_link_v" not in nominal.machine.plant_from:
         document["plant"]["dc_link_v"] = float(f"{nominal.plant['dc_link_v']:.4g}")
     beyond, _ = effects_of(terms)
-    if not verdict.effects and not beyond:
+    acting = [*verdict.effects, *verdict.at_start]
+    if not acting and not beyond:
         return tomlkit.dumps(document)
     if "effects" not in document:
         document["effects"] = tomlkit.table()
     effects: Any = document["effects"]
-    for effect, params in verdict.effects:
+    for effect, params in acting:
         had = nominal.machine.effects.get(effect, {})
         table = effects.get(effect, tomlkit.table())
         for key, value in params.items():

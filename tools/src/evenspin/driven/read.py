@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 BESIDE = ("id_a", *VOLTAGES, "vdc_v", "load_torque_nm")
 RATED_SHARE = 99.0  # percentile of the current that stands for a rated current that the model does not give
 NEEDED = ("id_a", *VOLTAGES)
+SHAFT_NUMBERS = ("pole_pairs", "psi_wb", "inertia_kgm2", "viscous_nms")
+AMPERES = 1e-4  # N m per A from 1: a model that a torque balance wrote, in ampere equivalents
+SALIENT = 1.2  # lq over ld, from which the d current makes torque
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +56,19 @@ def has_voltages(path: Path) -> bool:
     return set(NEEDED) <= set(header_of(read_text(path)))
 
 
+def serves(paths: Sequence[Path], model: str | Path) -> bool:
+    """Whether the equations of the machine can be held against these logs: those of the winding where voltages were
+    recorded, that of the torque where the model states what it is made of."""
+    if any(has_voltages(path) for path in paths):
+        return True
+    machine = _machine(model)
+    in_amperes = abs(machine.torque_per_a_nm - 1.0) < AMPERES
+    return set(SHAFT_NUMBERS) <= set(machine.plant_from) and not in_amperes
+
+
 def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
     logs: list[Log] = []
-    nominal = None if missing_of(_machine(model)) else read_nominal(model)
+    nominal = None if missing_of(_machine(model), paths) else read_nominal(model)
     for path in paths:
         log = read_log(path)
         columns: dict[str, Array] = {"t_s": log.t_s, "iq_a": log.iq_a}
@@ -96,23 +109,25 @@ def _machine(model: str | Path) -> Machine:
     return load_machine(find_model(str(model), Path(), refuse), ("pole_pairs",))
 
 
-def missing_of(machine: Machine) -> tuple[str, ...]:
-    """Numbers of the motor that the model leaves open."""
-    return tuple(name for name in MOTOR if name not in machine.plant_from)
+def missing_of(machine: Machine, paths: Sequence[Path]) -> tuple[str, ...]:
+    """Numbers that the equations of these logs need, and the model leaves open."""
+    needed = MOTOR if any(has_voltages(path) for path in paths) else SHAFT_NUMBERS
+    return tuple(name for name in needed if name not in machine.plant_from)
 
 
 def nominal_of(model: str | Path, logs: Sequence[Log]) -> Nominal:
     machine = _machine(model)
     plant = dict(machine.plant)
     assumed = []
-    missing = missing_of(machine)
+    missing = missing_of(machine, [log.path for log in logs])
     if "dc_link_v" not in machine.plant_from:
         plant["dc_link_v"] = _dc_link_v(logs)
         assumed.append(f"dc_link_v is not in the model: {plant['dc_link_v']:.3g} V of the log")
     if missing:
         plant = first_values([log.signals for log in logs], plant, missing)
         assumed.append(f"{', '.join(missing)}: not in the model, estimated from the log; an effect of them has no name")
-    if "pwm_hz" not in machine.plant_from:
+    voltages = any(log.signals.has_voltages for log in logs)
+    if "pwm_hz" not in machine.plant_from and voltages:
         assumed.append(f"pwm_hz is not in the model: {plant['pwm_hz']:g} Hz assumed; dead_time_s goes with its inverse")
     current = plant["rated_current_a"]
     if current <= 0.0:
@@ -126,6 +141,8 @@ def nominal_of(model: str | Path, logs: Sequence[Log]) -> Nominal:
         assumed.append(f"viscous_nms is 0 in the model: its factor is that of {plant['viscous_nms']:.3g} N m s/rad")
     p, slots = int(plant["pole_pairs"]), int(plant["slots"])
     counts = plant["counts_per_rev"] if plant["counts_per_rev"] > 0.0 else 1e9
+    if plant["lq_h"] > SALIENT * plant["ld_h"] and not all(log.signals.has_id for log in logs):
+        assumed.append("id_a is not in the log and taken as 0: the reluctance torque of this machine is left out")
     base = tuple((name, params) for name, params in machine.effects.items() if has_equation(name))
     lost = [name for name in machine.effects if not has_equation(name)]
     if lost:

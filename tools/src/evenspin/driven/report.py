@@ -13,7 +13,7 @@ from evenspin.driven.analysis import Explained
 from evenspin.driven.findable import Findable
 from evenspin.driven.judge import Verdict
 from evenspin.driven.read import Log, Nominal
-from evenspin.driven.verdict_file import METHOD, clear, gap_of
+from evenspin.driven.verdict_file import clear, gap_of, method_of
 from evenspin.empirical.pictures import term_pictures, terms_view
 from evenspin.empirical.term import EmpiricalTerm
 from evenspin.gap.intervals import reported_parameters
@@ -33,7 +33,9 @@ BEFORE, AFTER = OTHER_COLOURS[1], OTHER_COLOURS[0]
 def summary_of(found: Explained, verdict: Verdict, advised: str) -> list[str]:
     before, after = gap_of(verdict.gaps)
     nothing = "nothing that stands out is missing" if clear(verdict) else "no name"
-    said = [f"Verdict: {', '.join(verdict.names) or nothing} (tolerances of a {found.tolerances.name})."]
+    said = [
+        f"Verdict: {', '.join(map(verdict.name, verdict.names)) or nothing} (tolerances of a {found.tolerances.name})."
+    ]
     if verdict.names and not verdict.unknown:
         said.append(
             f"On stretches that no fit saw the equations are off by {before:.2f} times the noise before "
@@ -79,7 +81,14 @@ def _named(verdict: Verdict) -> TableView:
         for key, value in reported_parameters(effect, params).items():
             unit = tables().effects[effect].params[key].unit
             rows.append(
-                (effect, key, number(value, 4), number(halves.get(key)), unit, number(verdict.confidence[effect]))
+                (
+                    verdict.name(effect),
+                    key,
+                    number(value, 4),
+                    number(halves.get(key)),
+                    unit,
+                    number(verdict.confidence[effect]),
+                )
             )
     return TableView(
         "Missing in the model", "95 % intervals.", ("effect", "parameter", "value", "+-", "unit", "confidence"), rows
@@ -109,7 +118,7 @@ def page_of(
     command: str,
     terms: Sequence[EmpiricalTerm] = (),
 ) -> Page:
-    facts = [("method", METHOD), ("model", nominal.machine.name), ("tolerances", found.tolerances.name)]
+    facts = [("method", method_of(logs)), ("model", nominal.machine.name), ("tolerances", found.tolerances.name)]
     for log in logs:
         s = log.signals
         facts.append(

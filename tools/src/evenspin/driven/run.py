@@ -11,6 +11,7 @@ from evenspin.driven.analysis import Explained, explain
 from evenspin.driven.beyond import look_beyond
 from evenspin.driven.beyond_search import Search
 from evenspin.driven.evidence import confirmed
+from evenspin.driven.fading import without_faded
 from evenspin.driven.findable import advice, findable
 from evenspin.driven.judge import judge
 from evenspin.driven.model_file import estimates, model_text
@@ -70,6 +71,7 @@ def run_driven(
     beyond = confirmed(search, look_beyond(search, say))
     found = beyond.found
     verdict = judge(found, known_pwm, bool(beyond.terms))
+    without_faded(found, verdict, beyond.evidence)
     verdict.unexplained += [sentence(term) for term in beyond.evidence]
     table = findable(found.model.terms, found.normal, signals)
     advised = advice(table, signals)

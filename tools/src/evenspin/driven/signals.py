@@ -38,6 +38,7 @@ class Signals:
     vdc_v: Array | None
     load_nm: Array
     has_load: bool
+    has_id: bool
     good: Flags  # no gap in time, every value there
 
     @property
@@ -96,6 +97,7 @@ def signals_of(name: str, columns: Mapping[str, Array]) -> Signals:
         even.get("vdc_v"),
         even.get("load_torque_nm", zero),
         "load_torque_nm" in even,
+        "id_a" in even,
         good,
     )
 

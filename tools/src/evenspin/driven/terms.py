@@ -66,7 +66,9 @@ class Sizes:
     top_rad_s: float
 
 
-def effect_terms(sizes: Sizes, has_angle: bool, has_voltages: bool, cogging: Sequence[int]) -> list[Term]:
+def effect_terms(
+    sizes: Sizes, has_angle: bool, has_voltages: bool, cogging: Sequence[int], has_load: bool = True
+) -> list[Term]:
     """Every effect that this log can show, with its least size."""
     scale = sizes.scale
     terms: list[Term] = []
@@ -75,7 +77,7 @@ def effect_terms(sizes: Sizes, has_angle: bool, has_voltages: bool, cogging: Seq
             continue
         if not has_angle and name in TIED_TO_ANGLE:
             continue
-        if not has_voltages and not is_mechanical(name) and name not in ("inertia", "viscous_friction"):
+        if not has_voltages and (name in ONLY_VOLTAGES or (name == "torque_constant" and not has_load)):
             continue
         if name == "cogging":
             for order in cogging:
@@ -97,6 +99,7 @@ def effect_terms(sizes: Sizes, has_angle: bool, has_voltages: bool, cogging: Seq
     return terms
 
 
+ONLY_VOLTAGES = ("winding_resistance", "dead_time", "inductance_saturation", "encoder_offset")
 TIED_TO_ANGLE = ("cogging", "misalignment", "encoder_eccentricity", "current_offset", "current_gain", "flux_harmonics")
 STRIBECK_SHARES = (0.05, 0.02, 0.12)  # of the top speed
 SOFT_SHARES = (0.015, 0.003, 0.05)  # of the rated current

@@ -7,9 +7,13 @@ current gains of some per cent, a resistance by its temperature. Smaller is a de
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
 
 from evenspin.effects import Hypothesis, Scale
 from evenspin.errors import InputError, did_you_mean
@@ -38,10 +42,15 @@ class Tolerances:
             return max(times, own)
         return times
 
+    def without_scale(self, known: Mapping[str, Hypothesis]) -> Tolerances:
+        """Where nothing fixes the torque per ampere: an inertia has that tolerance beside its own."""
+        edge = {name: 1.0 / known[name].magnitude(np.ones(1)) for name in ("inertia", "torque_constant")}
+        own, flux = (edge[name] * self.times.get(name, 1.0) for name in edge)
+        both = math.hypot(own, flux, HELD * self.gain)
+        return replace(self, times=MappingProxyType({**self.times, "inertia": both / edge["inertia"]}))
 
-def _along(hypothesis: Hypothesis, size: float):  # type: ignore[no-untyped-def]
-    import numpy as np
 
+def _along(hypothesis: Hypothesis, size: float) -> NDArray[np.float64]:
     z = np.zeros(len(hypothesis.coordinates))
     z[0] = size
     return z

@@ -20,6 +20,11 @@ from evenspin.empirical.verdict import term_json
 from evenspin.gap.intervals import reported_parameters
 
 METHOD = "equations of the machine, driven by the measured voltages and currents"
+TORQUE_METHOD = "torque equation of the machine, driven by the measured currents"
+
+
+def method_of(logs: list[Log]) -> str:
+    return METHOD if any(log.signals.has_voltages for log in logs) else TORQUE_METHOD
 
 
 def verdict_json(
@@ -34,11 +39,11 @@ def verdict_json(
     before, after = gap_of(verdict.gaps)
     content = {
         "case": name,
-        "method": METHOD,
+        "method": method_of(logs),
         "tolerances": found.tolerances.name,
-        "verdict": verdict.names,
-        "parameters": {effect: reported_parameters(effect, params) for effect, params in verdict.effects},
-        "confidence": verdict.confidence,
+        "verdict": [verdict.name(each) for each in verdict.names],
+        "parameters": {verdict.name(effect): reported_parameters(effect, params) for effect, params in verdict.effects},
+        "confidence": {verdict.name(effect): value for effect, value in verdict.confidence.items()},
         "alternatives": [[other, weight] for other, weight in verdict.alternatives],
         "cannot_separate": verdict.cannot_separate,
         "gap_before": before,
@@ -46,7 +51,9 @@ def verdict_json(
         "gap_floor": 1.0,
         "gap_closed": closed(before, after),
         "gap_records": _records(verdict),
-        "intervals": {effect: {i.parameter: i.as_json() for i in each} for effect, each in verdict.intervals.items()},
+        "intervals": {
+            verdict.name(effect): {i.parameter: i.as_json() for i in each} for effect, each in verdict.intervals.items()
+        },
         "units": {"gap": "rms of what the equations leave on stretches that no fit saw, over what noise alone leaves"},
         "unit": _unit(found),
         "can_be_found": {each.effect: {"times_least_size": each.times, "why": each.why} for each in table},
