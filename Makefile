@@ -136,7 +136,7 @@ faults: setup ## outputs and recordings on a disk that fails, and under a kill, 
 
 SINGLE_FAULT_MOMENTS := 64
 
-single-faults: setup ## every single fault that can be simulated, at 64 moments of six drives; writes docs/single-faults.md (2 min)
+single-faults: setup ## every single fault that can be simulated, at 64 moments of six drives, and bit flips; writes docs/single-faults.md (5 min)
 	@$(PYTHON) tools/tests/single_faults.py --moments $(SINGLE_FAULT_MOMENTS)
 
 MOTION_S := 10000

@@ -2,8 +2,8 @@
 
     make_trace.py OUT.c float|fixed
 
-The drive runs up with repetitive control, gets another gain, a load step and another speed, and at the end a dead current
-sensor: PI, memory, hand-over of parameters and a trip are all in it.
+The drive runs up with repetitive control, gets another gain, a load step and another speed, and at the end a dead
+current sensor: PI, memory, hand-over of parameters and a trip are all in it.
 """
 
 from __future__ import annotations
