@@ -33,7 +33,7 @@ ORDER = (
     ("compare", "memory", "design", "motor"),
     ("identify", "empirical"),
     ("bench", "reproduce", "run", "gap", "balance"),
-    ("tune", "driven", "grid", "replay"),
+    ("tune", "driven", "grid", "replay", "correct"),
     ("commission", "scope", "blind", "api"),
     ("cli",),
 )
