@@ -150,7 +150,7 @@ prove: ## blocks without undefined behaviour and within their bounds, for all in
 
 SINGLE_FAULT_MOMENTS := 64
 
-single-faults: setup ## every single fault that can be simulated, at 64 moments of six drives; writes docs/single-faults.md (2 min)
+single-faults: setup ## every single fault that can be simulated, at 64 moments of six drives, and bit flips; writes docs/single-faults.md (5 min)
 	@$(PYTHON) tools/tests/single_faults.py --moments $(SINGLE_FAULT_MOMENTS)
 
 MOTION_S := 10000

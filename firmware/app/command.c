@@ -1,6 +1,7 @@
 /* What the user wants, from the main loop to the interrupts: judged, bounded by the limits in force, handed over as a whole. */
 #include "control/numeric/num_math.h"
 #include "firmware/app/internal.h"
+#include "firmware/app/memory_check.h"
 
 #define NUMBER_MAX 1.0e6f
 
@@ -79,6 +80,7 @@ static void hand_over(drive_t *d, const drive_command_t *c)
     order->iq_max = drive_per_base(room_a(p, id), d->scale.inv_current);
     hal_order();
     d->command_at = idle;
+    drive_keep_command(d, idle);
 }
 
 void drive_command_again(drive_t *d)

@@ -1,5 +1,6 @@
 /* From the parameter list to the blocks. Main loop. */
 #include "firmware/app/internal.h"
+#include "firmware/app/memory_check.h"
 #include "hal/hal_clock.h"
 
 static drive_scale_t make_scale(const drive_params_t *p)
@@ -102,6 +103,7 @@ uint16_t drive_build(drive_t *d)
     drive_build_position(&d->position, &s->position);
     drive_build_position_memory(&d->position, s, d->observer_memory, (uint16_t)DRIVE_OBSERVER_CAPACITY);
     drive_command_again(d);
+    drive_keep_set(d, &d->set[0]);
     return PARAM_COUNT;
 }
 

@@ -272,6 +272,15 @@ typedef struct {
     drive_setup_t  setup;
 } drive_set_t;
 
+/** Sums of what must not change by itself; main loop. memory_check.h */
+typedef struct {
+    uint32_t set[2], command[2], zero;
+    uint16_t command_at;
+    bool     bridge; /**< The main loop has armed it. */
+    uint16_t of, at; /**< Set whose sum is being made, and how far. */
+    uint32_t sum;
+} drive_kept_t;
+
 typedef struct {
     const drive_params_t *params; /**< The set in force: one of the two in `set`. Changed by the current interrupt. */
     const drive_setup_t  *setup;
@@ -287,10 +296,11 @@ typedef struct {
 
     volatile drive_state_t state;
     volatile drive_fault_t fault;
-    uint16_t fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows. */
-    bool     started_up;   /**< The offsets are known. */
-    bool     start_wanted, stop_wanted, clear_wanted;
-    bool     permitted; /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
+    uint16_t      fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows;
+                            *   FAULT_memory_changed: what has changed, memory_check.h. */
+    bool          started_up;   /**< The offsets are known. */
+    bool          start_wanted, stop_wanted, clear_wanted;
+    bool          permitted; /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
     volatile bool home_wanted;
 
     hal_sample_t             sample;
@@ -319,6 +329,7 @@ typedef struct {
     uint32_t                 rejected;
     timing_t                 timing;
     uint16_t                 stack_used_words; /**< Main loop; 0 where nobody counts. */
+    drive_kept_t             kept;
 
     num_t rc_memory[DRIVE_RC_CAPACITY];
     num_t observer_memory[DRIVE_OBSERVER_CAPACITY];

@@ -5,6 +5,7 @@
  *              (drive_withdraw). What a running block needs besides numbers is prepared where the block does not look.
  * Interrupt    switches to that set between two samples: take_over.c. */
 #include "firmware/app/internal.h"
+#include "firmware/app/memory_check.h"
 
 static drive_set_t *in_force(drive_t *d) { return (d->setup == &d->set[0].setup) ? &d->set[0] : &d->set[1]; }
 static drive_set_t *idle_set(drive_t *d) { return (d->setup == &d->set[0].setup) ? &d->set[1] : &d->set[0]; }
@@ -71,6 +72,7 @@ void drive_withdraw(drive_t *d, uint16_t what)
     if ((what & DRIVE_SHAPE_OBSERVER) != 0U) {
         s->observer.used = false;
     }
+    drive_keep_set(d, in_force(d));
     hal_order(); /* before what follows is written */
 }
 
@@ -142,6 +144,7 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
         d->zero.e = s->tracking.encoder_offset; /* another one only at rest */
     }
     next->params = *params;
+    drive_keep_set(d, next);
     d->next = next;
     hal_order();
     d->next_ready = 1U;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "firmware/app/internal.h"
+#include "firmware/app/memory_check.h"
 #include "hal/hal_inverter.h"
 
 /* The current interrupt may have tripped since the state was read, even between arming and here. It writes `fault`
@@ -27,12 +28,20 @@ static bool arm(drive_t *d)
     }
     drive_rest(d);
     drive_preset_voltage(d);
+    drive_keep_zero(d);
     if (hal_inverter_arm() != HAL_OK) {
         drive_check_hardware(d);          /* its reason, */
         drive_trip(d, FAULT_gate_driver); /* if it has one */
         return false;
     }
+    d->kept.bridge = true;
     return true;
+}
+
+static void disarm(drive_t *d)
+{
+    hal_inverter_disarm();
+    d->kept.bridge = false;
 }
 
 static void finish_start_up(drive_t *d)
@@ -73,7 +82,7 @@ static void forget_zero(drive_t *d)
 
 static void finish_alignment(drive_t *d)
 {
-    hal_inverter_disarm();
+    disarm(d);
     if (d->fault != FAULT_none) {
         enter(d, DRIVE_FAULT); /* one that came just now */
         return;
@@ -94,7 +103,7 @@ static void finish_alignment(drive_t *d)
 static void align(drive_t *d)
 {
     if (d->stop_wanted) {
-        hal_inverter_disarm();
+        disarm(d);
         enter(d, DRIVE_READY);
     } else if (d->align.phase == (uint16_t)DRIVE_ALIGN_DONE) {
         finish_alignment(d);
@@ -109,7 +118,7 @@ static void align(drive_t *d)
 static void leave_fault(drive_t *d)
 {
     hal_inverter_clear_fault();
-    if (d->fault == FAULT_configuration) {
+    if ((d->fault == FAULT_configuration) || ((d->fault == FAULT_memory_changed) && !drive_recover_memory(d))) {
         return; /* only new parameters help: drive_init */
     }
     if (drive_fault_voids_zero(d->fault)) {
@@ -169,6 +178,7 @@ static void attend_observer(drive_t *d)
 
 void drive_background(drive_t *d)
 {
+    drive_check_memory(d);
     if (drive_is_armed(d) || (d->fault == FAULT_gate_driver)) {
         drive_check_hardware(d); /* here as well: the current interrupt may be what has stopped */
     }
@@ -208,13 +218,13 @@ void drive_background(drive_t *d)
     case DRIVE_RUN:
         d->start_wanted = false;
         if (d->stop_wanted) {
-            hal_inverter_disarm();
+            disarm(d);
             enter(d, DRIVE_READY);
         }
         break;
     case DRIVE_FAULT:
     default:
-        hal_inverter_disarm();
+        disarm(d);
         d->start_wanted = false;
         d->permitted = false;
         if (d->clear_wanted) {

@@ -7,8 +7,8 @@
  *
  * Cost in the interrupt, estimated as docs/cycles.md does: 800 cycles with the black box alone, 1600 in a period with a row of
  * eight streamed signals, 3000 at most, with stream of twelve, capture and black box of the dearest signals; a period has
- * 20000. The longest pass, a set of 40 parameters, is 60000 cycles, 0.3 ms; one that gives a method or a memory another kind or size,
- * with the bridge off, takes 270000, 1.4 ms.
+ * 20000. The longest pass, a set of 40 parameters, is 97000 cycles, 0.5 ms; one that gives a method or a memory another kind or size,
+ * with the bridge off, takes 300000, 1.5 ms.
  *
  * Neither waits. The interrupt writes the rows, `counter` and `found`; everything else belongs to the main loop.
  */

@@ -172,6 +172,13 @@ int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room);
 int  es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room);
 bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count);
 
+/* ---- a memory that changes by itself: for campaigns of faults (sim_host/capi/regions.def) --------------------------- */
+
+int         es_region_count(void); /* parts of the state of the drive */
+const char *es_region_name(int index);
+int         es_sim_region_bits(es_sim_t *sim, int index); /* of a started drive */
+bool        es_sim_flip(es_sim_t *sim, int index, int bit);
+
 /* ---- the trace of the simulated drive: everything that its firmware takes in, to replay it (docs/replay.md) --------- */
 
 const char *es_firmware_id(void);   /* changes with every source of the firmware */

@@ -279,6 +279,15 @@ static void provoke_current_implausible(void)
     bench_periods(100U);
 }
 
+/* A command that nobody gave. */
+static void provoke_memory_changed(void)
+{
+    const drive_params_t p = bench_params();
+    bench_run_with(&p);
+    drive.command[drive.command_at].speed_ref_rad_s = 100.0f;
+    drive_background(&drive);
+}
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_align_turning] = provoke_align_turning,
@@ -318,6 +327,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_processor_clock] = provoke_processor_clock,
     [FAULT_processor_memory] = provoke_processor_memory,
     [FAULT_start_turning] = provoke_start_turning,
+    [FAULT_memory_changed] = provoke_memory_changed,
 };
 
 /* The board is well again. */

@@ -201,6 +201,7 @@ static const member_t MEMBERS[] = {
     MEMBER(next_ready, TAKE_OVER | MAIN | REST),
     MEMBER(speed_busy, CURRENT | SPEED),
     MEMBER(scale, 0),
+    MEMBER(kept, MAIN | REST),
     /* commands and requests */
     MEMBER(command, MAIN | REST),
     MEMBER(order, MAIN | REST),

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import bit_flips
 import numpy as np
 from evenspin.model.machine import builtin_models, load_machine
 from evenspin.native import tables
@@ -212,8 +213,8 @@ def page(moments: int, results: Iterable[tuple[Setup, Fault, Sequence[Outcome]]]
         "the largest until then, over the largest before the fault. *Not found in*: phases of the operation, and",
         "how often. Without *three sensors* the board has two current sensors. What the simulator cannot inject is",
         "not here: a current interrupt that does not come (the hardware of the board switches off,",
-        "`late_interrupt`), shorts, a switch that stays on, a memory that changes. The comparators of the board,",
-        "which switch off above 1.0 by themselves, are left out on purpose.",
+        "`late_interrupt`), shorts, a switch that stays on. The comparators of the board, which switch off above",
+        "1.0 by themselves, are left out on purpose. A memory that changes by itself has the last chapter.",
         "",
     ]  # fmt: skip
     gaps: dict[str, list[str]] = {}
@@ -250,9 +251,15 @@ def all_results(moments: int) -> Iterable[tuple[Setup, Fault, list[Outcome]]]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--moments", type=int, default=64)
+    parser.add_argument("--flips", type=int, default=300, help="bit flips for each part of the state and method")
+    parser.add_argument("--only-flips", action="store_true", help="leave the rest of the page as it is")
     parser.add_argument("--page", type=Path, default=PAGE)
     arguments = parser.parse_args()
-    arguments.page.write_text(page(arguments.moments, all_results(arguments.moments)), encoding="utf-8")
+    if arguments.only_flips:
+        rest = arguments.page.read_text(encoding="utf-8").partition(bit_flips.TITLE)[0].rstrip() + "\n"
+    else:
+        rest = page(arguments.moments, all_results(arguments.moments))
+    arguments.page.write_text(rest + bit_flips.chapter(arguments.flips), encoding="utf-8")
     return 0
 
 

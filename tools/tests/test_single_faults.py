@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+import bit_flips
 import single_faults
 from single_faults import FAULTS, SETUPS, Setup, inject, line, page
 
@@ -53,3 +54,25 @@ def test_the_page_has_what_was_found_and_names_what_was_not() -> None:
     )
     text = page(3, [(SETUPS[0], FAULTS[3], [found, missed, found])])
     assert f"| {FAULTS[3].name} | {SETUPS[0].name} | {single_faults.HALF} |" in text
+
+
+@pytest.mark.parametrize("numeric", ["float", "fixed"])
+def test_a_flipped_bit_in_what_should_not_change_is_reported_and_nothing_else_ends_in_a_wrong_speed(
+    numeric: str,
+) -> None:
+    flips = list(bit_flips.campaign(2 if numeric == "fixed" else 3, numeric))
+    unseen = [one for one in flips if one.outcome in (bit_flips.WRONG_SPEED, bit_flips.BRIDGE)]
+    assert not unseen, unseen
+    kept = (
+        "command",
+        "order",
+        "command_at",
+        "parameters",
+        "limits",
+        "setup_current",
+        "setup_speed",
+        "offsets",
+        "state",
+    )
+    late = [one for one in flips if one.region in kept and (one.outcome != bit_flips.REPORTED or one.ms > 30.0)]
+    assert not late, late

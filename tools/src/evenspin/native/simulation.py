@@ -72,6 +72,18 @@ class Simulation:
         count = self._library.lib.es_sim_link_read(self._handle, self._octets, room) if room > 0 else 0
         return bytes(self._library.ffi.buffer(self._octets, count))
 
+    def regions(self) -> dict[str, int]:
+        """Parts of the state of the drive in which a bit can be made to flip, with their bits. After the start."""
+        lib, ffi = self._library.lib, self._library.ffi
+        names = [ffi.string(lib.es_region_name(k)).decode() for k in range(lib.es_region_count())]
+        return {name: lib.es_sim_region_bits(self._handle, k) for k, name in enumerate(names)}
+
+    def flip(self, region: str, bit: int) -> None:
+        """A bit of the state changes by itself."""
+        index = list(self.regions()).index(region)
+        if not self._library.lib.es_sim_flip(self._handle, index, bit):
+            raise NativeError(f"{region}: has no bit {bit}")
+
     def open_trace(self, rows_every: int) -> None:
         """Before the start: take down everything that the firmware takes in, and all signals every so many periods."""
         self._need(self._library.lib.es_sim_trace_open(self._handle, rows_every))
