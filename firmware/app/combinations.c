@@ -3,7 +3,6 @@
 
 #include <stddef.h>
 
-#include "firmware/app/doc_text.h"
 #include "firmware/app/internal.h"
 
 enum {
@@ -14,7 +13,7 @@ enum {
 };
 
 static const combination_info_t TABLE[COMBINATION_COUNT] = {
-#define COMBINATION(name, param, other, when, why) {#name, DOC_TEXT(why), PARAM_##param, PARAM_##other},
+#define COMBINATION(name, param, other, when, why) {DOC_TEXT(#name) DOC_TEXT(why) PARAM_##param, PARAM_##other},
 #include "firmware/app/combinations.def"
 #undef COMBINATION
 };

@@ -5,10 +5,12 @@
 #ifndef FIRMWARE_APP_COMBINATIONS_H
 #define FIRMWARE_APP_COMBINATIONS_H
 
+#include "firmware/app/doc_text.h"
 #include "firmware/app/parameters.h"
 
 typedef struct {
-    const char *name, *why;   /**< `why` stands behind the two values; "" on the chip. */
+    DOC_MEMBER(const char *name;)
+    DOC_MEMBER(const char *why;) /**< Stands behind the two values. */
     uint16_t    param, other; /**< Of the parameter table. */
 } combination_info_t;
 

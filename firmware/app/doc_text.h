@@ -5,10 +5,13 @@
 #ifndef FIRMWARE_APP_DOC_TEXT_H
 #define FIRMWARE_APP_DOC_TEXT_H
 
+/* DOC_MEMBER(declaration;) is a member that holds such a text, DOC_TEXT(text) its initializer with the comma behind it. */
 #ifdef EVENSPIN_NO_TEXTS
-#define DOC_TEXT(text) ""
+#define DOC_MEMBER(declaration)
+#define DOC_TEXT(text)
 #else
-#define DOC_TEXT(text) text
+#define DOC_MEMBER(declaration) declaration
+#define DOC_TEXT(text) text,
 #endif
 
 #endif

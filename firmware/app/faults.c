@@ -2,11 +2,9 @@
 
 #include <stddef.h>
 
-#include "firmware/app/doc_text.h"
-
 static const fault_info_t TABLE[FAULT_COUNT] = {
-    {"none", "", ""},
-#define FAULT(name, cause, check) {#name, DOC_TEXT(cause), DOC_TEXT(check)},
+    {"none", DOC_TEXT("") DOC_TEXT("")},
+#define FAULT(name, cause, check) {#name, DOC_TEXT(cause) DOC_TEXT(check)},
 #include "firmware/app/faults.def"
 #undef FAULT
 };

@@ -7,6 +7,8 @@
 
 #include <stdint.h>
 
+#include "firmware/app/doc_text.h"
+
 typedef enum {
     FAULT_none = 0,
 #define FAULT(name, cause, check) FAULT_##name,
@@ -16,7 +18,9 @@ typedef enum {
 } drive_fault_t;
 
 typedef struct {
-    const char *name, *cause, *check;
+    const char *name;
+    DOC_MEMBER(const char *cause;)
+    DOC_MEMBER(const char *check;)
 } fault_info_t;
 
 /** Row of the list; NULL beyond its end. */

@@ -2,8 +2,6 @@
 
 #include <stddef.h>
 
-#include "firmware/app/doc_text.h"
-
 typedef struct {
     param_info_t info;
     size_t       offset;
@@ -11,14 +9,14 @@ typedef struct {
 
 static const row_t TABLE[PARAM_COUNT] = {
 #define PARAM_F(name, unit, def, lo, hi, doc)                                                                                    \
-    {{#name, unit, DOC_TEXT(doc), "", lo, hi, def, PARAM_KIND_FLOAT}, offsetof(drive_params_t, name)},
+    {{#name, unit, DOC_TEXT(doc) "", lo, hi, def, PARAM_KIND_FLOAT}, offsetof(drive_params_t, name)},
 #define PARAM_U(name, unit, def, lo, hi, doc)                                                                                    \
-    {{#name, unit, DOC_TEXT(doc), "", (float)(lo), (float)(hi), (float)(def), PARAM_KIND_INTEGER},                               \
+    {{#name, unit, DOC_TEXT(doc) "", (float)(lo), (float)(hi), (float)(def), PARAM_KIND_INTEGER},                               \
      offsetof(drive_params_t, name)},
 #define PARAM_B(name, def, doc)                                                                                                  \
-    {{#name, "", DOC_TEXT(doc), "", 0.0f, 1.0f, (float)(def), PARAM_KIND_FLAG}, offsetof(drive_params_t, name)},
+    {{#name, "", DOC_TEXT(doc) "", 0.0f, 1.0f, (float)(def), PARAM_KIND_FLAG}, offsetof(drive_params_t, name)},
 #define PARAM_E(name, def, choices, count, doc)                                                                                  \
-    {{#name, "", DOC_TEXT(doc), choices, 0.0f, (float)((count) - 1), (float)(def), PARAM_KIND_CHOICE},                           \
+    {{#name, "", DOC_TEXT(doc) choices, 0.0f, (float)((count) - 1), (float)(def), PARAM_KIND_CHOICE},                           \
      offsetof(drive_params_t, name)},
 #include "firmware/app/parameters.def"
 #undef PARAM_F

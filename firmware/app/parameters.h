@@ -8,6 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "firmware/app/doc_text.h"
+
 typedef struct {
 #define PARAM_F(name, unit, def, lo, hi, doc) float name;
 #define PARAM_U(name, unit, def, lo, hi, doc) uint16_t name;
@@ -23,7 +25,9 @@ typedef struct {
 typedef enum { PARAM_KIND_FLOAT = 0, PARAM_KIND_INTEGER, PARAM_KIND_FLAG, PARAM_KIND_CHOICE } param_kind_t;
 
 typedef struct {
-    const char  *name, *unit, *doc, *choices;
+    const char *name, *unit;
+    DOC_MEMBER(const char *doc;)
+    const char  *choices;
     float        min, max, def;
     param_kind_t kind;
 } param_info_t;

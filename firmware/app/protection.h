@@ -8,8 +8,12 @@
 
 #include "firmware/app/internal.h"
 
-/* NaN compares false. & instead of &&: one branch for all of them. */
+/* NaN compares false; the chip takes it for an infinity, which is beyond every limit. & instead of &&: one branch for all of them. */
+#ifdef CTL_HAS_FPU
+static inline bool drive_is_within(float x, float limit) { return fpu_max(x, -x) <= limit; }
+#else
 static inline bool drive_is_within(float x, float limit) { return (bool)((x <= limit) & (x >= -limit)); }
+#endif
 
 /** The phase currents of the sample, less their offsets, within over_current_a. */
 static inline bool drive_currents_allowed(const drive_t *d, const drive_limits_t *limits)

@@ -1,7 +1,5 @@
 #include "firmware/app/telemetry.h"
 
-#include "firmware/app/doc_text.h"
-
 static const signal_info_t TABLE[SIGNAL_COUNT] = {
 #define SIGNAL(name, unit, expression, doc) {#name, unit, DOC_TEXT(doc)},
 #include "firmware/app/telemetry.def"

@@ -5,10 +5,12 @@
 #ifndef FIRMWARE_APP_TELEMETRY_H
 #define FIRMWARE_APP_TELEMETRY_H
 
+#include "firmware/app/doc_text.h"
 #include "firmware/app/drive.h"
 
 typedef struct {
-    const char *name, *unit, *doc;
+    const char *name, *unit;
+    DOC_MEMBER(const char *doc;)
 } signal_info_t;
 
 enum {

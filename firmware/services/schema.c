@@ -8,7 +8,8 @@
 #include "firmware/link/protocol.h"
 
 typedef struct {
-    const char *name, *doc;
+    const char *name;
+    DOC_MEMBER(const char *doc;)
 } command_info_t;
 
 static const command_info_t COMMANDS[LINK_COMMANDS] = {
