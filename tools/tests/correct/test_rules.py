@@ -43,13 +43,14 @@ EFFECTS = {  # outside of what a healthy unit may be off by
 }
 
 
-def _proposed(effects, halves=None):
+def _proposed(effects, halves=None, recorded=()):
     """A log with these effects, and what is proposed when they are known, within `halves`."""
     machine = replace(load_machine(builtin_models()["servo"]), effects=effects)
     experiments = planning.plan(machine, 1)
     meta = planning.meta(experiments, "case")
     found = Found(effects, halves or {}, np.zeros(9), Nominal.of(MetaNumbers(Path("case"), meta)))
     wanted = {name for effect in effects for name in RULES[effect].spoils(found, [effect]).records}
+    wanted = set(recorded) or wanted
     case = Case(Path("case"), meta, {e.name: planning.perform(e) for e in experiments if e.name in wanted})
     return propose(case, "case", tuple(effects), found)
 
@@ -100,6 +101,15 @@ def test_a_size_that_its_interval_swallows_is_not_corrected():
 
     assert proposal.corrections == ()
     assert "uncertain" in proposal.left[0].reason
+
+
+def test_a_ripple_is_measured_under_load_where_the_staircase_was_not_recorded():
+    proposal = _proposed({"cogging": EFFECTS["cogging"]}, recorded=("staircase_load",))
+    assert proposal.corrections[0].spoils.records == ("staircase_load",)
+    assert proposal.corrections[0].predicted.reduction > 0.8
+
+    nowhere = _proposed({"cogging": EFFECTS["cogging"]}, recorded=("reversal",))
+    assert nowhere.corrections == () and "was not recorded" in nowhere.left[0].reason
 
 
 def test_what_spoils_nothing_is_not_corrected():

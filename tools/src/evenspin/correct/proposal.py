@@ -18,6 +18,8 @@ from evenspin.log.case import Case
 
 WORTH = 0.25  # least share of what the effects add that a correction must take away to be proposed...
 SEEN = 0.1  # ...and of the quantity as it is measured
+STEADY = ("speed_ripple", "commutation")  # what any steady stretch shows
+INSTEAD = {"staircase": "staircase_load"}
 SURE = 1.0  # of the quantity without it: a machine at an end of the intervals must not end up above this
 
 Progress = Callable[[float], None]
@@ -63,7 +65,7 @@ def propose(
     """From named effects to corrections whose effect on their own quantity has been simulated."""
     named = [effect for effect in verdict if effect in found.effects]
     left = [NotCorrected(effect, rule.reason) for effect in named if isinstance(rule := rule_of(effect), NoRule)]
-    drafts = _drafts(found, named, left)
+    drafts = [replace(draft, spoils=_recorded(case, draft.spoils)) for draft in _drafts(found, named, left)]
     simulated = Simulated(case, found)
     kept: list[Correction] = []
     for number, draft in enumerate(drafts):
@@ -127,6 +129,13 @@ def _tuned(simulated: Simulated, draft: _Draft) -> _Draft:
         return draft
     chosen = simulated.best(draft.spoils, draft.changes, *rule.chosen(simulated.found))
     return replace(draft, changes=(*draft.changes, chosen))
+
+
+def _recorded(case: Case, spoils: Quantity) -> Quantity:
+    """From other records where its own were not recorded, or were left out because they did not start at rest."""
+    if spoils.kind not in STEADY or any(name in case.experiments for name in spoils.records):
+        return spoils
+    return replace(spoils, records=tuple(INSTEAD.get(name, name) for name in spoils.records))
 
 
 def _missing(case: Case, draft: _Draft) -> str:
