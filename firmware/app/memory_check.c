@@ -77,21 +77,24 @@ static bool set_is_kept(drive_t *d)
     return (to < size) || (k->sum == k->set[of]);
 }
 
-/* Numbers without a gap between them, as they were copied. The limits of each controller are +-out_max. */
+/* Bit by bit: one was copied from the other. Only numbers without a gap between them. */
+static bool same(const void *copy, const void *of, size_t size) { return memcmp(copy, of, size) == 0; }
+
+/* The limits of each controller are +-out_max. */
 static bool same_pi(const ctl_pi_t *pi, const ctl_pi_params_t *p)
 {
-    return (memcmp(&pi->params, p, 4U * sizeof(num_t)) == 0) && (pi->params.anti_windup == p->anti_windup) &&
-           (pi->bound == p->out_max);
+    return same(&pi->params, p, 4U * sizeof(num_t)) && (pi->params.anti_windup == p->anti_windup) && (pi->bound == p->out_max);
 }
 
 static bool copies_are_kept(const drive_t *d)
 {
-    const drive_setup_t *const s = d->setup;
+    const drive_setup_t *const   s = d->setup;
+    const ctl_mt_params_t *const mt = &d->speed.mt.params;
     return same_pi(&d->current.d, &s->current.pi) && same_pi(&d->current.q, &s->current.pi) &&
            same_pi(&d->speed.pi, &s->speed.pi) && same_pi(&d->position.pi, &s->position.velocity_pi) &&
-           (memcmp(&d->tracking.pll.params, &s->tracking.pll, sizeof s->tracking.pll) == 0) &&
-           (memcmp(&d->speed.mt.params, &s->speed.mt, sizeof(uint32_t) + (2U * sizeof(num_t))) == 0) &&
-           (d->speed.mt.params.stop_samples == s->speed.mt.stop_samples) && (memcmp(&d->scale, &s->scale, sizeof s->scale) == 0);
+           same(&d->tracking.pll.params, &s->tracking.pll, sizeof s->tracking.pll) &&
+           same(mt, &s->speed.mt, sizeof(uint32_t) + (2U * sizeof(num_t))) && (mt->stop_samples == s->speed.mt.stop_samples) &&
+           same(&d->scale, &s->scale, sizeof s->scale);
 }
 
 /* The interrupts only ever make FAULT of the state. An alignment begins with the bridge off. */
