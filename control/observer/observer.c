@@ -125,14 +125,17 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     s->speed_slow = (num_t)0;
     s->step_slow = (num_t)0;
     s->turn_samples = UINT16_MAX;
+    s->rounding = 0U;
+    s->kept_rounding = 0U;
     s->synchronous = false;
+    ctl_kept_order_clear(&s->kept);
 }
 
-/* Is the rounding error of the encoder, folded by sampling, slow and a whole order of the turn? */
-static bool rounding_is_learned(const ctl_observer_params_t *p, uint32_t step)
+/* Order of the turn that the rounding error of the encoder has, folded by sampling, and 1, where it is slow and a whole one; else 0. */
+static uint16_t rounding_order(const ctl_observer_params_t *p, uint32_t step)
 {
     if (!(p->sync_band > (num_t)0) || (p->encoder_counts == 0U)) {
-        return false;
+        return 0U;
     }
     const uint32_t cycles = (uint32_t)((uint64_t)p->encoder_counts * step); /* counts per sample without the whole ones, 2^-32 */
     const uint32_t folded = (cycles < UINT32_C(0x80000000)) ? cycles : (0U - cycles);
@@ -141,9 +144,9 @@ static bool rounding_is_learned(const ctl_observer_params_t *p, uint32_t step)
 #else
     const uint32_t band = (uint32_t)(p->sync_band * 4294967040.0f);
 #endif
-    const uint32_t beyond = folded % step; /* order = folded / step, in turns of the sawtooth per turn of the shaft */
-    const uint32_t off = (beyond < (step / 2U)) ? beyond : (step - beyond);
-    return (folded < band) && (off < (step / 16U));
+    const uint32_t order = (folded + (step / 2U)) / step; /* nearest; turns of the sawtooth per turn of the shaft, below 2^16 */
+    const uint32_t off = angle_size(folded - (order * step));
+    return ((folded < band) && (off < (step / 16U))) ? (uint16_t)(order + 1U) : (uint16_t)0U;
 }
 
 /* Angle in one sample at that speed, at most half a turn. */
@@ -165,15 +168,29 @@ void ctl_observer_target(ctl_observer_t *self, num_t speed)
     ctl_observer_state_t *const        s = &self->state;
     const num_t                        w = num_guard(speed, (num_t)0, &s->rejected);
     uint16_t                           samples = UINT16_MAX;
-    bool                               synchronous = false;
+    uint16_t                           rounding = 0U;
     const uint32_t                     step = step_at(p, w);
     if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
         const uint32_t whole = UINT32_MAX / step;
         samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
-        synchronous = rounding_is_learned(p, step);
+        rounding = rounding_order(p, step);
     }
     s->turn_samples = samples; /* each at once: an interrupt reads them */
-    s->synchronous = synchronous;
+    s->rounding = rounding;
+    s->synchronous = (rounding != 0U) && (rounding != s->kept_rounding);
+}
+
+void ctl_observer_keep_rounding(ctl_observer_t *self)
+{
+    ctl_observer_state_t *const           s = &self->state;
+    const ctl_angle_memory_state_t *const m = &s->memory.state;
+    uint16_t                              order = 0U;
+    if ((self->params.kind == CTL_OBSERVER_ARO) && (s->rounding != 0U)) {
+        order = (uint16_t)((s->rounding - 1U) % m->grid.cells);
+        order = ((2U * (uint32_t)order) > m->grid.cells) ? (uint16_t)(m->grid.cells - order) : order; /* as N points see it */
+    }
+    ctl_kept_order_step(&s->kept, &m->grid, order, m->position.below, self->params.memory.limit);
+    s->kept_rounding = (s->kept.known != 0U) ? s->rounding : (uint16_t)0U;
 }
 
 void ctl_observer_update_quality(ctl_observer_t *self)

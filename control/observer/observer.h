@@ -17,7 +17,9 @@
  * Rounding of the encoder. With c counts per sample the rounding error is a sawtooth of c cycles per sample, which
  * sampling folds to |c - nearest whole number| cycles per sample. Where that is slow enough to pass the filters and is
  * a whole order of the turn (to 1/16), every turn sees the same error and it appears as torque: with 2^17 counts and
- * 10 kHz at 2000 r/min, order 28. At such target speeds the memory is used but not written (ctl_observer_target).
+ * 10 kHz at 2000 r/min, order 28. At such target speeds (ctl_observer_target) ARO learns all but this order, which stays as it
+ * was (kept_order.h; an order beyond half of the points as that for which they take it). Until that is known, and where the points
+ * cannot tell it from the mean, the memory is used but not written.
  * The order is known to counts times the relative error of the angle per sample: 2^32 / samples per turn is a whole
  * number there (0.03 orders at 500 r/min), and in fixed point rad_per_speed should be a number that 2^-24 can resolve.
  *
@@ -32,6 +34,7 @@
 #define CONTROL_OBSERVER_OBSERVER_H
 
 #include "control/memory/ring.h"
+#include "control/memory/kept_order.h"
 #include "control/observer/angle_memory.h"
 
 #define CTL_ARO_AGE_MAX 31U
@@ -78,8 +81,11 @@ typedef struct {
     num_t              speed_slow;   /**< Speed, low-passed over some 100 samples. */
     num_t              step_slow;    /**< Change of the speed per sample, low-passed over some 100 samples. */
     uint16_t           turn_samples; /**< Samples per turn at the target speed, nearest; 65535 when it stands or creeps. */
-    bool               synchronous;  /**< Learning pauses because of the encoder's rounding. */
-    bool               held;         /**< By command: ctl_observer_hold. */
+    uint16_t           rounding; /**< Order that the encoder's rounding has at the target speed, and 1; 0: none that counts. */
+    ctl_kept_order_t   kept;     /**< ARO: that order as the memory sees it, which is not learned. */
+    uint16_t           kept_rounding; /**< `rounding` for which `kept` is known, else 0. */
+    bool               synchronous;   /**< Learning pauses because of the encoder's rounding. */
+    bool               held;          /**< By command: ctl_observer_hold. */
     uint32_t           rejected;
 } ctl_observer_state_t;
 
@@ -149,6 +155,8 @@ static inline void ctl_observer_hold(ctl_observer_t *self, bool hold) { self->st
  * rounding would be learned. Cost: one 32-bit and one 64-bit product, three 32-bit divisions; for the main loop.
  */
 void ctl_observer_target(ctl_observer_t *self, num_t speed);
+/** ARO: hold the order of the rounding as it was, a few cells a call. For the main loop; acts at the next ctl_observer_target. */
+void ctl_observer_keep_rounding(ctl_observer_t *self);
 /** Update the quality figure, once a sample or less often, while learning is allowed. For the main loop. */
 void ctl_observer_update_quality(ctl_observer_t *self);
 /** Mean size of the innovation over mean size of the observed torque: 1 nothing learned, near 0 everything. */

@@ -164,7 +164,7 @@ static void wait_for_start(drive_t *d)
     }
 }
 
-/* Background work of the observer: target speed, quality figure. */
+/* Background work of the observer: target speed, the order of the encoder's rounding, quality figure. */
 static void attend_observer(drive_t *d)
 {
     if (d->setup->observer.used) {
@@ -172,6 +172,7 @@ static void attend_observer(drive_t *d)
         ctl_observer_target(&d->observer.observer, (c->mode == DRIVE_MODE_POSITION)
                                                        ? d->position.setpoint.speed
                                                        : drive_per_base(c->speed_ref_rad_s, d->scale.inv_speed));
+        ctl_observer_keep_rounding(&d->observer.observer);
         ctl_observer_update_quality(&d->observer.observer);
     }
 }

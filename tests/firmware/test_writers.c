@@ -241,6 +241,9 @@ static const member_t MEMBERS[] = {
     MEMBER(observer.observer.state.seen, MAIN | REST),
     MEMBER(observer.observer.state.memory.state.change, MAIN | REST),
     MEMBER(observer.observer.state.turn_samples, MAIN | REST),
+    MEMBER(observer.observer.state.rounding, MAIN | REST),
+    MEMBER(observer.observer.state.kept, MAIN | REST),
+    MEMBER(observer.observer.state.kept_rounding, MAIN | REST),
     MEMBER(observer.observer.state.synchronous, MAIN | REST),
     MEMBER(observer.observer, CURRENT | TAKE_OVER | REST),
     MEMBER(observer.meter.prepared, MAIN | REST),
@@ -271,8 +274,9 @@ static const member_t MEMBERS[] = {
     MEMBER(motion, SPEED),
     MEMBER(timing.speed, SPEED),
     MEMBER(rc_memory, SPEED | REST),
-    /* the observer's part by the current interrupt, the position loop's by the speed interrupt (drive_build_position_memory) */
-    MEMBER(observer_memory, CURRENT | SPEED | REST),
+    /* the observer's part by the current interrupt, the position loop's by the speed interrupt (drive_build_position_memory);
+     * at a synchronous speed the main loop takes an order out of the former, cell by cell, each one word (kept_order.h) */
+    MEMBER(observer_memory, CURRENT | SPEED | MAIN | REST),
     /* the main loop's */
     MEMBER(timing.epoch, MAIN | REST),
     MEMBER(storage, MAIN | REST),

@@ -1044,6 +1044,85 @@ void test_ctl_observer_at_a_synchronous_speed_uses_its_memory_and_does_not_write
     TEST_ASSERT_FALSE(is_kept());
 }
 
+/* 2000 r/min: rounding of order 28, which is no torque, beside a torque of order 12. */
+static double learned_at_2000_rpm(uint16_t order, int keeps)
+{
+    const double speed = 209.43951;
+    for (int k = 0; k < 30000; k++) {
+        const double theta = speed * TS_S * k;
+        if ((k % 10) == 0) {
+            (void)is_synchronous(2000.0);
+            if (keeps != 0) {
+                ctl_observer_keep_rounding(&observer);
+            }
+        }
+        const double then = theta - (speed * TS_S * 10.5);
+        (void)step(theta, speed, (0.3 * cos(12.0 * then)) + (0.4 * cos(28.0 * then)));
+    }
+    double                  a = 0.0;
+    double                  b = 0.0;
+    const ctl_grid_t *const grid = &observer.state.memory.state.grid;
+    for (uint16_t i = 0U; i < grid->cells; i++) {
+        a += 2.0 / grid->cells * value_of(grid->cell[i]) * cos(order * TWO_PI * i / grid->cells);
+        b += 2.0 / grid->cells * value_of(grid->cell[i]) * sin(order * TWO_PI * i / grid->cells);
+    }
+    return hypot(a, b);
+}
+
+void test_ctl_observer_at_a_synchronous_speed_learns_all_but_the_order_of_the_rounding(void)
+{
+    start_with_encoder(ENCODER, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(0.0, 0.0, learned_at_2000_rpm(12U, 0)); /* until it is kept nothing is learned */
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.3, learned_at_2000_rpm(12U, 1));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, learned_at_2000_rpm(28U, 1));
+    TEST_ASSERT_FALSE(is_synchronous(2000.0));
+
+    start_with_encoder(ENCODER, 0.0); /* without: as torque */
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.4, learned_at_2000_rpm(28U, 1));
+}
+
+/* Rounding of order 28: 50 points take it for order 22 (50 - 28), 40 for order 12 (28 mod 40, turned round), 28 for the mean. */
+void test_ctl_observer_with_fewer_points_than_the_rounding_has_waves_keeps_the_order_for_which_they_take_it(void)
+{
+    static const struct {
+        uint16_t cells, order;
+    } CASES[] = {{CELLS, 28U}, {57U, 28U}, {50U, 22U}, {40U, 12U}, {28U, 0U}, {20U, 8U}};
+    for (size_t i = 0; i < COUNT_OF(CASES); i++) {
+        start_with_encoder(ENCODER, 0.1);
+        observer.state.memory.state.grid.cells = CASES[i].cells;
+        TEST_ASSERT_TRUE(is_synchronous(2000.0));
+        ctl_observer_keep_rounding(&observer);
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(CASES[i].order, observer.state.kept.order, at("%u points", (unsigned)CASES[i].cells));
+        TEST_ASSERT_EQUAL(CASES[i].order == 0U, is_synchronous(2000.0));
+    }
+}
+
+void test_ctl_observer_rests_where_the_rounding_is_a_slow_drift(void)
+{
+    start_with_encoder(ENCODER, 0.1);
+    const double whole = 60.0 * 10000.0 * 400.0 / 131072.0; /* 400 counts a sample, 1831 r/min */
+    TEST_ASSERT_TRUE(is_synchronous(whole));
+    ctl_observer_keep_rounding(&observer);
+    TEST_ASSERT_TRUE(is_synchronous(whole));
+}
+
+void test_ctl_observer_forgets_what_it_kept_at_another_speed_and_at_a_reset(void)
+{
+    start_with_encoder(ENCODER, 0.1);
+    for (int k = 0; k < 2; k++) {
+        TEST_ASSERT_TRUE(is_synchronous(2000.0));
+        ctl_observer_keep_rounding(&observer);
+        TEST_ASSERT_FALSE(is_synchronous(2000.0));
+        if (k == 0) {
+            TEST_ASSERT_FALSE(is_synchronous(1999.3));
+            ctl_observer_keep_rounding(&observer);
+        } else {
+            ctl_observer_reset(&observer, true);
+        }
+        TEST_ASSERT_TRUE(is_synchronous(2000.0));
+    }
+}
+
 /* ---- quality ----------------------------------------------------------------------------------------------------------- */
 
 void test_ctl_observer_innovation_ratio_falls_from_1_to_nearly_0(void)

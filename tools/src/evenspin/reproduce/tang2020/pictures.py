@@ -190,7 +190,7 @@ def sweep_picture(result: Result) -> Picture | None:
     panel.plot(rpm[rests], on[rests], "o", color=OTHER_COLOURS[3], label="learning pauses", markersize=5)
     panel.set(xlabel="speed [rpm]", ylabel="speed ripple [rpm rms]", yscale="log", xlim=(0.0, rpm.max() * 1.02))
     finish(figure, axes, 1)
-    text = "At the marked speeds the rounding of the encoder repeats from turn to turn; there nothing is learned."
+    text = "At marked speeds nothing is learned, since the rounding of the encoder repeats from turn to turn."
     data = {"speed_rpm": rpm, "off_rpm": off, "on_rpm": on, "rests": rests.astype(float)}
     return Picture("sweep", "Sweep", text, to_svg(figure), data)
 

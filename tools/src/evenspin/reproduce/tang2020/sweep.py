@@ -1,6 +1,7 @@
 """Speeds from 50 to 2500 rpm: is there one at which the observer makes the ripple larger?
 
-At some speeds every turn sees the same rounding errors of the encoder, which appear as torque; there learning pauses.
+At some speeds every turn sees the same rounding errors of the encoder, which appear as torque; there their order is not
+learned.
 """
 
 from __future__ import annotations

@@ -78,8 +78,9 @@ def swept(result: Result) -> TableView:
     ]
     marks = ["" if point.on_rpm <= point.allowed_rpm else "bad" for point in result.sweep]
     text = (
-        "aro-beyond at any speed. pauses: every turn would see the same rounding of the encoder below aro_sync_hz, so "
-        "nothing is learned there. ok: not more ripple than without, up to what two windows without it differ."
+        "aro-beyond at any speed. pauses: nothing is learned, because the points cannot tell the encoder's rounding, "
+        "which every turn sees alike, from the mean. ok: not more ripple than without, up to what two windows without "
+        "it differ."
     )
     return TableView("Sweep", text, ("rpm", "off rpm", "on rpm", "rms -%", "learning", "verdict"), rows, marks, left=0)
 
