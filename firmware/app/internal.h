@@ -33,7 +33,7 @@ uint16_t drive_make_reference(const drive_params_t *params, const drive_scale_t 
 void     drive_rest_reference(ctl_reference_state_t *state, const drive_reference_setup_t *setup);
 /** reference_setup.c: bound of the torque that is asked for, as q current. */
 float drive_torque_limit_a(const drive_params_t *params);
-/** current_reference.c: one sample; speed interrupt, after the loop. Only where it is used. */
+/** reference_step.c: one sample; speed interrupt, after the loop. Only where it is used. */
 void drive_refer_currents(drive_t *d);
 
 uint16_t drive_make_tracking(const drive_params_t *params, const drive_scale_t *scale, drive_tracking_setup_t *setup);

@@ -1,4 +1,4 @@
-/* MTPA and field weakening: their share of the setup. The step is in current_reference.c. Main loop. */
+/* MTPA and field weakening: their share of the setup. The step is in reference_step.c. Main loop. */
 #include "firmware/app/internal.h"
 
 /* The correction of the voltage: time constants. Falling, several samples of a speed loop of 1 kHz; rising, several falls. */
