@@ -1,5 +1,7 @@
 """MTPA and field weakening on the salient machine that comes with the package, and what is refused."""
 
+from collections.abc import Mapping
+
 import evenspin as es
 import numpy as np
 import pytest
@@ -12,10 +14,10 @@ FAST = {
 }  # fmt: skip
 
 
-def run(drive: dict[str, object], **event: float) -> es.Run:
+def run(drive: Mapping[str, object], **event: float) -> es.Run:
     scenario = {
         "name": "weak", "model": "tang2020-rig1", "duration_s": 1.0, "seed": 1, "log_rate_hz": 1000.0,
-        "drive": {"method": "pi"} | drive, "event": [{"at_s": 0.0} | event],
+        "drive": {"method": "pi", **drive}, "event": [{"at_s": 0.0} | event],
     }  # fmt: skip
     return es.load(scenario).change(viscous_nms=1e-3).simulate()
 
