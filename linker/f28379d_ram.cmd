@@ -12,10 +12,10 @@ MEMORY
     BOOT_RSVD   : origin = 0x000002, length = 0x000121
     RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 above the boot ROM's, M1 without its last 8 words (errata) */
     RAM_PROGRAM : origin = 0x008000, length = 0x00E000   /* LS0..LS5, D0, D1, GS0..GS9: 56 k words */
-    RAM_DRIVE   : origin = 0x016000, length = 0x004400   /* GS10..GS13, first quarter of GS14 */
-    RAM_CAPTURE : origin = 0x01A400, length = 0x000200   /* GS14 */
-    RAM_BOX     : origin = 0x01A600, length = 0x000200   /* GS14 */
-    RAM_DATA    : origin = 0x01A800, length = 0x0017F8   /* GS14's upper half, GS15 without its last 8 words (errata) */
+    RAM_DRIVE   : origin = 0x016000, length = 0x004480   /* GS10..GS13, more than a quarter of GS14 */
+    RAM_CAPTURE : origin = 0x01A480, length = 0x000200   /* GS14 */
+    RAM_BOX     : origin = 0x01A680, length = 0x000200   /* GS14 */
+    RAM_DATA    : origin = 0x01A880, length = 0x001778   /* the rest of GS14, GS15 without its last 8 words (errata) */
 }
 
 SECTIONS

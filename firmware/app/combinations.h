@@ -11,7 +11,7 @@
 typedef struct {
     DOC_MEMBER(const char *name;)
     DOC_MEMBER(const char *why;) /**< Stands behind the two values. */
-    uint16_t    param, other; /**< Of the parameter table. */
+    uint16_t param, other;       /**< Of the parameter table. */
 } combination_info_t;
 
 /** Row of the list; NULL beyond its end. */

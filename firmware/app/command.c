@@ -12,28 +12,13 @@ static bool inside(float x, float limit) { return (x <= limit) && (x >= -limit);
 
 static float cut(float x, float limit) { return (x > limit) ? limit : ((x < -limit) ? -limit : x); }
 
-static float larger(float a, float b) { return (a > b) ? a : b; }
-
-/* Longest current vector: the larger of the two limits, and nothing that would trip. */
-static float longest_a(const drive_params_t *p)
-{
-    const float limit = larger(p->iq_limit_a, p->id_limit_a);
-    return (limit < p->over_current_a) ? limit : p->over_current_a;
-}
-
 /* What @p id leaves for the q axis: the d axis comes first, it may hold the voltage down. */
 static float room_a(const drive_params_t *p, float id_a)
 {
-    const float longest = longest_a(p);
+    const float longest = drive_longest_a(p);
     const float part = id_a / longest; /* within +-1 */
     const float room = longest * num_to_float(num_sqrt(num_from_float((1.0f - part) * (1.0f + part))));
     return (room < p->iq_limit_a) ? room : p->iq_limit_a;
-}
-
-static float id_max_a(const drive_params_t *p)
-{
-    const float longest = longest_a(p);
-    return (p->id_limit_a < longest) ? p->id_limit_a : longest;
 }
 
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *c, float *limit)
@@ -55,7 +40,7 @@ uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *c, float
     if (!inside(c->speed_ref_rad_s, *limit)) {
         return DRIVE_COMMAND_SPEED;
     }
-    *limit = id_max_a(p);
+    *limit = ((c->mode == DRIVE_MODE_CURRENT) || !drive_newest(d)->setup.reference.used) ? drive_id_max_a(p) : 0.0f;
     if (!inside(c->id_ref_a, *limit)) {
         return DRIVE_COMMAND_ID;
     }
@@ -71,7 +56,7 @@ static void hand_over(drive_t *d, const drive_command_t *c)
     const drive_params_t *const p = coming(d);
     const uint16_t              idle = (uint16_t)((d->command_at & 1U) ^ 1U);
     drive_order_t *const        order = &d->order[idle];
-    const float                 id = cut(c->id_ref_a, id_max_a(p));
+    const float                 id = cut(c->id_ref_a, drive_id_max_a(p));
     d->command[idle] = *c;
     d->command[idle].speed_ref_rad_s = cut(c->speed_ref_rad_s, p->over_speed_rad_s);
     order->torque = c->mode == DRIVE_MODE_CURRENT;

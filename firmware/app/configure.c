@@ -19,9 +19,11 @@ static drive_scale_t make_scale(const drive_params_t *p)
     return s;
 }
 
+num_t drive_number(float x) { return num_from_float(x); }
+
 num_t drive_fitted(float x, uint16_t param, uint16_t *culprit)
 {
-    const num_t n = num_from_float(x);
+    const num_t n = drive_number(x);
     if ((num_abs(n) >= NUM_MAX) && (*culprit == (uint16_t)PARAM_COUNT)) {
         *culprit = param;
     }
@@ -30,7 +32,7 @@ num_t drive_fitted(float x, uint16_t param, uint16_t *culprit)
 
 ctl_pi_params_t drive_pi(num_t kp, num_t ki_ts, float limit, ctl_pi_anti_windup_t anti_windup)
 {
-    const ctl_pi_params_t pi = {kp, ki_ts, num_from_float(-limit), num_from_float(limit), anti_windup};
+    const ctl_pi_params_t pi = {kp, ki_ts, drive_number(-limit), drive_number(limit), anti_windup};
     return pi;
 }
 
@@ -53,6 +55,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     drive_make_correction(p, &s->scale, &s->sensors);
     drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
+    bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_reference(p, &s->scale, &s->reference);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_speed(p, &s->scale, &s->speed);
     return (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_observer(p, &s->scale, &s->observer);
@@ -87,6 +90,7 @@ uint16_t drive_build(drive_t *d)
         s->observer.meter_used = false;
         s->observer.used = false;
         s->sensors.used = false;
+        s->reference.used = false;
         s->sensors.learns = false;
         drive_build_correction(&d->sensors, &s->sensors, &s->scale);
         return bad;
@@ -111,6 +115,7 @@ void drive_rest(drive_t *d)
 {
     drive_rest_current(&d->current);
     drive_rest_speed(&d->speed, &d->setup->speed);
+    drive_rest_reference(&d->reference, &d->setup->reference);
     drive_rest_observer(&d->observer, &d->setup->observer);
     drive_rest_position(&d->position);
     ctl_turn_spoil(&d->sensors.log); /* a new run */

@@ -22,13 +22,14 @@ static void make_learning(const drive_params_t *p, const drive_scale_t *scale, c
 void drive_make_correction(const drive_params_t *p, const drive_scale_t *scale, drive_sensors_setup_t *s)
 {
     s->used = p->current_correction != (uint16_t)DRIVE_CORRECTION_OFF;
-    s->plain_state = (s->used || (p->dead_time_s > 0.0f)) ? (drive_state_t)(DRIVE_FAULT + 1) : DRIVE_RUN;
+    const bool refers = (p->mtpa | p->field_weakening) != 0U;
+    s->plain_state = (s->used || refers || (p->dead_time_s > 0.0f)) ? (drive_state_t)(DRIVE_FAULT + 1) : DRIVE_RUN;
     s->three = (p->current_sensors == 1U) || !s->used;
     s->compensates = p->dead_time_s > 0.0f;
     s->dead_share = num_from_float(p->dead_time_s * (float)DRIVE_PWM_HZ);
     s->per_soft = num_from_float(scale->current_a / p->dead_time_soft_a);
     /* without a correction three sensors count as they are: three, too */
-    s->more = s->compensates || s->three;
+    s->more = s->compensates || s->three || refers;
     s->learns = p->current_correction == (uint16_t)DRIVE_CORRECTION_LEARNED;
     const float offset[3] = {p->current_offset_a_a, p->current_offset_b_a, p->current_offset_c_a};
     const float gain[3] = {p->current_gain_a, p->current_gain_b, p->current_gain_c};

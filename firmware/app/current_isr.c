@@ -20,6 +20,7 @@ void drive_command_nothing(drive_t *d)
     const ctl_dq_t zero = {(num_t)0, (num_t)0};
     d->current.ref = zero;
     d->current.volt = zero;
+    d->current.torque = (num_t)0;
     d->speed.ref_rad_s = 0.0f;
     d->speed.iq_ref = (num_t)0;
     d->speed.fed = (num_t)0;
@@ -45,9 +46,7 @@ static inline void track(drive_t *d, const drive_setup_t *setup)
     const angle_t           before = t->theta_m;
     angle_t                 theta = encoder_angle(d);
 
-    if ((((theta - t->expected) + jump) <= (2U * jump)) & (speed <= limit)) {
-        t->jump_periods = 0U;
-    } else {
+    if ((((theta - t->expected) + jump) > (2U * jump)) | !(speed <= limit)) {
         theta = drive_judge_motion(d, speed, theta);
     }
     t->theta_m = theta;
@@ -65,7 +64,7 @@ static inline void observe(drive_t *d, const drive_setup_t *setup)
         return;
     }
     o->seen.torque = ctl_disturbance_step_unchecked(&o->meter, &o->observer, setup->observer.used & (d->state == DRIVE_RUN),
-                                                    d->tracking.theta_m, d->tracking.pll.state.w, d->current.ref.q, d->speed.fed,
+                                                    d->tracking.theta_m, d->tracking.pll.state.w, d->current.torque, d->speed.fed,
                                                     &o->estimate);
     if (setup->observer.speed_asked) {
         o->seen.speed = ctl_meter_speed_unchecked(&o->meter);
@@ -143,6 +142,38 @@ static inline void take_references(drive_t *d)
 
     d->current.ref.d = order->id;
     d->current.ref.q = num_clamp(iq, num_neg(order->iq_max), order->iq_max);
+    d->current.torque = d->current.ref.q;
+}
+
+/* The voltage that the speed induces in each axis, of the currents that are asked for, into the integral parts: beyond base speed one
+ * axis disturbs the other by more than its controller's gain. */
+static void decouple(drive_current_t *c, const ctl_deadbeat_params_t *m, num_t w)
+{
+    const ctl_dq_t now = {num_neg(num_mul(num_mul(w, m->w_lq), c->ref.q)), num_mul(w, num_mac(m->w_psi, m->w_ld, c->ref.d))};
+    if (c->decoupled) { /* else the integral parts hold it already */
+        c->d.state.x = num_add(c->d.state.x, num_sub(now.d, c->induced.d));
+        c->q.state.x = num_add(c->q.state.x, num_sub(now.q, c->induced.q));
+    }
+    c->induced = now;
+    c->decoupled = true;
+}
+
+/* The same torque with the currents that MTPA and field weakening have chosen. */
+static void refer_currents(drive_t *d, const drive_setup_t *setup)
+{
+    drive_current_t *const             c = &d->current;
+    const ctl_reference_state_t *const r = &d->reference;
+    if (drive_active_order(d)->torque) {
+        c->decoupled = false;
+        return;
+    }
+    const num_t needed = num_sub(d->speed.iq_ref, d->observer.estimate);
+    c->ref.d = r->id;
+    c->ref.q = num_clamp(num_mul(needed, r->q_share), num_neg(r->iq_max), r->iq_max);
+    c->torque = num_mul(c->ref.q, r->gain);
+    if (setup->current.decouples) {
+        decouple(c, &setup->current.deadbeat, d->tracking.pll.state.w);
+    }
 }
 
 static void add_to_calibration(drive_t *d)
@@ -190,6 +221,9 @@ static inline void correct_more(drive_t *d, const drive_setup_t *setup, num_t le
         const drive_sensors_map_t *const m = &d->sensors.map[d->sensors.at];
         d->ic_a = ((d->sample.ic_a - d->offset_c_a) * m->scale[2]) - m->shift_a[2];
     }
+    if (setup->reference.used) {
+        refer_currents(d, setup);
+    }
     if (setup->sensors.compensates) {
         compensate_dead_time(d, setup, lead);
     }
@@ -199,7 +233,8 @@ static inline void act(drive_t *d, const drive_setup_t *setup)
 {
     angle_t at = d->tracking.theta_e;
     num_t   lead = (num_t)0;
-    if (d->state == setup->sensors.plain_state) { /* one branch for RUN and for sensors that need no correction */
+    if (d->state ==
+        setup->sensors.plain_state) { /* one branch for RUN, sensors that need no correction, and no field weakening */
         take_references(d);
         /* the voltage acts one period later and for one period: rotate it to the middle of that */
         lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
@@ -207,13 +242,14 @@ static inline void act(drive_t *d, const drive_setup_t *setup)
         correct_currents(d);
         take_references(d);
         lead = num_mul(setup->current.advance, d->tracking.pll.state.w);
-        if (setup->sensors.more) { /* one branch for both */
+        if (setup->sensors.more) { /* one branch for all of it */
             correct_more(d, setup, lead);
         }
     } else if ((d->state == DRIVE_ALIGN) && drive_align_step(d)) {
         at = d->align.at;
         const ctl_dq_t ref = {d->align.current_now, (num_t)0};
         d->current.ref = ref;
+        d->current.torque = (num_t)0;
     } else {
         if (d->state == DRIVE_OFFSET_CALIBRATION) {
             add_to_calibration(d);

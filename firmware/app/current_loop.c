@@ -16,9 +16,9 @@ static void make_deadbeat(const drive_params_t *p, const drive_scale_t *scale, d
     s->deadbeat.w_ld = drive_fitted(we * p->motor_ld_h * volt_per_amp, PARAM_motor_ld_h, culprit);
     s->deadbeat.w_lq = drive_fitted(we * p->motor_lq_h * volt_per_amp, PARAM_motor_lq_h, culprit);
     s->deadbeat.w_psi = drive_fitted(we * p->motor_psi_wb * scale->inv_voltage, PARAM_motor_psi_wb, culprit);
-    s->deadbeat.correction = num_from_float(p->deadbeat_correction);
-    s->deadbeat.c_max = num_from_float(p->over_current_a * scale->inv_current);
-    s->deadbeat.v_max = num_from_float(DRIVE_AXIS_BOUND);
+    s->deadbeat.correction = drive_number(p->deadbeat_correction);
+    s->deadbeat.c_max = drive_number(p->over_current_a * scale->inv_current);
+    s->deadbeat.v_max = drive_number(DRIVE_AXIS_BOUND);
 }
 
 uint16_t drive_make_current(const drive_params_t *p, const drive_scale_t *scale, drive_current_setup_t *s)
@@ -32,11 +32,12 @@ uint16_t drive_make_current(const drive_params_t *p, const drive_scale_t *scale,
     s->pi = drive_pi(drive_fitted(p->current_kp_v_per_a * per_amp, PARAM_current_kp_v_per_a, &culprit),
                      drive_fitted(p->current_ki_v_per_as * ts_s * per_amp, PARAM_current_ki_v_per_as, &culprit), DRIVE_AXIS_BOUND,
                      CTL_PI_HOLD);
-    s->voltage_limit = (p->voltage_limit_v > 0.0f) ? num_from_float(p->voltage_limit_v / scale->voltage_v) : NUM_MAX;
-    s->advance = num_from_float(p->angle_advance_periods * ts_s * (float)p->pole_pairs * scale->speed_rad_s / DRIVE_TWO_PI);
+    s->voltage_limit = (p->voltage_limit_v > 0.0f) ? drive_number(p->voltage_limit_v / scale->voltage_v) : NUM_MAX;
+    s->advance = drive_number(p->angle_advance_periods * ts_s * (float)p->pole_pairs * scale->speed_rad_s / DRIVE_TWO_PI);
     s->deadbeat_used = p->current_controller == 1U;
+    s->decouples = (p->field_weakening != 0U) && !s->deadbeat_used;
     uint16_t unused = PARAM_COUNT; /* a controller that is not asked for may be beyond the numeric */
-    make_deadbeat(p, scale, s, s->deadbeat_used ? &culprit : &unused);
+    make_deadbeat(p, scale, s, (s->deadbeat_used || s->decouples) ? &culprit : &unused);
     return culprit;
 }
 
@@ -70,6 +71,7 @@ void drive_build_current(drive_current_t *c, const drive_current_setup_t *s)
 
 void drive_rest_current(drive_current_t *c)
 {
+    c->decoupled = false;
     ctl_pi_reset(&c->d, (num_t)0);
     ctl_pi_reset(&c->q, (num_t)0);
     ctl_deadbeat_reset(&c->deadbeat);

@@ -17,6 +17,7 @@
 #define FIRMWARE_APP_DRIVE_H
 
 #include "control/motor/current_error.h"
+#include "control/motor/current_reference.h"
 #include "control/motor/dead_time.h"
 #include "control/motor/deadbeat.h"
 #include "control/motor/frames.h"
@@ -105,6 +106,7 @@ typedef struct {
     ctl_pi_params_t       pi; /**< Of both axes. */
     ctl_deadbeat_params_t deadbeat;
     bool                  deadbeat_used;
+    bool                  decouples;     /**< The voltages that the speed induces are fed forward. */
     num_t                 voltage_limit; /**< NUM_MAX: follow the dc link. */
     num_t                 advance;       /**< Voltage angle advance per mechanical speed, turns electrical. */
 } drive_current_setup_t;
@@ -152,11 +154,11 @@ typedef enum { DRIVE_CORRECTION_OFF = 0, DRIVE_CORRECTION_FIXED, DRIVE_CORRECTIO
 
 /** Correction of the current sensors. */
 typedef struct {
-    drive_state_t              plain_state; /**< RUN, or with a correction no state at all: in which nothing is corrected. */
-    bool                       used, learns, three, more; /**< `more`: three sensors, or a dead time. */
-    float                      offset[3], gain[3];        /**< By parameters; offsets in current units. */
-    bool                       compensates;               /**< The dead time of the bridge, too. */
-    num_t                      dead_share, per_soft;      /**< Dead time over PWM period; 1 / current of the soft sign. */
+    drive_state_t plain_state; /**< RUN, or no state at all: in which nothing is corrected, and id is as commanded. */
+    bool          used, learns, three, more; /**< `more`: three sensors, a dead time, or MTPA. */
+    float         offset[3], gain[3];        /**< By parameters; offsets in current units. */
+    bool          compensates;               /**< The dead time of the bridge, too. */
+    num_t         dead_share, per_soft;      /**< Dead time over PWM period; 1 / current of the soft sign. */
     ctl_current_error_params_t learning;
 } drive_sensors_setup_t;
 
@@ -165,12 +167,19 @@ typedef struct {
     float over_current_a, over_voltage_v, under_voltage_v, over_speed_rad_s;
 } drive_limits_t;
 
+/** MTPA and field weakening. */
+typedef struct {
+    bool                 used;
+    ctl_reference_plan_t plan;
+} drive_reference_setup_t;
+
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_sensors_setup_t      sensors;
     drive_scale_t              scale;
     drive_limits_t             limits;
     drive_current_setup_t      current;
+    drive_reference_setup_t    reference;
     drive_tracking_setup_t     tracking;
     drive_speed_setup_t        speed;
     drive_observer_setup_t     observer;
@@ -185,7 +194,8 @@ typedef struct {
     angle_t       theta_m, theta_e;
     drive_angle_t known;        /**< The filter has been set on a first angle, and the step to the next has been seen. */
     angle_t       expected;     /**< Where the encoder will be when it goes on as it went. */
-    uint16_t      jump_periods; /**< Periods for which it has been somewhere else. */
+    uint16_t      jump_periods; /**< Periods for which it has been somewhere else, up to the sample of this number: */
+    uint32_t      jump_seq;
 } drive_tracking_t;
 
 /** The electrical zero; written by the main loop alone, while the bridge is off. */
@@ -200,6 +210,9 @@ typedef struct {
     ctl_pi_t             d, q;
     ctl_deadbeat_state_t deadbeat;
     ctl_dq_t             ref, meas, volt;
+    ctl_dq_t             induced;   /**< By the speed, which the integral parts hold. */
+    bool                 decoupled; /**< `induced` is of the last sample. */
+    num_t                torque;    /**< Of `ref`, as the q current that makes it with no d current. */
 } drive_current_t;
 
 /** True current = measured current times scale less shift, phase by phase. */
@@ -313,6 +326,7 @@ typedef struct {
     drive_align_t            align;
     drive_current_t          current;
     drive_speed_t            speed;
+    ctl_reference_state_t    reference; /**< Which currents make the torque of `speed`; speed interrupt. */
     drive_observer_t         observer;
     drive_position_t         position;
     drive_sensors_t          sensors;
@@ -352,6 +366,7 @@ void drive_background(drive_t *d);
  * does not go with method.
  * Currents are cut: id to id_limit_a, then iq, whether asked for or needed by the speed or position loop, to what is left of
  * the longest vector, the larger of iq_limit_a and id_limit_a. drive_command_refuses says before whether anything is cut.
+ * With mtpa or field_weakening id is commanded in current mode only.
  */
 bool drive_command(drive_t *d, const drive_command_t *command);
 /** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force; DRIVE_COMMAND_MODE: the first

@@ -28,6 +28,14 @@ uint16_t drive_judge_current(const drive_current_setup_t *setup);
 void     drive_build_current(drive_current_t *current, const drive_current_setup_t *setup);
 void     drive_rest_current(drive_current_t *current);
 
+/** reference_setup.c: MTPA and field weakening. The culprit, or PARAM_COUNT. */
+uint16_t drive_make_reference(const drive_params_t *params, const drive_scale_t *scale, drive_reference_setup_t *setup);
+void     drive_rest_reference(ctl_reference_state_t *state, const drive_reference_setup_t *setup);
+/** reference_setup.c: bound of the torque that is asked for, as q current. */
+float drive_torque_limit_a(const drive_params_t *params);
+/** reference_step.c: one sample; speed interrupt, after the loop. Only where it is used. */
+void drive_refer_currents(drive_t *d);
+
 uint16_t drive_make_tracking(const drive_params_t *params, const drive_scale_t *scale, drive_tracking_setup_t *setup);
 uint16_t drive_judge_tracking(const drive_tracking_setup_t *setup);
 void     drive_build_tracking(drive_tracking_t *tracking, const drive_tracking_setup_t *setup);
@@ -86,12 +94,18 @@ uint16_t drive_board_refuses(const drive_params_t *params);
 uint16_t drive_relation_refuses(const drive_params_t *params);
 /** combinations.c: the first parameter of the first rule of combinations.def that the set breaks, or PARAM_COUNT. */
 uint16_t drive_combination_refuses(const drive_params_t *params);
+/** limits.c: longest current vector and largest d current; the motor's own voltage at over_speed_rad_s, between two phases. */
+float drive_longest_a(const drive_params_t *params);
+float drive_id_max_a(const drive_params_t *params);
+float drive_emf_v(const drive_params_t *params);
 /** command.c: hand the newest command over again, under the limits in force. */
 void drive_command_again(drive_t *d);
 
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
 num_t drive_fitted(float x, uint16_t param, uint16_t *culprit);
+/** configure.c: num_from_float, once: a copy of it takes 20 words. */
+num_t drive_number(float x);
 /** configure.c: a PI controller with limits of +-@p limit. */
 ctl_pi_params_t drive_pi(num_t kp, num_t ki_ts, float limit, ctl_pi_anti_windup_t anti_windup);
 #define DRIVE_TWO_PI 6.28318530718f
@@ -183,5 +197,13 @@ static inline const drive_set_t *drive_newest(const drive_t *d)
 
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
 static inline const drive_order_t   *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
+
+/** Bound of the torque, as q current that makes it without d current, and of the q current. */
+static inline num_t drive_torque_room(const drive_t *d)
+{
+    /* the observer's part comes on top, within what the current interrupt makes of the sum */
+    return d->setup->reference.used ? num_add(d->reference.room, num_abs(d->observer.estimate)) : drive_active_order(d)->iq_max;
+}
+static inline num_t drive_iq_room(const drive_t *d) { return num_min(d->reference.iq_max, drive_active_order(d)->iq_max); }
 
 #endif

@@ -9,6 +9,16 @@
 
 static float least(float a, float b) { return (a < b) ? a : b; }
 
+/* Nothing that would trip. */
+float drive_longest_a(const drive_params_t *p)
+{
+    return least((p->iq_limit_a > p->id_limit_a) ? p->iq_limit_a : p->id_limit_a, p->over_current_a);
+}
+
+float drive_id_max_a(const drive_params_t *p) { return least(p->id_limit_a, drive_longest_a(p)); }
+
+float drive_emf_v(const drive_params_t *p) { return 1.7320508f * (float)p->pole_pairs * p->motor_psi_wb * p->over_speed_rad_s; }
+
 /* The board's limit of a parameter, or the end of its range where the board has none. */
 static float most(const hal_limits_t *board, uint16_t param)
 {

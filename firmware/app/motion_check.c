@@ -31,12 +31,12 @@ static void make_stall(const drive_params_t *p, drive_setup_t *s)
     const float                 count = 1.0f / p->encoder_counts;
     const float                 turn = (count > STALL_TURN) ? count : STALL_TURN;
     const float                 sample_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
-    const float                 samples = p->stall_s / sample_s * num_to_float(num_sqrt(num_from_float(turn / STALL_TURN)));
+    const float                 samples = p->stall_s / sample_s * num_to_float(num_sqrt(drive_number(turn / STALL_TURN)));
 
     m->stall_angle = (angle_t)(turn * 4294967296.0f * ((count > STALL_TURN) ? 0.75f : 1.0f));
     m->stall_samples = (samples < 65535.0f) ? (uint16_t)(samples + 0.5f) : UINT16_MAX;
     m->stall_samples = ((m->stall_samples == 0U) && (p->stall_s > 0.0f)) ? 1U : m->stall_samples;
-    m->stall_travel = num_from_float(STALL_TRAVEL * turn * DRIVE_TWO_PI / (sample_s * s->scale.speed_rad_s));
+    m->stall_travel = drive_number(STALL_TRAVEL * turn * DRIVE_TWO_PI / (sample_s * s->scale.speed_rad_s));
 }
 
 void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
@@ -47,21 +47,22 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     const float                 samples = p->speed_deviation_s * (float)DRIVE_PWM_HZ / (float)p->speed_divider;
 
     m->jump = (jump < 2147483520.0f) ? (angle_t)jump : JUMP_MAX;
-    m->margin = num_from_float(p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed);
-    m->band = num_from_float(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
+    m->margin = drive_number(p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed);
+    m->band = drive_number(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
     const float ohm = p->motor_resistance_ohm + (p->motor_lq_h * (float)DRIVE_PWM_HZ / (float)p->speed_divider);
-    m->band_per_volt = num_from_float(BAND_SHARE * 0.57735027f / ohm * s->scale.voltage_v * s->scale.inv_current);
+    m->band_per_volt = drive_number(BAND_SHARE * 0.57735027f / ohm * s->scale.voltage_v * s->scale.inv_current);
     m->samples = (samples < 16000.0f) ? (uint16_t)samples : 16000U; /* twice that is counted, too */
     m->samples = ((m->samples == 0U) && (p->speed_deviation_s > 0.0f)) ? 1U : m->samples;
     m->due_per_sample = (m->samples > 0U)
-                            ? num_from_float(0.25f * p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed / (float)m->samples)
+                            ? drive_number(0.25f * p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed / (float)m->samples)
                             : (num_t)0;
     const float travel = SPEED_COUNTS / p->encoder_counts; /* turns, below 1/4 */
     m->travel = (angle_t)(travel * 4294967296.0f);
     m->zero = (p->zero_check != 0U) && (p->encoder_counts >= (COUNTS_PER_CYCLE * (float)p->pole_pairs));
     const float per_amp = s->scale.current_a * s->scale.inv_voltage;
-    m->ohm = num_from_float(p->motor_resistance_ohm * per_amp);
-    m->reactance = num_from_float(p->motor_lq_h * (float)p->pole_pairs * s->scale.speed_rad_s * per_amp);
+    m->ohm = drive_number(p->motor_resistance_ohm * per_amp);
+    m->reactance_d = drive_number(p->motor_ld_h * (float)p->pole_pairs * s->scale.speed_rad_s * per_amp);
+    m->reactance = drive_number(p->motor_lq_h * (float)p->pole_pairs * s->scale.speed_rad_s * per_amp);
     make_stall(p, s);
 }
 
@@ -97,6 +98,10 @@ angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
         t->jump_periods = 0U;
         return theta;
     }
+    if (d->sample.seq != (t->jump_seq + 1U)) {
+        t->jump_periods = 0U; /* the last sample was none */
+    }
+    t->jump_seq = d->sample.seq;
     if (t->jump_periods < d->params->encoder_jump_periods) {
         t->jump_periods++;
         return t->expected;
@@ -139,8 +144,8 @@ static bool sees_right_zero(const drive_t *d, const voltage_t *v)
     const num_t                       speed = d->speed.meas;
     const ctl_dq_t                    i = d->current.meas;
     const num_t                       drop = num_mul(s->ohm, i.q);
-    const num_t                       emf_q = num_sub(d->current.volt.q, drop);
-    const num_t                       emf_d = num_mac(d->current.volt.d, num_mul(s->reactance, speed), i.q);
+    const num_t emf_q = num_sub(num_sub(d->current.volt.q, drop), num_mul(num_mul(s->reactance_d, speed), i.d));
+    const num_t emf_d = num_mac(d->current.volt.d, num_mul(s->reactance, speed), i.q);
     const num_t doubt = num_mac(num_mul(OHM_SHARE, num_abs(drop)), FLOOR_SHARE, v->dc); /* temperature; dead time */
     return ((speed > (num_t)0) ? emf_q : num_neg(emf_q)) > num_add(num_abs(emf_d), doubt);
 }
@@ -282,7 +287,7 @@ void drive_check_motion(drive_t *d)
     }
     const voltage_t v = look_at_voltage(d);
     if (drive_active_command(d)->mode != DRIVE_MODE_CURRENT) {
-        const bool at_limit = num_abs(torque) > num_mul(AT_LIMIT_SHARE, drive_active_order(d)->iq_max);
+        const bool at_limit = num_abs(torque) > num_mul(AT_LIMIT_SHARE, drive_iq_room(d));
         if (d->setup->motion.samples != 0U) {
             const bool  forwards = torque > (num_t)0;
             const num_t along = forwards ? d->speed.meas : num_neg(d->speed.meas);

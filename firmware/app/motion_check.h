@@ -59,7 +59,8 @@ typedef struct {
     angle_t  travel;         /**< Of a stretch of which the speed is known. */
     uint16_t samples;        /**< At the limit, against the torque; 0: never judged. */
     bool     zero;           /**< Judge the electrical zero. */
-    num_t    ohm, reactance; /**< Voltage per current, and that per speed. */
+    num_t    ohm, reactance; /**< Voltage per current, and that per speed, */
+    num_t    reactance_d;    /**< of a current in the d axis. */
     num_t    due_per_sample; /**< Least gain of speed at the limit. */
     angle_t  stall_angle;    /**< A motion. */
     uint16_t stall_samples;  /**< At the limit without one; 0: never judged. */

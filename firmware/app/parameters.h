@@ -25,12 +25,18 @@ typedef struct {
 typedef enum { PARAM_KIND_FLOAT = 0, PARAM_KIND_INTEGER, PARAM_KIND_FLAG, PARAM_KIND_CHOICE } param_kind_t;
 
 typedef struct {
-    const char *name, *unit;
+    const char *name, *text; /**< Unit, or of a choice its words: "a|b|c". */
     DOC_MEMBER(const char *doc;)
-    const char  *choices;
-    float        min, max, def;
-    param_kind_t kind;
+    float    min, max, def;
+    uint16_t kind;   /**< param_kind_t. */
+    uint16_t offset; /**< In drive_params_t. */
 } param_info_t;
+
+static inline const char *params_unit(const param_info_t *p) { return (p->kind == (uint16_t)PARAM_KIND_CHOICE) ? "" : p->text; }
+static inline const char *params_choices(const param_info_t *p)
+{
+    return (p->kind == (uint16_t)PARAM_KIND_CHOICE) ? p->text : "";
+}
 
 /** Position of each parameter in the table. */
 enum {

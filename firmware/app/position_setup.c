@@ -13,8 +13,8 @@ static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_pro
         out->acceleration = 1; /* slower than one step: the slowest there is */
     }
     out->smooth = p->profile_smooth_samples;
-    out->speed_scale = num_from_float(DRIVE_TWO_PI / 65536.0f / ts_s * scale->inv_speed);
-    out->accel_scale = num_from_float(DRIVE_TWO_PI / 1048576.0f / (ts_s * ts_s) * scale->inv_speed);
+    out->speed_scale = drive_number(DRIVE_TWO_PI / 65536.0f / ts_s * scale->inv_speed);
+    out->accel_scale = drive_number(DRIVE_TWO_PI / 1048576.0f / (ts_s * ts_s) * scale->inv_speed);
     const ctl_diag_t d = ctl_profile_check(out);
     if (d.status == CTL_OK) {
         return PARAM_COUNT;
@@ -24,33 +24,26 @@ static uint16_t make_profile(const drive_params_t *p, float speed_rad_s, ctl_pro
                : ((d.field == (uint16_t)CTL_PROFILE_SMOOTH) ? PARAM_profile_smooth_samples : PARAM_profile_accel_rad_s2);
 }
 
-typedef struct {
-    float cycles, amplitude_nm, phase_rad;
-} line_t;
-
 /* @param culprit  of what is beyond the numeric, unless there is one already */
 static void make_rdc(const drive_params_t *p, const drive_scale_t *scale, ctl_rdc_params_t *out, uint16_t *culprit)
 {
-    const float  ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
-    const float  per_nm = scale->inv_current / (1.5f * (float)p->pole_pairs * p->motor_psi_wb);
-    const line_t line[CTL_HARMONICS_MAX] = {
-        {p->rdc_line1_cycles, p->rdc_line1_nm, p->rdc_line1_rad}, {p->rdc_line2_cycles, p->rdc_line2_nm, p->rdc_line2_rad},
-        {p->rdc_line3_cycles, p->rdc_line3_nm, p->rdc_line3_rad}, {p->rdc_line4_cycles, p->rdc_line4_nm, p->rdc_line4_rad},
-        {p->rdc_line5_cycles, p->rdc_line5_nm, p->rdc_line5_rad}, {p->rdc_line6_cycles, p->rdc_line6_nm, p->rdc_line6_rad}};
-
+    const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
+    const float per_nm = scale->inv_current / (1.5f * (float)p->pole_pairs * p->motor_psi_wb);
     out->inertia = drive_fitted(p->rdc_inertia_kgm2 * scale->speed_rad_s * per_nm, PARAM_rdc_inertia_kgm2, culprit);
     out->friction.viscous = drive_fitted(p->rdc_viscous_nms * scale->speed_rad_s * per_nm, PARAM_rdc_viscous_nms, culprit);
     out->friction.coulomb = drive_fitted(p->rdc_coulomb_nm * per_nm, PARAM_rdc_coulomb_nm, culprit);
     out->friction.stat = drive_fitted(p->rdc_static_nm * per_nm, PARAM_rdc_static_nm, culprit);
-    out->friction.stribeck = num_from_float(p->rdc_stribeck_rad_s * scale->inv_speed);
-    out->friction.shape = num_from_float(p->rdc_shape);
+    out->friction.stribeck = drive_number(p->rdc_stribeck_rad_s * scale->inv_speed);
+    out->friction.shape = drive_number(p->rdc_shape);
     out->harmonics.lines = 0U;
     for (uint16_t i = 0U; i < CTL_HARMONICS_MAX; i++) {
-        if (line[i].amplitude_nm > 0.0f) {
+        const uint16_t first = (uint16_t)(PARAM_rdc_line1_cycles + (3U * i)); /* cycles, amplitude and phase stand in a row */
+        const float    amplitude_nm = params_get(p, (uint16_t)(first + 1U));
+        if (amplitude_nm > 0.0f) {
             ctl_line_t *const l = &out->harmonics.line[out->harmonics.lines];
-            l->cycles_q20 = ctl_cycles_q20(line[i].cycles);
-            l->amplitude = num_from_float(line[i].amplitude_nm * per_nm);
-            l->phase = angle_from_rad(num_from_float(line[i].phase_rad));
+            l->cycles_q20 = ctl_cycles_q20(params_get(p, first));
+            l->amplitude = drive_number(amplitude_nm * per_nm);
+            l->phase = angle_from_rad(drive_number(params_get(p, (uint16_t)(first + 2U))));
             out->harmonics.lines++;
         }
     }
@@ -59,8 +52,8 @@ static void make_rdc(const drive_params_t *p, const drive_scale_t *scale, ctl_rd
     out->p_row[1] = drive_fitted(p->rdc_p32 * per_inertia, PARAM_rdc_p32, culprit);
     out->p_row[2] = drive_fitted(p->rdc_p33 * per_inertia * scale->speed_rad_s, PARAM_rdc_p33, culprit);
     out->rho = drive_fitted(p->rdc_rho_nm * per_nm, PARAM_rdc_rho_nm, culprit);
-    out->sigma = num_from_float(p->rdc_sigma);
-    out->sample_s = num_from_float(ts_s);
+    out->sigma = drive_number(p->rdc_sigma);
+    out->sample_s = drive_number(ts_s);
     out->integral_max = NUM_C(100.0f);
 }
 
@@ -97,22 +90,22 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
         return PARAM_position_min_turn;
     }
     q->learns = (q->method == DRIVE_POSITION_RDC) && (p->rdc_learn_gain > 0.0f);
-    q->velocity_pi = drive_pi(num_from_float(p->position_kv_a_per_rad_s * per_speed),
-                              num_from_float(p->position_kv_a_per_rad_s * per_speed * ts_s / p->position_ti_s),
-                              p->iq_limit_a / scale->current_a, CTL_PI_HOLD_OUTWARD);
-    q->kp = num_from_float(p->position_kp_per_s * scale->inv_speed);
-    q->speed_per_rad = num_from_float(scale->inv_speed / ts_s);
+    q->velocity_pi = drive_pi(drive_number(p->position_kv_a_per_rad_s * per_speed),
+                              drive_number(p->position_kv_a_per_rad_s * per_speed * ts_s / p->position_ti_s),
+                              drive_torque_limit_a(p) / scale->current_a, CTL_PI_HOLD_OUTWARD);
+    q->kp = drive_number(p->position_kp_per_s * scale->inv_speed);
+    q->speed_per_rad = drive_number(scale->inv_speed / ts_s);
     q->feed_speed = (p->position_velocity_ff != 0U) || (q->method == DRIVE_POSITION_RDC);
     q->cells = p->position_cells;
-    q->ilc.gain = num_from_float(p->ilc_gain);
+    q->ilc.gain = drive_number(p->ilc_gain);
     q->ilc.lead = p->ilc_lead;
     q->ilc.limit = NUM_C(4.0f);
 #ifndef EVENSPIN_FIXED
     q->ilc.limit = p->over_speed_rad_s;
 #endif
-    q->learn.gain = num_from_float(p->rdc_learn_gain);
+    q->learn.gain = drive_number(p->rdc_learn_gain);
     q->learn.lead = LEARN_LEAD;
-    q->learn.limit = num_from_float(p->iq_limit_a * scale->inv_current);
+    q->learn.limit = drive_number(p->iq_limit_a * scale->inv_current);
     q->src.lambda = (angle_t)drive_turns_q32(p->src_period_turn);
     q->src.limit = q->ilc.limit;
     uint16_t unused = PARAM_COUNT; /* a method that is not asked for may be beyond the numeric */
@@ -120,7 +113,7 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
                                         (q->method == DRIVE_POSITION_SRC) ? &bad : &unused);
     make_rdc(p, scale, &q->rdc, ((q->method == DRIVE_POSITION_RDC) || (p->speed_model_ff != 0U)) ? &bad : &unused);
     q->torque_delay = p->torque_delay_samples;
-    q->error_max = num_from_float(p->following_error_rad);
+    q->error_max = drive_number(p->following_error_rad);
     q->error_samples = p->following_error_samples;
     q->min = drive_turns_q32(p->position_min_turn);
     q->max = drive_turns_q32(p->position_max_turn);

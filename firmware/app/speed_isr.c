@@ -62,7 +62,7 @@ static inline num_t model_torque(drive_t *d, num_t ref)
     return known;
 }
 
-void drive_speed_step(drive_t *d)
+static inline void step(drive_t *d)
 {
     const drive_command_t *const cmd = drive_active_command(d);
     drive_speed_t *const         s = &d->speed;
@@ -92,7 +92,7 @@ void drive_speed_step(drive_t *d)
 
     s->error = num_mul(num_sub(weighted(s, &d->setup->speed, ref), s->meas), d->setup->speed.error_scale);
     s->correction = ripple_correction(d, s->error, ref);
-    const num_t room = drive_active_order(d)->iq_max; /* what the d axis leaves */
+    const num_t room = drive_torque_room(d); /* what the d axis leaves */
     const num_t feedback = ctl_pi_output(&s->pi, num_add(s->error, s->correction));
     if (d->setup->speed.feeds) {
         const num_t torque = num_add(feedback, model_torque(d, ref));
@@ -102,6 +102,14 @@ void drive_speed_step(drive_t *d)
     }
     s->iq_ref = num_clamp(feedback, num_neg(room), room);
     ctl_pi_commit(&s->pi, s->iq_ref);
+}
+
+void drive_speed_step(drive_t *d)
+{
+    step(d);
+    if (d->setup->reference.used) {
+        drive_refer_currents(d);
+    }
 }
 
 void drive_speed_isr(drive_t *d)

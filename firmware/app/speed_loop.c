@@ -11,7 +11,7 @@ uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, d
 
     s->pi = drive_pi(drive_fitted(p->speed_kp_a_per_unit * per_error, PARAM_speed_kp_a_per_unit, &culprit),
                      drive_fitted(p->speed_ki_a_per_unit_s * ts_s * per_error, PARAM_speed_ki_a_per_unit_s, &culprit),
-                     p->iq_limit_a / scale->current_a, CTL_PI_HOLD_OUTWARD);
+                     drive_torque_limit_a(p) / scale->current_a, CTL_PI_HOLD_OUTWARD);
     s->error_scale = num_from_float(p->speed_error_gain * scale->speed_rad_s / scale->error_unit);
     s->weight = num_from_float(p->speed_setpoint_weight);
     s->weighted = p->speed_setpoint_weight < 1.0f;

@@ -1,17 +1,18 @@
 /* What is judged in every PWM period beside the control, after the duties are set: whether voltages, currents and angle belong to
  * this motor. It calculates again what it needs, so that the control leaves nothing behind for it. */
 #include "firmware/app/internal.h"
+#include "firmware/app/protection.h"
 
-#define LINK_NEW 0.25f     /* share of a new sample in the mean of the dc link */
-#define LINK_STEADY 0.004f /* of the dc link: what changes by more in four periods is ahead of the filter of its measurement */
+#define LINK_NEW 0.25f /* share of a new sample in the mean of the dc link */
+#define LINK_STEADY                                                                                                              \
+    0.00390625f /* of the dc link: what changes by more in four periods is ahead of the filter of its measurement */
 
 /* A share of the voltage is off while the measurement follows a dc link that changes. */
 static inline bool link_is_steady(drive_t *d)
 {
     const float moved_v = d->sample.vdc_v - d->link_mean_v;
     d->link_mean_v += LINK_NEW * moved_v;
-    const float most_v = LINK_STEADY * d->sample.vdc_v; /* its sign is of no matter: under_voltage trips below 0 */
-    return (moved_v * moved_v) <= (most_v * most_v);
+    return drive_is_within(moved_v, LINK_STEADY * d->sample.vdc_v);
 }
 
 static inline bool has_current(const drive_align_t *a)

@@ -11,8 +11,6 @@
 #define ROOM 32.0f        /* base currents that the largest flux makes of the reference inductance */
 
 static float larger(float a, float b) { return (a > b) ? a : b; }
-/* Not inline: nine copies of the conversion would be a fifth of a kiloword. */
-static num_t number(float x) { return num_from_float(x); }
 
 void drive_make_plausibility(const drive_params_t *p, drive_setup_t *s)
 {
@@ -30,23 +28,23 @@ void drive_make_plausibility(const drive_params_t *p, drive_setup_t *s)
     const float noise = (p->plausibility_share * p->over_current_a * l_h / unit_wb) + (COUNTS * psi * turns_e);
     const float moved = DIAGONAL * psi * (float)p->pole_pairs * s->scale.speed_rad_s * ts_s;
 
-    c->ld = number(p->motor_ld_h * per_h);
-    c->lq = number(p->motor_lq_h * per_h);
-    c->psi = number(psi);
-    c->r_half = number(0.5f * drop);
-    c->v = number(per_v);
-    c->rest = num_max(number(NEW_SHARE * noise), NUM_EPS);
-    c->per_current = number(p->motor_resistance_tolerance * drop);
-    c->per_change = number(p->motor_inductance_tolerance * l_h * per_h);
-    c->per_speed = number(p->motor_flux_tolerance * moved);
-    c->per_volt = number(VOLT_SHARE * per_v);
-    c->per_dc = number(LEGS * p->bridge_tolerance * per_v);
-    c->per_volt_change = number(LATE_PERIODS * per_v);
+    c->ld = drive_number(p->motor_ld_h * per_h);
+    c->lq = drive_number(p->motor_lq_h * per_h);
+    c->psi = drive_number(psi);
+    c->r_half = drive_number(0.5f * drop);
+    c->v = drive_number(per_v);
+    c->rest = num_max(drive_number(NEW_SHARE * noise), NUM_EPS);
+    c->per_current = drive_number(p->motor_resistance_tolerance * drop);
+    c->per_change = drive_number(p->motor_inductance_tolerance * l_h * per_h);
+    c->per_speed = drive_number(p->motor_flux_tolerance * moved);
+    c->per_volt = drive_number(VOLT_SHARE * per_v);
+    c->per_dc = drive_number(LEGS * p->bridge_tolerance * per_v);
+    c->per_volt_change = drive_number(LATE_PERIODS * per_v);
 
     /* the currents are in the frame of the vector, the magnets and the axes wherever the shaft is */
     m->align = m->run;
     m->align.psi = (num_t)0;
-    m->align.per_speed = number(moved);
+    m->align.per_speed = drive_number(moved);
     m->align.per_change = num_add(c->per_change, num_abs(num_sub(c->ld, c->lq)));
     m->used = p->plausibility_share > 0.0f;
 }

@@ -41,14 +41,14 @@ void schema_record(uint16_t kind, uint16_t index, codec_writer_t *w)
 {
     if (kind == (uint16_t)SCHEMA_PARAMETERS) {
         const param_info_t *const p = params_info(index);
-        codec_put_u8(w, (uint16_t)p->kind);
+        codec_put_u8(w, p->kind);
         codec_put_u8(w, params_only_at_rest(index) ? SCHEMA_AT_REST : 0U);
         codec_put_f32(w, p->min);
         codec_put_f32(w, p->max);
         codec_put_f32(w, p->def);
         codec_put_str(w, schema_name(kind, index));
-        codec_put_str(w, p->unit);
-        codec_put_str(w, p->choices);
+        codec_put_str(w, params_unit(p));
+        codec_put_str(w, params_choices(p));
     } else if (kind == (uint16_t)SCHEMA_SIGNALS) {
         codec_put_str(w, schema_name(kind, index));
         codec_put_str(w, telemetry_info(index)->unit);

@@ -181,6 +181,14 @@ bool capi_reference_fits(es_sim_t *s)
                         "the repetitive controller there";
         return false;
     }
+    const capi_track_t *const id = &s->input[INPUT_id_ref_a];
+    for (int k = 0; s->drive.setup->reference.used && !asks_for(s, DRIVE_MODE_CURRENT) && (k < id->count); k++) {
+        if (id->value[k] != 0.0) { /* mtpa or field_weakening makes it */
+            (void)capi_refuse_range(&s->error, ES_LIMITED, "input", "id_ref_a", id->value[k], 0.0, 0.0, "A");
+            s->error.other = params_info((s->params.mtpa != 0U) ? PARAM_mtpa : PARAM_field_weakening)->name;
+            return false;
+        }
+    }
     const bool                speed_mode = asks_for(s, DRIVE_MODE_SPEED);
     const capi_track_t *const ref = &s->input[INPUT_speed_ref_rad_s];
     const double              limit = (double)s->params.over_speed_rad_s;

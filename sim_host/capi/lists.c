@@ -20,7 +20,8 @@ bool es_param_info(int index, es_field_t *out)
 {
     static const char *const  KIND[] = {"float", "integer", "flag", "choice"};
     const param_info_t *const p = (index >= 0) ? params_info((uint16_t)((index < PARAM_COUNT) ? index : PARAM_COUNT)) : NULL;
-    if ((p == NULL) || !capi_fill(out, p->name, p->unit, KIND[p->kind], p->doc, p->choices, p->min, p->max, p->def)) {
+    if ((p == NULL) ||
+        !capi_fill(out, p->name, params_unit(p), KIND[p->kind], p->doc, params_choices(p), p->min, p->max, p->def)) {
         return false;
     }
     out->at_rest = params_only_at_rest((uint16_t)index);

@@ -107,7 +107,7 @@ bool capi_param_set(es_sim_t *sim, drive_params_t *p, const char *name, double v
     if (!params_set(p, (uint16_t)i, (float)value)) {
         const param_info_t *const f = params_info((uint16_t)i);
         const es_code_t           code = (f->kind == PARAM_KIND_FLOAT) ? ES_OUT_OF_RANGE : ES_NOT_WHOLE;
-        return capi_refuse_range(&sim->error, code, "param", name, value, (double)f->min, (double)f->max, f->unit);
+        return capi_refuse_range(&sim->error, code, "param", name, value, (double)f->min, (double)f->max, params_unit(f));
     }
     return true;
 }
@@ -185,10 +185,12 @@ bool capi_param_refuse(es_sim_t *s, const drive_params_t *p, uint16_t culprit)
         return false;
     }
     if (value > most) {
-        return capi_refuse_range(&s->error, ES_BOARD, "param", f->name, (double)value, (double)f->min, (double)most, f->unit);
+        return capi_refuse_range(&s->error, ES_BOARD, "param", f->name, (double)value, (double)f->min, (double)most,
+                                 params_unit(f));
     }
     if ((value < low) || (value >= high)) {
-        return capi_refuse_range(&s->error, ES_OTHERS, "param", f->name, (double)value, (double)low, (double)high, f->unit);
+        return capi_refuse_range(&s->error, ES_OTHERS, "param", f->name, (double)value, (double)low, (double)high,
+                                 params_unit(f));
     }
     return capi_refuse(&s->error, ES_NO_FIT, "param", f->name, (double)value);
 }

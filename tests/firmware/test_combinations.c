@@ -70,6 +70,27 @@ static void assert_answer(const drive_params_t *p, int param, int other, const c
     TEST_ASSERT_TRUE_MESSAGE(strlen(broken->why) > 20U, what);
 }
 
+/* sqrt(3) 4 6.4e-3 Wb 650 rad/s = 28.8 V */
+void test_combinations_field_weakening_needs_a_d_current_and_a_dc_link_that_withstands_the_motor(void)
+{
+    drive_params_t p;
+    params_default(&p);
+    p.field_weakening = 1U;
+    p.over_voltage_v = 28.7f;
+    assert_answer(&p, PARAM_over_speed_rad_s, PARAM_link_withstand_v, "28.7 V");
+    p.over_voltage_v = 28.9f;
+    assert_answer(&p, FINE, "28.9 V");
+    p.link_withstand_v = 28.7f;
+    assert_answer(&p, PARAM_over_speed_rad_s, PARAM_link_withstand_v, "withstands 28.7 V");
+    p.link_withstand_v = 28.9f;
+    p.over_voltage_v = 20.0f;
+    assert_answer(&p, FINE, "withstands 28.9 V");
+    p.id_limit_a = 0.0f;
+    assert_answer(&p, PARAM_field_weakening, PARAM_id_limit_a, "no d current");
+    p.field_weakening = 0U;
+    assert_answer(&p, FINE, "off");
+}
+
 void test_combinations_are_accepted_or_refused_with_both_names(void)
 {
     for (size_t k = 0; k < COUNT_OF(SETS); k++) {

@@ -59,7 +59,7 @@ void test_parameters_every_row_is_named_and_explained_once(void)
         const param_info_t *const p = row(i);
         TEST_ASSERT_TRUE_MESSAGE(strlen(p->name) > 0U, at("row %u", (unsigned)i));
         TEST_ASSERT_TRUE_MESSAGE(strlen(p->doc) > 10U, p->name);
-        TEST_ASSERT_NOT_NULL_MESSAGE(p->unit, p->name);
+        TEST_ASSERT_NOT_NULL_MESSAGE(params_unit(p), p->name);
         for (uint16_t k = 0U; k < i; k++) {
             TEST_ASSERT_TRUE_MESSAGE(strcmp(p->name, row(k)->name) != 0, p->name);
         }
@@ -72,9 +72,9 @@ void test_parameters_choices_name_every_value_and_flags_have_two(void)
         const param_info_t *const p = row(i);
         if (p->kind == PARAM_KIND_CHOICE) {
             TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.0f, p->min, p->name);
-            TEST_ASSERT_EQUAL_FLOAT_MESSAGE((float)(parts_of(p->choices) - 1U), p->max, p->name);
+            TEST_ASSERT_EQUAL_FLOAT_MESSAGE((float)(parts_of(params_choices(p)) - 1U), p->max, p->name);
         } else {
-            TEST_ASSERT_EQUAL_STRING_MESSAGE("", p->choices, p->name);
+            TEST_ASSERT_EQUAL_STRING_MESSAGE("", params_choices(p), p->name);
         }
         if (p->kind == PARAM_KIND_FLAG) {
             TEST_ASSERT_EQUAL_FLOAT_MESSAGE(0.0f, p->min, p->name);
@@ -231,6 +231,9 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_motor_inductance_tolerance,
                                     PARAM_motor_flux_tolerance,
                                     PARAM_bridge_tolerance,
+                                    PARAM_mtpa,
+                                    PARAM_field_weakening,
+                                    PARAM_link_withstand_v,
                                     PARAM_position_min_turn,
                                     PARAM_position_max_turn,
                                     PARAM_following_error_rad,

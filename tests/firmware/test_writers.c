@@ -110,6 +110,9 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.motor_resistance_ohm = 0.36f;
     p.dead_time_s = ((deadbeat == 0U) && (method < 2U)) ? 1.0e-6f : 0.0f;
     p.speed_model_ff = method & 1U;
+    p.mtpa = (uint16_t)(position_method & 1U);
+    p.field_weakening = (uint16_t)(method & 1U);
+    p.link_withstand_v = 100.0f;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -236,6 +239,7 @@ static const member_t MEMBERS[] = {
     MEMBER(current.ref, CURRENT | REST),
     MEMBER(current.volt, CURRENT | REST),
     MEMBER(current, CURRENT | TAKE_OVER | REST),
+    MEMBER(reference, SPEED | REST),
     /* the speed loop's quality figure and target: words that the current interrupt only reads */
     MEMBER(observer.observer.prepared, MAIN | REST),
     MEMBER(observer.observer.state.seen, MAIN | REST),

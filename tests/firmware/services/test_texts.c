@@ -52,7 +52,7 @@ void test_texts_names_units_and_choices_stay_and_the_schema_is_the_same(void)
 {
     for (uint16_t i = 0U; i < (uint16_t)PARAM_COUNT; i++) {
         TEST_ASSERT_EQUAL_STRING(params_info(i)->name, bare_params_info(i)->name);
-        TEST_ASSERT_EQUAL_STRING(params_info(i)->unit, bare_params_info(i)->unit);
+        TEST_ASSERT_EQUAL_STRING(params_info(i)->text, bare_params_info(i)->text);
     }
     TEST_ASSERT_EQUAL_HEX32(schema_hash(), bare_schema_hash());
 }

@@ -288,31 +288,33 @@ static void position(void)
 /* ---- the drive ----------------------------------------------------------------------------------------------------- */
 typedef struct {
     const char *current_row, *speed_row;
-    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer, correction, dead, model;
+    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer, correction, dead, model, weakening;
 } variant_t;
 
 static const variant_t VARIANTS[] = {
-    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr current correction", "speed_isr current correction", 0, 0, 0, 0, 0, 0, 0, 2, 0, 0},
-    {"current_isr dead time", "speed_isr dead time", 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
-    {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1},
-    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1, 0, 0, 0},
-    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0, 0, 0, 0},
-    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0, 0, 0, 0},
-    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0, 0, 0, 0},
-    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0, 0, 0, 0},
-    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr current correction", "speed_isr current correction", 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0},
+    {"current_isr dead time", "speed_isr dead time", 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0},
+    {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
+    {"current_isr field weakening", "speed_isr field weakening", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1},
+    {"current_isr aro field weakening", "speed_isr aro field weakening", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1},
+    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1, 0, 0, 0, 0},
+    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0},
+    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0, 0, 0, 0, 0},
 };
 
 static drive_t drive;
@@ -341,6 +343,13 @@ static void run(const variant_t *v)
     p.current_correction = v->correction;
     p.dead_time_s = (v->dead != 0U) ? 1.0e-6f : 0.0f;
     p.speed_model_ff = v->model;
+    if (v->weakening != 0U) { /* a speed from 5 % below the base speed of this machine to 15 % above */
+        p.mtpa = 1U;
+        p.field_weakening = 1U;
+        p.motor_lq_h = 0.3e-3f;
+        p.motor_psi_wb = 0.034f;
+        p.link_withstand_v = 1000.0f;
+    }
     p.position_method = v->position;
     p.following_error_rad = 100.0f;
     p.profile_speed_rad_s = 40.0f;

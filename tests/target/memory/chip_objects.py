@@ -60,6 +60,8 @@ def ram_code(root: Path) -> tuple[set[str], set[str]]:
     files = {f"firmware/{name}" for name in listed[1].split()}
     if "target_compile_options(control_${numeric} PRIVATE --ramfunc=on)" in build:
         files |= {str(source) for source in sources(root) if source.parts[0] == "control"}
+    for listed in re.findall(r"set_source_files_properties\(([^)]*?)PROPERTIES COMPILE_OPTIONS --ramfunc=off", build):
+        files -= set(re.findall(r"PROJECT_SOURCE_DIR}/(\S+\.c)", listed))
     functions = set()
     for source in sources(root):
         text = (root / source).read_text(encoding="utf-8")

@@ -191,6 +191,8 @@ REFUSED: Mapping[str, Words] = {
     "third_gain": {"current_correction": "fixed", "current_gain_c": 1.1},
     "no_resistance": {"current_correction": "learned", "motor_resistance_ohm": 0.0},
     "dead_time_deadbeat": {"dead_time_s": 1e-6, "current_controller": "deadbeat"},
+    "weakening_without_current": {"field_weakening": 1.0, "id_limit_a": 0.0},
+    "emf_at_fault": {"field_weakening": 1.0, "over_voltage_v": 25.0},
     "room": {},  # a build for a board with less memory
 }
 

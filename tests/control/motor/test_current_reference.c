@@ -1,0 +1,300 @@
+/* control/motor/current_reference.c: against the equations of the machine in double precision, searched by brute force. */
+#include "tests/support/numeric.h"
+
+#include "control/motor/current_reference.h"
+
+/* A machine in per-unit values that both numerics hold, and its steady state. */
+typedef struct {
+    double psi, ld, lq, r; /* volts per speed, per speed and current, per current */
+} machine_t;
+
+static ctl_reference_plan_t  plan;
+static ctl_reference_state_t state;
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static ctl_reference_params_t params_of(const machine_t *m, double i_max)
+{
+    const ctl_reference_params_t p = {.saliency = num_of((m->ld - m->lq) / m->psi),
+                                      .d_full = num_of(m->psi / m->ld),
+                                      .q_full = num_of(m->psi / m->lq),
+                                      .emf = num_of(m->psi),
+                                      .ohm = num_of(m->r),
+                                      .i_max = num_of(i_max),
+                                      .iq_max = num_of(i_max),
+                                      .id_max = num_of(i_max),
+                                      .share = num_of(0.95),
+                                      .smooth = num_of(0.3),
+                                      .fall = num_of(0.17),
+                                      .rise = num_of(0.0625),
+                                      .mtpa = true,
+                                      .weakens = true};
+    return p;
+}
+
+static void begin(const ctl_reference_params_t *p)
+{
+    memset(&state, 0, sizeof state);
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_reference_plan(&plan, p).status);
+    ctl_reference_reset(&plan, &state);
+}
+
+static double volts(const machine_t *m, double w, double id, double iq, double *vd, double *vq)
+{
+    *vd = (m->r * id) - (w * m->lq * iq);
+    *vq = (m->r * iq) + (w * (m->psi + (m->ld * id)));
+    return hypot(*vd, *vq);
+}
+
+/* Torque current of the machine. */
+static double torque_of(const machine_t *m, double id, double iq) { return iq * (1.0 + (((m->ld - m->lq) / m->psi) * id)); }
+
+/* One sample with a current loop that does what it is asked for: the torque current that comes out. */
+static double sample(const machine_t *m, double w, double v_limit, double asked, double *v)
+{
+    static double id, iq;
+    double        vd, vq;
+    const double  room = value_of(state.room);
+    const double  torque = fmax(fmin(asked, room), -room);
+    (void)volts(m, w, id, iq, &vd, &vq);
+    const double             size = fmax(hypot(vd, vq), 1e-9);
+    const double             cut = fmin(1.0, v_limit / size); /* as the current loop shortens it */
+    const ctl_reference_in_t in = {num_of(torque), num_of(w), num_of(v_limit), {num_of(vd * cut), num_of(vq * cut)}};
+    ctl_reference_step(&plan, &state, &in);
+    id = value_of(state.id);
+    const double iq_max = value_of(state.iq_max);
+    iq = fmax(fmin(torque * value_of(state.q_share), iq_max), -iq_max);
+    *v = volts(m, w, id, iq, &vd, &vq);
+    return torque_of(m, id, iq);
+}
+
+/* Largest torque current of the machine on the circle within the voltage, on a grid; 0: none. */
+static double best_torque(const machine_t *m, double w, double v_max, double i_max, double id_least)
+{
+    double best = 0.0;
+    for (int a = 0; a <= 400; a++) {
+        const double id = id_least * a / 400.0;
+        double       low = 0.0, high = sqrt(fmax((i_max * i_max) - (id * id), 0.0)), vd, vq;
+        if (volts(m, w, id, 0.0, &vd, &vq) > v_max) {
+            continue;
+        }
+        for (int k = 0; k < 40; k++) {
+            const double iq = 0.5 * (low + high);
+            if (volts(m, w, id, iq, &vd, &vq) <= v_max) {
+                low = iq;
+            } else {
+                high = iq;
+            }
+        }
+        best = fmax(best, torque_of(m, id, low));
+    }
+    return best;
+}
+
+/* ---- most torque per ampere ---------------------------------------------------------------------------------------------- */
+
+/* Of all vectors of this length, none makes 0.1 % more torque, from hardly salient to three times the torque of the magnets. */
+void test_current_reference_mtpa_makes_the_most_torque_of_the_current_circle(void)
+{
+    for (double k = -4.0; k <= 4.0; k += 0.37) {
+        for (double torque = -3.0; torque <= 3.0; torque += 0.31) {
+            const double id = value_of(ctl_mtpa_id(num_of(k), num_of(torque)));
+            const double iq = torque / (1.0 + k * id);
+            const double i = hypot(id, iq);
+            double       most = 0.0;
+            for (int a = 0; a <= 900; a++) {
+                const double angle = TWO_PI * 0.5 * a / 900.0; /* iq >= 0 */
+                most = fmax(most, i * sin(angle) * (1.0 + k * i * cos(angle)));
+            }
+            TEST_ASSERT_TRUE_MESSAGE(fabs(torque) >= 0.999 * most,
+                                     at("k %g, torque %g: %g of %g", k, torque, fabs(torque), most));
+        }
+    }
+}
+
+void test_current_reference_mtpa_of_a_surface_machine_has_no_d_current_at_all(void)
+{
+    for (double torque = -100.0; torque <= 100.0; torque += 0.7) {
+        TEST_ASSERT_TRUE(ctl_mtpa_id((num_t)0, num_of(torque)) == (num_t)0);
+    }
+}
+
+/* 1.5 kW, Ld 0.9 mH, Lq 1.2 mH, 59.4 mWb: at 19.53 A the formula id = (psi - sqrt(psi^2 + 8 dL^2 i^2)) / (4 dL) gives -1.89 A */
+void test_current_reference_mtpa_agrees_with_the_formula_over_the_length_of_the_vector(void)
+{
+    const double k = (0.9e-3 - 1.2e-3) / 0.0594, i = 19.53;
+    const double id = (-1.0 + sqrt(1.0 + 8.0 * k * k * i * i)) / (4.0 * k);
+    const double torque = sqrt(i * i - id * id) * (1.0 + k * id);
+    const double unit = 20.0; /* both numerics */
+    const double found = unit * value_of(ctl_mtpa_id(num_of(k * unit), num_of(torque / unit)));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, id, found);
+}
+
+/* ---- room ------------------------------------------------------------------------------------------------------------------- */
+
+void test_current_reference_room_without_voltage_limit_is_that_of_the_circle(void)
+{
+    const machine_t m = {0.4, 0.1, 0.25, 0.02};
+    const double    i_max = 2.0, k = (m.ld - m.lq) / m.psi;
+    double          most = 0.0;
+    for (int a = 0; a <= 5000; a++) {
+        const double angle = TWO_PI * 0.25 * a / 5000.0;
+        most = fmax(most, i_max * cos(angle) * (1.0 - k * i_max * sin(angle)));
+    }
+    const ctl_reference_params_t p = params_of(&m, i_max);
+    begin(&p);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * most, most, value_of(plan.torque_max));
+    TEST_ASSERT_TRUE(plan.id_at_max < (num_t)0);
+
+    ctl_reference_params_t plain = p;
+    plain.mtpa = false;
+    begin(&plain);
+    TEST_ASSERT_TRUE(plan.torque_max == plain.iq_max);
+}
+
+/* ---- field weakening -------------------------------------------------------------------------------------------------------- */
+
+static const machine_t MACHINES[] = {
+    {0.4, 0.1, 0.1, 0.03},   /* surface */
+    {0.4, 0.12, 0.16, 0.02}, /* hardly salient */
+    {0.3, 0.08, 0.24, 0.02}, /* interior magnets */
+    {0.4, 0.25, 0.3, 0.01},  /* psi / Ld within the circle: no end of the speed */
+};
+#define I_MAX 2.0
+#define V_LIMIT 1.0
+
+static double base_speed(const machine_t *m)
+{
+    double w = 0.05;
+    while (best_torque(m, w, 0.95 * V_LIMIT, I_MAX, -1e-9) > 0.999 * I_MAX) { /* with id = 0 */
+        w *= 1.01;
+    }
+    return w;
+}
+
+/* From base speed to twice that, in both directions, motor and brake, load from none to more than there is. */
+void test_current_reference_keeps_the_voltage_and_makes_nearly_all_torque_that_there_is(void)
+{
+    for (size_t k = 0; k < COUNT_OF(MACHINES); k++) {
+        const machine_t             *m = &MACHINES[k];
+        const double                 base = base_speed(m);
+        const ctl_reference_params_t p = params_of(m, I_MAX);
+        const double                 deepest = -fmin(I_MAX, m->psi / m->ld);
+        for (double times = 0.5; times <= 2.01; times += 0.25) {
+            const double most = best_torque(m, times * base, 0.95 * V_LIMIT, I_MAX, deepest);
+            for (int direction = -1; direction <= 1; direction += 2) {
+                for (double load = -0.5; load <= 1.6; load += 0.7) {
+                    const double w = direction * times * base;
+                    const double asked = direction * load * I_MAX;
+                    double       v = 0.0, torque = 0.0;
+                    begin(&p);
+                    for (int n = 0; n < 400; n++) {
+                        torque = sample(m, w, V_LIMIT, asked, &v);
+                    }
+                    const char *const text = at("machine %u, %g times base, load %g: %g of %g, %g V", (unsigned)k,
+                                                times * direction, load, torque, most, v);
+                    TEST_ASSERT_TRUE_MESSAGE(v <= 0.955 * V_LIMIT, text);
+                    if (load > 0.0) {
+                        TEST_ASSERT_TRUE_MESSAGE(torque * direction >= fmin(load * I_MAX, 0.97 * most) - 1e-3, text);
+                    } else {
+                        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3, fmax(asked * direction, -value_of(state.room)),
+                                                          torque * direction, text);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/* Each of the four numbers off by what saturation and temperature make of it. */
+void test_current_reference_finds_the_voltage_with_data_of_the_motor_that_are_off(void)
+{
+    for (size_t k = 0; k < COUNT_OF(MACHINES); k++) {
+        const double w = fmax(1.6 * base_speed(&MACHINES[k]), 1.1 * V_LIMIT / MACHINES[k].psi); /* weakened without load, too */
+        for (int corner = 0; corner < 8; corner++) {
+            machine_t believed = MACHINES[k];
+            believed.psi *= ((corner & 1) != 0) ? 1.07 : 0.93;
+            believed.ld *= ((corner & 2) != 0) ? 1.15 : 0.85;
+            believed.lq *= ((corner & 2) != 0) ? 1.15 : 0.85;
+            believed.r *= ((corner & 4) != 0) ? 1.3 : 0.7;
+            const ctl_reference_params_t p = params_of(&believed, I_MAX);
+            for (double load = 0.0; load <= 0.61; load += 0.3) {
+                double v = 0.0;
+                begin(&p);
+                for (int n = 0; n < 3000; n++) {
+                    (void)sample(&MACHINES[k], w, V_LIMIT, load, &v);
+                }
+                TEST_ASSERT_TRUE_MESSAGE(
+                    v <= 0.96 * V_LIMIT && v >= 0.9 * V_LIMIT,
+                    at("machine %u, corner %d, load %g: %g V, trim %g", (unsigned)k, corner, load, v, value_of(state.trim)));
+            }
+        }
+    }
+}
+
+/* Beyond what the d current may do, the q current goes, and comes back. */
+void test_current_reference_limit_of_the_d_current_bounds_the_speed_and_is_never_passed(void)
+{
+    const machine_t       *m = &MACHINES[0];
+    ctl_reference_params_t p = params_of(m, I_MAX);
+    p.id_max = num_of(0.5);
+    begin(&p);
+    const double base = base_speed(m);
+    double       v = 0.0, torque = 0.0;
+    for (int n = 0; n < 500; n++) {
+        torque = sample(m, 3.0 * base, V_LIMIT, I_MAX, &v);
+        TEST_ASSERT_TRUE(value_of(state.id) >= -0.5 - 1e-6);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, torque);
+    for (int n = 0; n < 500; n++) {
+        torque = sample(m, 0.5 * base, V_LIMIT, I_MAX, &v);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, I_MAX, torque);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, value_of(state.trim));
+}
+
+void test_current_reference_refuses_what_it_cannot_calculate_with(void)
+{
+    const ctl_reference_params_t good = params_of(&MACHINES[1], I_MAX);
+    begin(&good);
+    const ctl_reference_plan_t before = plan;
+    for (uint16_t field = 1U; field <= (uint16_t)CTL_REFERENCE_GAIN; field++) {
+        for (size_t k = 0; k < COUNT_OF(NOT_FINITE); k++) {
+            ctl_reference_params_t bad = good;
+            num_t *const           of[] = {&bad.saliency, &bad.d_full, &bad.q_full, &bad.emf,   &bad.ohm,
+                                           &bad.i_max,    &bad.iq_max, &bad.id_max, &bad.share, &bad.fall};
+            *of[field - 1U] = NOT_FINITE[k];
+            TEST_ASSERT_NOT_EQUAL(CTL_OK, ctl_reference_plan(&plan, &bad).status);
+            ASSERT_SAME_BITS(before, plan);
+        }
+    }
+    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_reference_plan(NULL, &good).status);
+    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_reference_plan(&plan, NULL).status);
+}
+
+/* Any input in any order leaves what the header says. */
+void test_current_reference_stays_bounded_whatever_comes(void)
+{
+    noise_t noise = {7U};
+    for (size_t m = 0; m < COUNT_OF(MACHINES); m++) {
+        const ctl_reference_params_t p = params_of(&MACHINES[m], I_MAX);
+        begin(&p);
+        for (uint32_t k = 0U; k < 20000U; k++) {
+            const ctl_reference_in_t in = {
+                noise_nasty(&noise), noise_nasty(&noise), noise_nasty(&noise), {noise_nasty(&noise), noise_nasty(&noise)}};
+            ctl_reference_step(&plan, &state, &in);
+            ASSERT_BOUNDED_AT(I_MAX, state.id, "id");
+            TEST_ASSERT_TRUE(value_of(state.iq_max) >= 0.0 && value_of(state.iq_max) <= I_MAX);
+            TEST_ASSERT_TRUE(value_of(state.room) >= 0.0 && value_of(state.room) <= value_of(plan.torque_max));
+            TEST_ASSERT_TRUE(value_of(state.trim) >= 0.25 && value_of(state.trim) <= 1.5);
+            TEST_ASSERT_TRUE(value_of(state.q_share) >= 0.0 && value_of(state.q_share) <= 8.1);
+        }
+        TEST_ASSERT_TRUE(state.rejected > 0U);
+        double v = 0.0; /* and works again at once */
+        for (int n = 0; n < 200; n++) {
+            (void)sample(&MACHINES[m], 0.1, V_LIMIT, 0.5, &v);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, value_of(state.trim));
+    }
+}
