@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs
+.PHONY: flash help setup build wheel test quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day figures circle
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -76,6 +76,9 @@ stability: setup ## random drives: does the simulated firmware do what `design r
 combinations: setup ## every pair of methods in the simulator: works, or is refused; writes docs/combinations.md (1 min)
 	@.venv/bin/evenspin combinations --page docs/combinations.md
 
+figures: setup ## every figure of the three papers with ours, theirs and the verdict; writes docs/reference/*-figures.md (1 min)
+	@for paper in guo2024 tang2020 yeh2024; do .venv/bin/evenspin reproduce $$paper --page docs/reference/$$paper-figures.md || exit 1; done
+
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py
 
@@ -131,8 +134,19 @@ simulators: setup ## motulator as a third simulator: how far the three are apart
 	-@.venv/bin/evenspin gap batch $(SIMULATORS)/cases --out $(SIMULATORS)/verdicts
 	@$(PYTHON) tools/tests/simulators_campaign.py $(SIMULATORS) docs/simulators.md
 
+CIRCLE_COUNT := 60
+CIRCLE_SEED  := 1
+CIRCLE_FIRST := $(CIRCLE_COUNT)
+CIRCLE       := out/circle-$(CIRCLE_SEED)
+
+circle: setup ## blind machines from cause to correction, measured before and after; writes docs/circle.md (60 machines: 50 min of processor time; CIRCLE_FIRST=12: the first of them)
+	@CIRCLE_FIRST=$(CIRCLE_FIRST) $(PYTHON) tools/tests/circle_campaign.py $(CIRCLE) $(CIRCLE_COUNT) $(CIRCLE_SEED) docs/circle.md
+
 faults: setup ## outputs and recordings on a disk that fails, and under a kill, at every single step
 	@EVENSPIN_EVERY_STEP=1 $(PYTHON) -m pytest -q tools/tests/test_kept_recordings.py tools/tests/test_output_faults.py
+
+prove: ## blocks without undefined behaviour and within their bounds, for all inputs; needs frama-c; writes docs/proofs.md (4 min)
+	@python3 tests/prove/prove.py --self-test --page docs/proofs.md
 
 SINGLE_FAULT_MOMENTS := 64
 
@@ -143,6 +157,11 @@ MOTION_S := 10000
 
 motion: setup ## drives that work, at random, on every model: the checks of the motion must not trip (10000 s of driving: 2 min)
 	@$(PYTHON) tools/tests/motion_campaign.py --seconds $(MOTION_S)
+
+DRIVING_S := 86400
+
+replay-day: setup ## a day of random driving with faults, recorded and replayed: not one difference (DRIVING_S=86400: 40 min)
+	@$(PYTHON) tools/tests/replay_campaign.py --seconds $(DRIVING_S)
 
 FUZZ_TRIALS ?= 5000
 FUZZ_SEED   ?= 1

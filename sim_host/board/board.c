@@ -5,12 +5,12 @@
 
 #include "hal/hal_clock.h"
 #include "hal/hal_link.h"
-#include "hal/hal_storage.h"
 #include "sim_host/plant/whole.h"
 
 static _Thread_local sim_board_t *selected;
 
-void sim_board_select(sim_board_t *board) { selected = board; }
+void         sim_board_select(sim_board_t *board) { selected = board; }
+sim_board_t *sim_board_selected(void) { return selected; }
 
 static void zero_voltage(double duty[3])
 {
@@ -45,7 +45,7 @@ void sim_board_start(sim_board_t *board)
     board->from_drive.head = board->from_drive.tail = 0;
     zero_voltage(board->duty);
     zero_voltage(board->duty_next);
-    memset(board->storage, 0xFF, sizeof board->storage);
+    sim_board_erase(board);
 }
 
 void sim_board_period(sim_board_t *board)
@@ -136,10 +136,9 @@ static void judge_sum(sim_board_t *b, const hal_sample_t *s)
     }
 }
 
-hal_status_t hal_sample_read(hal_sample_t *out)
+static hal_status_t read_sample(sim_board_t *b, hal_sample_t *out)
 {
-    sim_board_t *const b = selected;
-    sim_reading_t      r;
+    sim_reading_t r;
     sim_plant_read(&b->plant, &r);
     out->ia_a = b->disturbance.current_nan ? NAN : sensed(b, 0, r.ia_a);
     out->ib_a = sensed(b, 1, r.ib_a);
@@ -165,6 +164,14 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     return (latched_fault(b) != HAL_INVERTER_FINE) ? HAL_TRIPPED : HAL_OK;
 }
 
+hal_status_t hal_sample_read(hal_sample_t *out)
+{
+    sim_board_t *const b = selected;
+    const hal_status_t status = read_sample(b, out);
+    trace_sample(b->trace, status, out);
+    return status;
+}
+
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
     sim_board_t *const b = selected;
@@ -176,7 +183,9 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
         b->stuck_edge.index_rad = (float)b->plant.index_rad;
     }
     *out = b->stuck_edge;
-    return b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
+    const hal_status_t status = b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;
+    trace_edge(b->trace, status, out);
+    return status;
 }
 
 /* ---- hal_inverter --------------------------------------------------------------------------------------------------------- */
@@ -190,17 +199,29 @@ hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
     b->duty_next[1] = cut(duty->b);
     b->duty_next[2] = cut(duty->c);
     b->used_cyc += b->load.current_cyc;
+    trace_duty(b->trace, HAL_OK, duty);
     return HAL_OK;
 }
 
-hal_inverter_fault_t hal_inverter_fault(void) { return latched_fault(selected); }
+hal_inverter_fault_t hal_inverter_fault(void)
+{
+    const hal_inverter_fault_t fault = latched_fault(selected);
+    trace_status(selected->trace, TRACE_hal_inverter_fault, (uint16_t)fault);
+    return fault;
+}
 
-void hal_inverter_clear_fault(void) { selected->latched_fault = HAL_INVERTER_FINE; }
+void hal_inverter_clear_fault(void)
+{
+    selected->latched_fault = HAL_INVERTER_FINE;
+    trace_asked(selected->trace, TRACE_hal_inverter_clear_fault);
+}
 
 hal_status_t hal_inverter_arm(void)
 {
-    if (hal_inverter_fault() != HAL_INVERTER_FINE) {
-        return HAL_SENSOR_FAULT;
+    const hal_status_t status = (latched_fault(selected) != HAL_INVERTER_FINE) ? HAL_SENSOR_FAULT : HAL_OK;
+    trace_status(selected->trace, TRACE_hal_inverter_arm, (uint16_t)status);
+    if (status != HAL_OK) {
+        return status;
     }
     selected->armed = true;
     if (selected->periods == 0U) { /* before the first period there is no earlier one to wait for */
@@ -213,21 +234,37 @@ void hal_inverter_disarm(void)
 {
     selected->armed = false;
     selected->gates_on = false;
+    trace_asked(selected->trace, TRACE_hal_inverter_disarm);
 }
 
 /* ---- hal_clock -------------------------------------------------------------------------------------------------------------- */
 
-uint32_t hal_clock_cyc(void) { return clock_cyc(selected); }
-uint32_t hal_clock_hz(void) { return (uint32_t)SIM_CLOCK_HZ; }
-void     hal_clock_request_speed_isr(void)
+uint32_t hal_clock_cyc(void)
+{
+    const uint32_t now = clock_cyc(selected);
+    trace_clock(selected->trace, now);
+    return now;
+}
+
+uint32_t hal_clock_hz(void)
+{
+    trace_count(selected->trace, TRACE_hal_clock_hz, (uint32_t)SIM_CLOCK_HZ);
+    return (uint32_t)SIM_CLOCK_HZ;
+}
+void hal_clock_request_speed_isr(void)
 {
     if (!selected->speed_requested) {
         selected->speed_left_cyc = (double)selected->load.speed_cyc;
     }
     selected->speed_requested = true;
+    trace_asked(selected->trace, TRACE_hal_clock_request_speed_isr);
 }
 
-hal_reset_t hal_reset_cause(void) { return selected->reset_cause; }
+hal_reset_t hal_reset_cause(void)
+{
+    trace_status(selected->trace, TRACE_hal_reset_cause, (uint16_t)selected->reset_cause);
+    return selected->reset_cause;
+}
 
 /* ---- hal_link ----------------------------------------------------------------------------------------------------------------- */
 
@@ -238,6 +275,7 @@ uint16_t hal_link_read(uint16_t *octets, uint16_t limit)
     while ((n < limit) && (p->tail != p->head)) {
         octets[n++] = p->octet[p->tail++ % SIM_LINK_OCTETS];
     }
+    trace_link_read(selected->trace, octets, n);
     return n;
 }
 
@@ -248,61 +286,20 @@ uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
     while ((n < count) && ((p->head - p->tail) < SIM_LINK_OCTETS)) {
         p->octet[p->head++ % SIM_LINK_OCTETS] = (uint16_t)(octets[n++] & 0xFFU);
     }
+    trace_link_write(selected->trace, octets, count, n);
     return n;
 }
 
-uint32_t hal_link_lost(void) { return 0U; } /* a full pipe takes nothing more, see es_sim_link_write */
+uint32_t hal_link_lost(void) /* a full pipe takes nothing more, see es_sim_link_write */
+{
+    trace_count(selected->trace, TRACE_hal_link_lost, 0U);
+    return 0U;
+}
 
 /* ---- hal_limits --------------------------------------------------------------------------------------------------------------- */
 
-void hal_limits(hal_limits_t *out) { *out = selected->limits; }
-
-/* ---- hal_storage ------------------------------------------------------------------------------------------------------------------ */
-
-static bool storage_is_blocks(uint16_t offset, uint16_t count)
+void hal_limits(hal_limits_t *out)
 {
-    return ((offset % HAL_STORAGE_BLOCK_WORDS) == 0U) && ((count % HAL_STORAGE_BLOCK_WORDS) == 0U);
-}
-
-static bool storage_has(uint16_t page, uint16_t offset, uint16_t count)
-{
-    return (page < SIM_STORAGE_PAGES) && ((uint32_t)offset + count <= SIM_STORAGE_WORDS);
-}
-
-uint16_t hal_storage_pages(void) { return SIM_STORAGE_PAGES; }
-uint16_t hal_storage_page_words(void) { return SIM_STORAGE_WORDS; }
-
-hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
-{
-    if (!storage_has(page, offset, count)) {
-        return HAL_UNSUPPORTED;
-    }
-    memcpy(words, &selected->storage[page][offset], count * sizeof words[0]);
-    return HAL_OK;
-}
-
-hal_status_t hal_storage_write(uint16_t page, uint16_t offset, const uint16_t *words, uint16_t count)
-{
-    if (!storage_has(page, offset, count) || !storage_is_blocks(offset, count)) {
-        return HAL_UNSUPPORTED;
-    }
-    if (selected->armed) {
-        return HAL_BUSY;
-    }
-    for (uint16_t i = 0; i < count; i++) { /* programming clears bits and sets none, as in flash */
-        selected->storage[page][offset + i] &= words[i];
-    }
-    return HAL_OK;
-}
-
-hal_status_t hal_storage_erase(uint16_t page)
-{
-    if (page >= SIM_STORAGE_PAGES) {
-        return HAL_UNSUPPORTED;
-    }
-    if (selected->armed) {
-        return HAL_BUSY;
-    }
-    memset(selected->storage[page], 0xFF, sizeof selected->storage[page]);
-    return HAL_OK;
+    *out = selected->limits;
+    trace_limits(selected->trace, out);
 }

@@ -16,6 +16,7 @@
 #include "hal/hal_reset.h"
 #include "hal/hal_sample.h"
 #include "sim_host/plant/plant.h"
+#include "sim_host/trace/trace.h"
 
 #define SIM_CLOCK_HZ 200000000.0
 #define SIM_LINK_OCTETS 4096
@@ -75,12 +76,16 @@ typedef struct {
     hal_reset_t          reset_cause;  /**< Power-up, unless changed after sim_board_start. */
     sim_pipe_t           to_drive, from_drive;
     uint16_t             storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
+    trace_t *trace; /**< Takes down what the functions of the contract give; NULL: nobody does. The start leaves it alone. */
 } sim_board_t;
 
 /** Everything but the plant and the limits at rest; storage erased. */
 void sim_board_start(sim_board_t *board);
+/** Its storage to all ones. */
+void sim_board_erase(sim_board_t *board);
 /** The board that HAL functions on this thread mean. */
-void sim_board_select(sim_board_t *board);
+void         sim_board_select(sim_board_t *board);
+sim_board_t *sim_board_selected(void);
 /** Whether a speed interrupt was requested and comes to its end in this period: then it must be run, between begin and end. */
 bool sim_board_speed_due(sim_board_t *board);
 void sim_board_speed_begin(sim_board_t *board);

@@ -172,6 +172,19 @@ int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room);
 int  es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room);
 bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count);
 
+/* ---- the trace of the simulated drive: everything that its firmware takes in, to replay it (docs/replay.md) --------- */
+
+const char *es_firmware_id(void);   /* changes with every source of the firmware */
+int         es_trace_version(void); /* of what stands in the streams */
+int         es_trace_streams(void);
+/* Before es_sim_start: from the start on everything is taken down, the signals themselves every `rows_every` periods. */
+bool es_sim_trace_open(es_sim_t *sim, int rows_every);
+/* Between calls of es_sim_run: octets in a stream; copy them, all or none; then begin again with empty streams. taken: false when
+ * there was not enough memory, and what was written is not whole. */
+int64_t es_sim_trace_size(const es_sim_t *sim, int stream);
+int64_t es_sim_trace_read(const es_sim_t *sim, int stream, uint8_t *octets, int64_t room);
+bool    es_sim_trace_taken(es_sim_t *sim);
+
 /* ---- blocks: what runs in the interrupts, one by one ---------------------------------------------------------------- */
 
 /* Functions without a memory. Those that may refuse say false and why; `error` may be NULL. */

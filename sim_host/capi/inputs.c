@@ -150,13 +150,13 @@ void capi_inputs_apply(es_sim_t *s, double t)
                                (int32_t)turns,
                                (float)(now[INPUT_position_ref_rad] - turns * 2.0 * PI)};
     if ((now[INPUT_home] >= 0.5) && !s->home_asked) {
-        drive_home(&s->drive);
+        capi_call_home(s);
     }
     s->home_asked = now[INPUT_home] >= 0.5;
     if ((c.mode != s->sent.mode) || (c.speed_ref_rad_s != s->sent.speed_ref_rad_s) || (c.id_ref_a != s->sent.id_ref_a) ||
         (c.iq_ref_a != s->sent.iq_ref_a) || (c.target_turns != s->sent.target_turns) || (c.target_rad != s->sent.target_rad) ||
         (s->board.periods == 0U)) {
-        (void)drive_command(&s->drive, &c);
+        capi_call_command(s, &c);
         s->sent = c;
     }
 }

@@ -10,7 +10,7 @@ bool capi_table_give(es_sim_t *sim)
     for (int i = 0; i < sim->table_cells; i++) {
         amps[i] = (float)sim->table[i];
     }
-    return drive_memory_write(&sim->drive, amps, (uint16_t)sim->table_cells)
+    return capi_call_memory_write(sim, amps, (uint16_t)sim->table_cells)
                ? true
                : capi_refuse(&sim->error, ES_NO_ANGLE_TABLE, "param", "memory", (double)sim->table_cells);
 }
@@ -45,6 +45,9 @@ bool es_sim_memory_write(es_sim_t *sim, const double *amps, int cells)
     free(sim->table);
     sim->table = copy;
     sim->table_cells = cells;
+    if (sim->started) {
+        sim_board_select(&sim->board);
+    }
     return !sim->started || capi_table_give(sim);
 }
 
@@ -55,7 +58,8 @@ bool es_sim_memory_clear(es_sim_t *sim)
     }
     free(sim->table);
     sim->table = NULL;
-    if (sim->started && !drive_memory_clear(&sim->drive)) {
+    sim_board_select(&sim->board);
+    if (sim->started && !capi_call_memory_clear(sim)) {
         return capi_refuse(&sim->error, ES_RUNNING, "param", "memory", 0.0);
     }
     return true;

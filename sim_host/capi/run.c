@@ -9,22 +9,34 @@
 
 static void interrupts(es_sim_t *s)
 {
+    trace_t *const t = s->board.trace;
+    trace_enter(t, TRACE_current_isr);
     drive_current_isr(&s->drive);
+    trace_leave(t);
+    trace_enter(t, TRACE_watch_isr);
     drive_watch_isr(&s->drive);
+    trace_leave(t);
     if (sim_board_speed_due(&s->board)) {
         sim_board_speed_begin(&s->board);
+        trace_enter(t, TRACE_speed_isr);
         drive_speed_isr(&s->drive);
+        trace_leave(t);
         sim_board_speed_end(&s->board);
     }
     if (s->linked) {
+        trace_enter(t, TRACE_services_sample);
         services_sample(&s->services);
+        trace_leave(t);
     }
     if ((s->board.periods % MAIN_LOOP_PERIODS) == 0U) {
-        drive_background(&s->drive);
+        capi_call_background(s);
     }
     if (s->linked) {
+        trace_enter(t, TRACE_services_pass);
         services_pass(&s->services);
+        trace_leave(t);
     }
+    capi_trace_period(s);
 }
 
 int64_t es_sim_run(es_sim_t *sim, int64_t periods, int decimate, double *out, int64_t capacity_rows)
@@ -74,7 +86,7 @@ bool es_sim_tune(es_sim_t *sim, const char *param, double value)
     }
     sim_board_select(&sim->board);
     uint16_t culprit = PARAM_COUNT;
-    if (!drive_tune(&sim->drive, &p, &culprit)) {
+    if (!capi_call_tune(sim, capi_param_index(param), &p, &culprit)) {
         if (drive_needs_rest(&sim->drive, culprit) && (params_get(&p, culprit) <= drive_board_max(culprit))) {
             return capi_refuse(&sim->error, ES_RUNNING, "param", params_info(culprit)->name, value);
         }

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "firmware/app/combinations.h"
-#include "hal/hal_reset.h"
 #include "sim_host/capi/sim.h"
 
 static int effect_at(const char *name)
@@ -60,6 +59,7 @@ void es_sim_free(es_sim_t *sim)
         return;
     }
     capi_inputs_free(sim);
+    trace_free(&sim->trace);
     free(sim->table);
     free(sim);
 }
@@ -89,7 +89,7 @@ bool es_sim_set_model(es_sim_t *sim, const char *name, double value)
     return capi_refuse(&sim->error, ES_UNKNOWN, "model", name, value);
 }
 
-static int param_index(const char *name)
+int capi_param_index(const char *name)
 {
     int i = 0;
     while ((i < (int)PARAM_COUNT) && (strcmp(name, params_info((uint16_t)i)->name) != 0)) {
@@ -100,7 +100,7 @@ static int param_index(const char *name)
 
 bool capi_param_set(es_sim_t *sim, drive_params_t *p, const char *name, double value)
 {
-    const int i = param_index(name);
+    const int i = capi_param_index(name);
     if (i == (int)PARAM_COUNT) {
         return capi_refuse(&sim->error, ES_UNKNOWN, "param", name, value);
     }
@@ -204,6 +204,9 @@ bool es_sim_start(es_sim_t *sim)
                                  (double)DRIVE_PWM_HZ, "Hz");
     }
     sim_board_select(&sim->board);
+    if (sim->board.trace != NULL) {
+        trace_restart(sim->board.trace);
+    }
     const double edges = (sim->model.counts_per_rev > 0.0) ? sim->model.counts_per_rev : (double)sim->params.encoder_counts;
     const char  *bad =
         sim_plant_start(&sim->board.plant, &sim->model, (const double (*)[SIM_EFFECT_PARAMS])sim->effect, edges, sim->seed);
@@ -221,14 +224,12 @@ bool es_sim_start(es_sim_t *sim)
     }
     capi_inputs_rewind(sim);
     if (sim->linked) {
-        const services_setup_t setup = {&sim->drive,    &sim->params,        "simulator",           sim->capture,
-                                        sim->black_box, CAPI_CAPTURE_VALUES, CAPI_BLACK_BOX_VALUES, hal_reset_cause()};
-        services_start(&sim->services, &setup);
+        capi_call_services(sim);
     } else {
-        drive_init(&sim->drive, &sim->params);
+        capi_call_init(sim);
         if (sim->params.auto_run !=
             0U) { /* no link, no client whose silence could be dangerous: the simulation itself starts it */
-            drive_start(&sim->drive);
+            capi_call_start(sim);
         }
     }
     if (sim->drive.fault == FAULT_configuration) {
@@ -241,7 +242,7 @@ bool es_sim_start(es_sim_t *sim)
         return false;
     }
     for (int pass = 0; pass < 3; pass++) { /* init -> ready -> run before the first sample, when nothing else is asked for */
-        drive_background(&sim->drive);
+        capi_call_background(sim);
     }
     sim->started = true;
     return true;

@@ -10,6 +10,7 @@
 #include "firmware/services/services.h"
 #include "sim_host/board/board.h"
 #include "sim_host/capi/error.h"
+#include "sim_host/trace/trace.h"
 
 #define CAPI_SIGNALS_MAX 64
 #define CAPI_CAPTURE_VALUES 6140 /* as on the chip, see linker/f28379d_flash.cmd */
@@ -50,6 +51,7 @@ struct es_sim {
     services_t      services;
     float           capture[CAPI_CAPTURE_VALUES], black_box[CAPI_BLACK_BOX_VALUES];
     bool            storage_kept; /**< Over the next start. */
+    trace_t         trace;        /**< Written while board.trace points at it. */
     es_error_t      error;
 };
 
@@ -62,11 +64,27 @@ void capi_inputs_apply(es_sim_t *sim, double t_s);
 /** inputs.c: refuse a speed reference that would only trip the drive. */
 bool capi_reference_fits(es_sim_t *sim);
 
+/** calls.c: calls of the firmware that no interrupt and no main loop makes, taken down in the trace. */
+void capi_call_init(es_sim_t *sim);
+void capi_call_services(es_sim_t *sim);
+void capi_call_start(es_sim_t *sim);
+void capi_call_background(es_sim_t *sim);
+void capi_call_home(es_sim_t *sim);
+void capi_call_command(es_sim_t *sim, const drive_command_t *command);
+bool capi_call_tune(es_sim_t *sim, uint16_t param, const drive_params_t *params, uint16_t *culprit);
+bool capi_call_memory_write(es_sim_t *sim, const float *amps, uint16_t cells);
+bool capi_call_memory_clear(es_sim_t *sim);
+
 /** signals.c: the list of the drive's telemetry and the truth of the plant. @return NULL, or -1, when there is none. */
 const signal_info_t *capi_signal_info(int index);
 int                  capi_signal_find(const char *name);
 double               capi_signal_read(const es_sim_t *sim, int index);
 
+/** trace.c: the end of a period, with all signals, where a trace is written. */
+void capi_trace_period(es_sim_t *sim);
+
+/** setup.c: position of a parameter in the table; PARAM_COUNT: there is none of this name. */
+int capi_param_index(const char *name);
 /** setup.c: set a parameter by its name in @p p. */
 bool capi_param_set(es_sim_t *sim, drive_params_t *p, const char *name, double value);
 /** setup.c: refuse because the drive does not take parameter @p culprit of @p p. */

@@ -5,7 +5,8 @@
  * One effect is one file in sim_host/effects/, which defines `const sim_effect_t effect_<name>` in `<name>.c`. The build
  * collects the files, so that a new file is a new effect: for the simulator, the command line, the documentation and
  * the gap workflow, which searches its parameters by their roles. A hook that is NULL does not act; hooks of effects
- * that are off cost nothing. The build refuses more than SIM_EFFECTS_MAX effects, and a second one with a linkage_wb.
+ * that are off cost nothing. The build refuses more than SIM_EFFECTS_MAX effects, and a second one with a linkage_wb or a
+ * bristle_nm.
  */
 #ifndef SIM_HOST_PLANT_EFFECT_H
 #define SIM_HOST_PLANT_EFFECT_H
@@ -101,6 +102,9 @@ typedef struct {
     double (*slope_h)(const double *p, double l_h, double i_a, double other_a);
     double (*torque_nm)(const double *p, const sim_shaft_t *shaft); /**< Torque on the shaft, positive drives it forward. */
     double (*friction_nm)(const double *p, double speed_abs_rad_s); /**< Size of a torque that opposes any motion, >= 0. */
+    /** Friction that a rotor meets before it slides, against positive motion, after it has moved by this angle from where
+     *  the friction was @p held_nm. The plant keeps it from step to step. One effect at most. */
+    double (*bristle_nm)(const double *p, double held_nm, double moved_rad, double speed_abs_rad_s);
     void (*flux)(const double *p, const sim_model_t *m, double theta_e_rad, double time_s, sim_flux_t *flux);
     void (*phase_voltage)(const double *p, const sim_bridge_t *bridge, double v_abc_v[3]);
     void (*current_sensor)(const double *p, double i_ab_a[2]);                         /**< Phases a and b, before noise. */

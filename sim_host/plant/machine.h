@@ -80,7 +80,14 @@ static SIM_WITHIN double sim_harmonic_torque(const sim_plant_t *s, const sim_sta
     return s->torque_per_amp * ((m->psi_wb + h->q_wb) * x->iq_a + h->d_wb * x->id_a + (m->ld_h - m->lq_h) * x->id_a * x->iq_a);
 }
 
-/** Everything on the shaft but friction; behind a coupling: on the rotor. */
+/** Friction of a rotor that may not slide yet: from where it was at the start of the step. */
+static inline double sim_bristle_nm(const sim_plant_t *s, const sim_state_t *x)
+{
+    const sim_acting_t *const a = s->bristle;
+    return a->effect->bristle_nm(a->p, s->bristle_nm, x->theta_m_rad - s->x.theta_m_rad, fabs(x->speed_rad_s));
+}
+
+/** Everything on the shaft but friction that slides; behind a coupling: on the rotor. */
 static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_t *x, double motor_nm, double coupling_nm,
                                           sim_machine_kind_t kind)
 {
@@ -92,6 +99,9 @@ static SIM_WITHIN double sim_shaft_torque(const sim_plant_t *s, const sim_state_
         if (!coupled || !s->torque[i]->effect->at_load) {
             sum += s->torque[i]->effect->torque_nm(s->torque[i]->p, &shaft);
         }
+    }
+    if (s->bristle != NULL) {
+        sum -= sim_bristle_nm(s, x);
     }
     return sum;
 }

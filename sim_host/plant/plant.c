@@ -48,6 +48,9 @@ static const char *collect_effects(sim_plant_t *s, const double (*values)[SIM_EF
         if (effect->linkage_wb != NULL) {
             s->saturation = a;
         }
+        if (effect->bristle_nm != NULL) {
+            s->bristle = a;
+        }
         if (effect->torque_nm != NULL) {
             s->torque[s->torque_count++] = a;
         }

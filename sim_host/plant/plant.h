@@ -99,6 +99,8 @@ typedef struct {
     sim_delay_t         delay;
     double              lagging_a[2]; /**< Currents behind the filter of the measurement, alpha and beta. */
     const sim_acting_t *saturation;   /**< NULL: none. */
+    const sim_acting_t *bristle;      /**< NULL: none. */
+    double              bristle_nm;   /**< Friction before the rotor slides, against positive motion. */
     double              vdc_filtered_v, vdc_gain;
     sim_state_t         at_read; /**< At the last start of a period. */
     double              load_nm; /**< What the torque sensor reads. */

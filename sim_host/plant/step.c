@@ -69,6 +69,15 @@ static double flank_time(const sim_plant_t *s, const sim_step_t *step, const sim
     return first;
 }
 
+/** Go on to @p x: what bends with the rotor's travel goes along. */
+static SIM_WITHIN void go_on(sim_plant_t *s, const sim_state_t *x)
+{
+    if (s->bristle != NULL) {
+        s->bristle_nm = sim_bristle_nm(s, x);
+    }
+    s->x = *x;
+}
+
 /** A step of rotor and load behind a coupling: ends where one of them passes zero against friction or a flank begins or
  *  ends contact. In the @p last piece of a step flanks wait. @return time done. */
 static double coupled_step(sim_plant_t *s, sim_step_t *step, double h, bool last)
@@ -95,7 +104,7 @@ static double coupled_step(sim_plant_t *s, sim_step_t *step, double h, bool last
         y.x.speed_rad_s = (turns && (done == stop)) ? 0.0 : y.x.speed_rad_s;
         y.load.speed_rad_s = (load_turns && (done == load_stop)) ? 0.0 : y.load.speed_rad_s;
     }
-    s->x = y.x;
+    go_on(s, &y.x);
     s->load = y.load;
     return done;
 }
@@ -150,7 +159,8 @@ static SIM_WITHIN double move_rigid(sim_plant_t *s, sim_step_t *step, double h, 
 {
     double done;
     judge_rigid(s, step, kind);
-    s->x = rigid_step(s, step, h, &done, kind);
+    const sim_state_t x = rigid_step(s, step, h, &done, kind);
+    go_on(s, &x);
     sim_frame_turn_by(s, s->model.pole_pairs * (s->x.theta_m_rad - step->theta0_rad));
     return done;
 }

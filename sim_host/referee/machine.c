@@ -31,7 +31,9 @@ void referee_machine_init(referee_machine_t *self, const referee_parameters_t *p
     self->time_torque = p->fixed_frequency_torque_amplitude_nm != 0.0;
     self->resistance_ohm = p->motor_resistance_ohm;
     self->psi_wb = p->motor_psi_wb;
-    self->dry_friction_nm = p->coulomb_friction_torque_nm;
+    const bool holds = (p->coulomb_friction_smooth_rad_s == 0.0) && (p->coulomb_friction_spring_rad == 0.0);
+    self->holding_nm = holds ? p->coulomb_friction_torque_nm : 0.0;
+    self->dry_friction_nm = self->holding_nm;
     self->theta_rad = p->motor_start_angle_rad;
     self->load_theta_rad = self->theta_rad;
 }
@@ -42,7 +44,7 @@ void referee_machine_age(referee_machine_t *self, double t_s, double period_s, r
     const double                      warm = 1.0 - exp(-t_s / p->resistance_drift_time_s);
     self->resistance_ohm = p->motor_resistance_ohm * (1.0 + (p->resistance_drift_rise_rel * warm));
     self->psi_wb = p->motor_psi_wb * (1.0 - (p->magnet_drift_fall_rel * (1.0 - exp(-t_s / p->magnet_drift_time_s))));
-    self->dry_friction_nm = p->coulomb_friction_torque_nm + (p->friction_drift_torque_nm * exp(-t_s / p->friction_drift_time_s));
+    self->dry_friction_nm = self->holding_nm + (p->friction_drift_torque_nm * exp(-t_s / p->friction_drift_time_s));
     if (p->torque_bursts_amplitude_nm != 0.0) {
         self->burst_left_s -= period_s;
         if (self->burst_left_s <= 0.0) {
@@ -93,6 +95,14 @@ static double with_dry_friction(const referee_machine_t *self, double speed_rad_
     return (speed_rad_s < -loss_rad_s) ? (speed_rad_s + loss_rad_s) : 0.0;
 }
 
+/* A spring that slides when it is stretched to the friction (Prandtl), after the shaft has moved. */
+static double stretched(const referee_parameters_t *p, double spring_nm, double moved_rad)
+{
+    const double most_nm = p->coulomb_friction_torque_nm;
+    const double now_nm = spring_nm + (most_nm * moved_rad / p->coulomb_friction_spring_rad);
+    return (now_nm > most_nm) ? most_nm : ((now_nm < -most_nm) ? -most_nm : now_nm);
+}
+
 static double shaft_torque(const referee_machine_t *self, double twist_rad, double twist_rad_s)
 {
     const double gap_rad = self->half_gap_rad;
@@ -119,6 +129,13 @@ static void move(referee_machine_t *self, double h_s, double load_torque_nm, dou
     }
     const double load_nm = load_torque_nm + p->load_torque_torque_nm;
     double       viscous_nms = p->motor_viscous_nms;
+    double       border_nms = 0.0; /* of Coulomb friction that rises with the speed */
+    if (p->coulomb_friction_spring_rad > 0.0) {
+        torque_nm -= self->spring_nm;
+        self->spring_nm = stretched(p, self->spring_nm, speed * h_s);
+    } else if (p->coulomb_friction_smooth_rad_s > 0.0) {
+        border_nms = p->coulomb_friction_torque_nm / hypot(speed, p->coulomb_friction_smooth_rad_s);
+    }
 
     if (self->load_inertia_kgm2 > 0.0) {
         const double shaft_nm = shaft_torque(self, self->theta_rad - self->load_theta_rad, speed - self->load_speed_rad_s);
@@ -129,7 +146,7 @@ static void move(referee_machine_t *self, double h_s, double load_torque_nm, dou
     } else {
         torque_nm -= load_nm;
     }
-    const double decay = 0.5 * h_s * viscous_nms / self->motor_inertia_kgm2; /* trapezoidal */
+    const double decay = 0.5 * h_s * (viscous_nms + border_nms) / self->motor_inertia_kgm2; /* trapezoidal */
     const double free = ((speed * (1.0 - decay)) + (torque_nm * h_s / self->motor_inertia_kgm2)) / (1.0 + decay);
     self->speed_rad_s = with_dry_friction(self, free, h_s);
 }

@@ -21,6 +21,7 @@ typedef struct {
     const referee_parameters_t *p;
     double                      motor_inertia_kgm2, load_inertia_kgm2; /**< The second is 0 with one mass. */
     double                      stiffness_nm_rad, damping_nms, half_gap_rad;
+    double                      holding_nm;          /**< Dry friction that is the same at standstill as in motion. */
     double                      l_mean_h, l_swing_h; /**< L(theta_e) = mean +- swing cos 2 theta_e. */
     bool                        angle_torque, time_torque;
     /* what changes slowly: once per control period */
@@ -31,6 +32,7 @@ typedef struct {
     referee_vector_t i_a;                              /**< Stationary frame. */
     referee_vector_t i_filtered_a;                     /**< Behind the filter of the current sensors. */
     double           torque_nm;                        /**< Of the air gap, in the last step. */
+    double           spring_nm;                        /**< Coulomb friction of a shaft that gives way, against rotation. */
     double           bristle_nm;                       /**< Friction before the shaft slides, against positive rotation. */
 } referee_machine_t;
 

@@ -89,6 +89,15 @@ static int first_bad(const double *values, const referee_parameters_t *p)
             return (int)(ratios[k] - &p->motor_pole_pairs) + 1;
         }
     }
+    const double *const not_negative[] = {&p->coulomb_friction_smooth_rad_s, &p->coulomb_friction_spring_rad};
+    for (size_t k = 0; k < sizeof not_negative / sizeof not_negative[0]; k++) {
+        if (*not_negative[k] < 0.0) {
+            return (int)(not_negative[k] - &p->motor_pole_pairs) + 1;
+        }
+    }
+    if ((p->coulomb_friction_smooth_rad_s > 0.0) && (p->coulomb_friction_spring_rad > 0.0)) { /* one form at a time */
+        return (int)(&p->coulomb_friction_spring_rad - &p->motor_pole_pairs) + 1;
+    }
     if (p->drive_speed_periods < 1.0) {
         return (int)(&p->drive_speed_periods - &p->motor_pole_pairs) + 1;
     }

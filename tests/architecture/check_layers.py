@@ -61,6 +61,8 @@ LAYERS = (
     Layer("firmware", ("control", "hal", "firmware"), FREESTANDING | {"string.h"}),
     Layer("sim_host/plant", ("sim_host/plant", "sim_host/effects"), STANDARD),
     Layer("sim_host/effects", ("sim_host/plant", "sim_host/effects"), STANDARD),
+    Layer("sim_host/trace", ("hal", "sim_host/trace"), STANDARD),
+    Layer("sim_host/replay", ("control", "hal", "firmware", "sim_host/trace", "sim_host/replay"), STANDARD),
     Layer("sim_host/board", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
     Layer("sim_host/capi", ("control", "hal", "firmware", "sim_host"), None, closed=("sim_host/referee",)),
     Layer(

@@ -26,14 +26,14 @@ PACKAGE = "evenspin"
 ORDER = (
     ("errors",),
     ("native", "tableview", "build", "plausible"),
-    ("model", "blocks", "effects", "output"),
+    ("model", "blocks", "effects", "output", "recording"),
     ("sim",),
     ("log", "analysis", "doctor", "importer"),
     ("report", "cycles", "drive", "export"),
     ("compare", "memory", "design", "motor"),
     ("identify", "empirical"),
     ("bench", "reproduce", "run", "gap", "balance"),
-    ("tune", "driven", "grid"),
+    ("tune", "driven", "grid", "replay", "correct"),
     ("commission", "scope", "blind", "api"),
     ("cli",),
 )

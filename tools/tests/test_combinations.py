@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,8 +10,10 @@ from evenspin.errors import EvenspinError, InputError
 from evenspin.model import builtin_scenario
 from evenspin.model.methods import drive_of_word, method_word, method_words
 from evenspin.native import tables
+from evenspin.reproduce.combination_options import OPTIONS, REFUSED, Found, Trial, option_tables, refused_table, trials
+from evenspin.reproduce.combination_options import run as run_options
 from evenspin.reproduce.combinations import Answer, Pair, coarse_table, pairs, run, verdicts
-from evenspin.sim import prepare
+from evenspin.sim import prepare, simulate
 
 
 def refusal(scenario: str, **drive: str | float) -> str:
@@ -118,3 +121,71 @@ def test_on_a_coarse_encoder_nothing_that_is_default_harms() -> None:
     assert rows["aro", "200 cells, write one (as printed)"][3].startswith("HARMS")
     assert all(row[3] == "good" for (_, memory), row in rows.items() if "as printed" not in memory)
     assert tables().params["aro_write"].choices[int(tables().params["aro_write"].default)] == "hat"
+
+
+# ---- options beside the methods, and everything that is refused because of a second parameter
+
+
+def test_every_rule_of_the_drive_has_an_example_that_it_refuses_with_both_parameters_of_that_rule() -> None:
+    rules = {rule.name: rule for rule in tables().combinations}
+    assert set(REFUSED) == set(rules)
+    view = refused_table()
+    assert not any(view.marks)
+    for row, rule in zip(view.rows, rules.values(), strict=True):
+        assert (row[0].split(" = ")[0], row[1].split(" = ")[0]) == (rule.param, rule.other)
+        assert row[2].startswith(rule.why)
+
+
+def test_a_rule_whose_example_is_taken_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(REFUSED, "third_gain", {"current_correction": "fixed"})  # type: ignore[attr-defined]
+    view = refused_table()
+    assert [mark for mark in view.marks if mark] == ["bad"]
+
+
+def test_options_act_in_a_loop_and_bring_it_to_where_there_is_nothing_to_correct() -> None:
+    chosen = [
+        Trial("current_correction = learned", "speed", "fal-forc", "none"),
+        Trial("current_correction = learned", "position", "ppi", "none"),
+        Trial("dead_time_s = 1.5e-06", "speed", "pi", "none"),
+        Trial("speed_model_ff = 1", "speed", "pi", "none"),
+    ]
+    found = run_options(chosen)
+    assert [each.verdict for each in found] == ["works"] * len(chosen)
+    for each in found:
+        assert each.off > 2.0 * each.ideal
+        assert each.on - each.ideal < 0.15 * (each.off - each.ideal)  # dead time with a hard sign leaves a tenth
+
+
+@pytest.mark.parametrize(
+    ("ideal", "off", "on", "verdict"),
+    [
+        (0.0, 1.0, 0.2, "works"),
+        (0.5, 0.3, 0.5, "works"),  # what is corrected happened to help
+        (0.0, 1.0, 1.09, "works"),
+        (0.0, 1.0, 1.11, "FAILED: harms"),
+        (0.0, 1.0, 1.0, "FAILED: does nothing"),
+        (0.0, 1.0, float("nan"), "FAILED: harms"),
+    ],
+)
+def test_an_option_that_does_nothing_or_harm_fails(ideal: float, off: float, on: float, verdict: str) -> None:
+    assert Found(trials()[0], ideal, off, on).verdict == verdict
+
+
+def test_the_page_has_every_option_in_every_loop_and_every_refusal() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "combinations.md").read_text(encoding="utf-8")
+    for option in OPTIONS:
+        part = page.partition(f"## `{option.name}`")[2].partition("## ")[0]
+        for trial in trials():
+            if trial.option == option.name:
+                assert f"| {trial.mode} | {trial.loop} | {trial.observer} |" in part
+    for row in refused_table().rows:
+        assert f"| {' | '.join(row)} |" in page
+    assert all(view.text in page for view in option_tables([]))
+
+
+def test_the_model_of_speed_mode_has_no_effect_in_position_mode() -> None:
+    drive, errors = Pair("position", "ppi", "aro", "pi").drive(), []
+    for change in ({}, {"speed_model_ff": 1.0, "rdc_line1_cycles": 24.0, "rdc_line1_nm": 0.14}):
+        setup = builtin_scenario("yeh2024/rpm20").with_changes({**drive, **change})
+        errors.append(simulate(replace(setup, duration_s=4.0), ("position_error_rad",))["position_error_rad"])
+    assert (errors[0] == errors[1]).all()

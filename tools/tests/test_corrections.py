@@ -104,6 +104,21 @@ def test_friction_fed_forward_takes_three_fifths_of_the_error_of_a_reversal():
     assert errors[1] < 0.4 * errors[0]
 
 
+def test_the_overshoot_of_a_reversal_with_friction_fed_forward_is_that_of_a_drive_without_friction():
+    friction = {"coulomb_friction": {"torque_nm": 0.02}}
+    model = {"speed_model_ff": 1, "rdc_coulomb_nm": 0.02, "rdc_static_nm": 0.02}
+    t_s = np.arange(0.0, 4.0)
+    rpm = 30.0 * (-1.0) ** t_s
+    over = []
+    for effects, drive in (({}, {}), (friction, model), (friction, {**model, "speed_setpoint_weight": 0.0})):
+        record = _run(rpm, 0.0, effects, 4.0, t_s=t_s, **drive)
+        wanted = 30.0 * (-1.0) ** np.floor(np.minimum(record["t_s"], 3.999))
+        late = record["t_s"] > 1.0
+        over.append(np.max((record["true_speed_rad_s"] / RPM * np.sign(wanted))[late]) - 30.0)
+    assert over[1] < over[0]
+    assert over[2] < 0.4 * over[1]
+
+
 def test_deadbeat_control_refuses_the_dead_time_and_names_both():
     with pytest.raises(EvenspinError, match=r"dead_time_s.*current_controller|current_controller.*dead_time_s"):
         _run(60.0, 1.0, {}, dead_time_s=1.0e-6, current_controller="deadbeat")

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from evenspin.report.chart import BARS, POINTS, Chart, Line, Panel, chart_json
+from evenspin.report.style import REFERENCE_COLOUR
 from evenspin.report.svg import BOTTOM, LEFT, LEGEND, RIGHT, TOP, WIDTH, svg_of
 from evenspin.report.ticks import decade_ticks, linear_ticks, tick_texts
 
@@ -59,6 +60,20 @@ def test_bars_and_points_are_drawn_one_by_one():
 
     assert paths(bars, "es-bars")[0].count("Z") == 2  # one ends at the foot of the axis, one has no number
     assert paths(points, "es-line")[0].count("h0") == 3
+
+
+def test_only_a_reference_takes_the_ink_of_the_page_and_a_dashed_line_of_a_method_keeps_its_colour():
+    method = drawn(line={"dashed": True})
+    reference = drawn(lines=[Line("reference", X, Y, REFERENCE_COLOUR)])
+
+    assert (len(paths(method, "es-ref")), len(paths(method, "es-line"))) == (0, 1)
+    assert len(paths(reference, "es-ref")) == 1
+
+
+def test_points_have_a_point_in_the_legend():
+    legend = [each for each in drawn(line={"kind": POINTS}).iter() if each.tag.endswith("circle")]
+
+    assert [each.attrib["fill"] for each in legend] == ["#123456"]
 
 
 def test_texts_are_escaped():

@@ -7,7 +7,7 @@ import re
 
 import pytest
 from evenspin.native import tables
-from evenspin.tableview import TableView, print_table
+from evenspin.tableview import TableView, number, print_table
 from rich.console import Console
 
 WIDTHS = (150, 100, 80, 60, 40)
@@ -54,6 +54,22 @@ def squeezed(text: str) -> str:
     return re.sub(r"\s+", "", text)
 
 
+@pytest.mark.parametrize("digits", [2, 3, 4, 5])
+@pytest.mark.parametrize("value", [3.62e-5, -6.012e-9, 1e-12, 9.9996e-5, 2.5e-4, 0.0141, 0.5])
+def test_a_small_number_keeps_its_digits_and_the_width_of_its_column(value: float, digits: int) -> None:
+    text = number(value, digits)
+
+    assert float(text) == pytest.approx(value, rel=0.5000001 * 10.0 ** (1 - digits))  # half of the last digit
+    assert len(text.lstrip("-")) <= digits + 5  # 0. and five or more decimals, or digits, point and e-05
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(3.62e-5, "3.62e-05"), (0.000362, "0.000362"), (0.0, "0"), (None, "-"), (1234.5, "1234")]
+)
+def test_powers_of_ten_only_where_decimals_are_no_shorter(value: float | None, text: str) -> None:
+    assert number(value) == text
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("view", [FIGURES, WORDS, PARAMETERS, MARKED, HOLES, EMPTY], ids=lambda view: view.title)
 def test_no_line_is_wider_than_the_terminal_and_no_heading_or_number_is_cut(view: TableView, width: int) -> None:
@@ -93,6 +109,15 @@ def test_output_into_a_file_or_a_pipe_does_not_depend_on_the_terminal() -> None:
     text = printed(FIGURES, 150, terminal=False)
     assert text.count("method") == 1
     assert squeezed("".join(FIGURES.rows[0])) in squeezed(text)
+
+
+@pytest.mark.parametrize("width", [150, 60])
+def test_a_wide_table_in_a_pipe_is_not_cut_to_the_width_of_a_console(width: int) -> None:
+    columns = tuple(f"quantity {k}" for k in range(20))
+    cells = [(f"{k}.0000362", *(["7"] * 19)) for k in range(3)]
+    text = printed(TableView("T", "", columns, cells), width, terminal=False)
+    assert "…" not in text
+    assert all(row[0] in text for row in cells)
 
 
 def test_a_text_of_one_long_word_is_folded_not_cut() -> None:

@@ -124,6 +124,36 @@ void test_referee_machine_dry_friction_stops_in_time_and_holds(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.002, -0.1, machine.speed_rad_s);
 }
 
+void test_referee_machine_coulomb_friction_that_rises_with_the_speed_lets_a_loaded_shaft_creep(void)
+{
+    p.motor_resistance_ohm = 1e6;
+    p.coulomb_friction_torque_nm = 0.05;
+    p.coulomb_friction_smooth_rad_s = 0.4;
+    referee_machine_init(&machine, &p);
+    machine.speed_rad_s = 10.0;
+
+    run(0.1, 0.0, 0.0); /* T / J = 50 rad/s^2, less 1 - w / hypot(w, s) = 0.1 to 0.3 % */
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 5.0, machine.speed_rad_s);
+    run(1.0, 0.0, 0.03); /* w / hypot(w, s) = 0.6 */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.4 * 0.75, machine.speed_rad_s);
+}
+
+void test_referee_machine_coulomb_friction_that_gives_way_is_a_spring_until_it_slides(void)
+{
+    p.motor_resistance_ohm = 1e6;
+    p.motor_viscous_nms = 0.1; /* 10 ms: no swing is left */
+    p.coulomb_friction_torque_nm = 0.05;
+    p.coulomb_friction_spring_rad = 0.01;
+    referee_machine_init(&machine, &p);
+    const double start = machine.theta_rad;
+
+    run(0.5, 0.0, 0.03); /* 0.6 of it */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, -0.006, machine.theta_rad - start);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, machine.speed_rad_s);
+    run(0.5, 0.0, 0.08); /* slides: (0.08 - 0.05) / B */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.3, machine.speed_rad_s);
+}
+
 void test_referee_machine_stribeck_adds_friction_at_low_speed_only(void)
 {
     p.motor_resistance_ohm = 1e6;

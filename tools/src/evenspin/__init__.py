@@ -5,8 +5,8 @@
     run = es.load("guo2024/first").change(method="fal-forc").simulate()
     run["speed_rad_s"], run.to_pandas(), run.plot()
 
-`load`, `Scenario`, `Run`, `find_gap`, `Gap`, `name_plate`, `list_scenarios` and the other lists, and `EvenspinError`
-are the library for users (docs/api.md). The packages below are what it is made of:
+`load`, `Scenario`, `Run`, `find_gap`, `Gap`, `name_plate`, `replay_recording`, `list_scenarios` and the other lists,
+and `EvenspinError` are the library for users (docs/api.md). The packages below are what it is made of:
 
     evenspin.blocks      the control blocks of the firmware, one call each
     evenspin.model       model and scenario files
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from evenspin.api import (
         EvenspinError,
         Gap,
+        Replayed,
         Run,
         Scenario,
         find_gap,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         list_signals,
         load,
         name_plate,
+        replay_recording,
     )
     from evenspin.build import version
 
@@ -45,6 +47,7 @@ _PARTS = ("analysis", "bench", "blocks", "design", "log", "model", "native", "re
 __all__ = [
     "EvenspinError",
     "Gap",
+    "Replayed",
     "Run",
     "Scenario",
     "list_effects",
@@ -52,6 +55,7 @@ __all__ = [
     "load",
     "list_models",
     "name_plate",
+    "replay_recording",
     "list_parameters",
     "list_scenarios",
     "list_signals",

@@ -28,13 +28,15 @@ class TableView:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Three significant digits, never in powers of ten; a dash where there is nothing."""
+    """As many significant digits; in powers of ten only where that is no longer than decimals; a dash for nothing."""
     if value is None or not math.isfinite(value):
         return "-"
     if value == 0.0:
         return "0"
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-    return f"{value:.{min(decimals, 6)}f}"
+    if decimals > digits + 3:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{decimals}f}"
 
 
 def print_table(view: TableView, console: Console) -> None:
@@ -44,7 +46,10 @@ def print_table(view: TableView, console: Console) -> None:
     from rich.text import Text
 
     if not console.is_terminal:
+        wide = console.width
+        console.width = max(wide, _uncut(view))
         _print_columns(view, console, range(len(view.header)), None)
+        console.width = wide
     else:
         widths = _widths(view)
         key = range(_key_columns(view))
@@ -71,6 +76,12 @@ MOST_LINES = 6  # of a cell; beyond it a block of its own is easier to read
 def _widths(view: TableView) -> list[int]:
     """What each column needs on one line."""
     return [max(len(name), *(len(row[i]) for row in view.rows), 1) for i, name in enumerate(view.header)]
+
+
+def _uncut(view: TableView) -> int:
+    """The width of a whole table of rich with its borders in which no name and no number is cut."""
+    borders = 3 * len(view.header) + 2
+    return borders + sum(min(width, LONG_CELL) for width in _widths(view))
 
 
 def _least(view: TableView, index: int) -> int:

@@ -38,6 +38,8 @@ def test_names_are_counted_by_confidence_with_the_share_that_is_right(tmp_path: 
 
     assert [(level.low, level.names, level.right) for level in levels] == [(0.5, 2, 0.0), (0.95, 2, 1.0)]
     assert [level.said for level in levels] == pytest.approx([0.65, 0.98])
+    # two names are off by 0.65, two by 0.02
+    assert calibrate(TRUTHS, results).error == pytest.approx((2 * 0.65 + 2 * 0.02) / 4)
 
 
 def test_intervals_count_as_holding_the_truth_also_across_the_turn(tmp_path: Path) -> None:
@@ -48,6 +50,7 @@ def test_intervals_count_as_holding_the_truth_also_across_the_turn(tmp_path: Pat
     # the amplitude is off by two half widths, the phase by 0.093 of 0.1 rad; the order is no measurement
     assert calibration.intervals == 2
     assert calibration.coverage == (0.5, 1.0)
+    assert calibration.of_parameter == (("cogging.amplitude_nm", 1, 0.0), ("cogging.phase_rad", 1, 1.0))
 
 
 def test_without_verdicts_nothing_is_claimed(tmp_path: Path) -> None:

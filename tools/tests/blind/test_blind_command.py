@@ -42,6 +42,14 @@ def test_the_truth_lies_beside_the_cases(quick: None, tmp_path: Path) -> None:
     assert set(read_truth(tmp_path / "set_truth.json")) == {"case_0001", "case_0002", "case_0003"}
 
 
+def test_folders_that_are_not_there_are_made_for_cases_and_truth(quick: None, tmp_path: Path) -> None:
+    place = tmp_path / "new" / "place"
+
+    call("make", "--out", place / "set", "--truth", place / "truth.json", "--kind", "single=1")
+
+    assert set(read_truth(place / "truth.json")) == {"case_0001"}
+
+
 def test_kinds_may_be_counted_one_by_one(quick: None, tmp_path: Path) -> None:
     call("make", "--out", tmp_path / "set", "--kind", "single=2,pair=3,none=1", "--effects", "cogging,inertia")
 
@@ -68,7 +76,7 @@ def test_a_mix_of_forty_has_all_kinds(quick: None, tmp_path: Path) -> None:
         (["--kind", "pair", "--effects", "two_mass,backlash"], "two or more that go together"),
         (["--kind", "single", "--effects", "fan_load"], "of the vocabulary"),
         (["--kind", "outside", "--effects", "cogging"], "outside of the vocabulary"),
-        (["--truth", "SET/truth.json"], "apart from the cases"),
+        (["--truth", "SET/truth.json"], "apart from"),
     ],
 )
 def test_a_wrong_option_is_refused_before_anything_is_made(

@@ -19,11 +19,13 @@ from evenspin.gap import investigate as core
 from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.check import checked_case
 from evenspin.gap.folder import write_result, write_steps
+from evenspin.gap.headline import summary_of
 from evenspin.gap.intervals import Interval, Intervals, of_effect, with_model_share
 from evenspin.gap.outcome import Validation
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.result import CaseResult, confidence, result_of
 from evenspin.gap.story import page_of, tables_of
+from evenspin.gap.thresholds_effects import VARIES_SPREAD
 from evenspin.gap.verdict import verdict_json
 from evenspin.gap.where import heat_map, ranked
 from evenspin.log import write_case
@@ -239,6 +241,24 @@ def test_a_size_that_differs_over_the_log_makes_its_name_less_sure(
     assert differs < partly.confidence["coulomb_friction"] < 1.0
 
 
+def test_an_effect_whose_size_changes_over_the_log_explains_nothing_and_that_is_the_reason(
+    result: CaseResult, investigation: core.Investigation
+) -> None:
+    """As a resistance that drifts: its mean explains most of the log, at a cost that healthy units have."""
+
+    def drifting(spread: float) -> CaseResult:
+        sizes = {"coulomb_friction": spread}
+        finding = replace(result.finding, named=(), unknown=True, size_spread=sizes, changes=("coulomb_friction",))
+        return result_of(result.case, investigation, finding)
+
+    little, much = drifting(1.1 * VARIES_SPREAD), drifting(3.0 * VARIES_SPREAD)
+    said = verdict_json(much)
+
+    assert said["verdict"] == ["unknown"] and said["gap_after"] == said["gap_before"]
+    assert "the size of coulomb_friction is not the same over the log" in said["left"]["because"][0]
+    assert 0.5 < little.confidence["unknown"] < much.confidence["unknown"] < 1.0
+
+
 def test_without_validation_records_the_gap_is_not_known_and_that_is_said(
     result: CaseResult, investigation: core.Investigation, tmp_path: Path
 ) -> None:
@@ -264,6 +284,43 @@ def test_the_report_shows_warnings_before_the_story(result: CaseResult) -> None:
         "What is left?",
     ]
     assert all(len(row) == len(view.header) for view in tables_of(result) for row in view.rows)
+
+
+def test_the_headline_says_what_is_missing_how_much_that_explains_and_what_is_left(result: CaseResult) -> None:
+    missing, explained, left = summary_of(result)[:3]
+    floor = gap_of_records(result.noise_floor)
+    share = 100.0 * (result.before.gap - result.after.gap) / (result.before.gap - floor)
+
+    assert missing.startswith("Missing in the model: coulomb_friction (torque_nm = ") and "% sure)" in missing
+    assert explained.startswith(f"With that {min(share, 100.0):.0f} % of the gap above noise is explained: ")
+    assert left == "What is left is noise."
+
+
+def test_the_headline_says_where_something_is_left_that_nothing_known_explains(
+    unknown: CaseResult, partly: CaseResult
+) -> None:
+    first, gap, left = summary_of(unknown)[:3]
+    (most,) = ranked(unknown.subjects, unknown.residual_after, unknown.residual_after)[:1]
+
+    assert first.startswith("Something is missing that no known effect explains: unknown (")
+    assert "explained" not in gap
+    assert left.startswith(f"What is left is largest in {most.signal} of {most.record}, {most.what}")
+    assert summary_of(partly)[2].startswith("Beside that something is left that no known effect explains, largest in ")
+
+
+def test_what_speaks_for_a_friction_is_where_the_residual_grows_without_it(result: CaseResult) -> None:
+    support = result.support["coulomb_friction"]
+    shares = [each.share for each in support]
+
+    assert shares == sorted(shares, reverse=True) and 0.3 < sum(shares) <= 1.0
+    assert support[0].signal in ("iq_a", "speed_rad_s")  # friction is a torque
+    assert all(each.without > each.with_it for each in support)
+    assert support[0].without > 5.0 and support[0].with_it < 2.0
+    assert verdict_json(result)["support"]["coulomb_friction"][0]["record"] == support[0].record
+
+
+def test_the_picture_of_the_gap_comes_before_the_tables(result: CaseResult) -> None:
+    assert [picture.name for picture in page_of(result, "evenspin gap").pictures] == ["gap"]
 
 
 def test_the_shares_of_the_excess_add_up_and_the_heat_map_cools_down(result: CaseResult) -> None:
@@ -365,6 +422,7 @@ def test_a_folder_as_first_word_is_solved_and_json_alone_is_on_stdout(
     assert json.loads(said.out)["verdict"] == ["coulomb_friction"]
     assert "coulomb_friction" in said.err  # for people
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "correction.toml",
         "figures",
         "manifest.json",
         "model.toml",

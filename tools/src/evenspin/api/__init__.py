@@ -15,13 +15,16 @@ Every name carries its unit. Words stand wherever a TOML file has them (`method=
 from evenspin.api.catalogue import list_effects, list_models, list_parameters, list_scenarios, list_signals
 from evenspin.api.gaps import Gap, find_gap
 from evenspin.api.plate import name_plate
+from evenspin.api.recordings import replay_recording
 from evenspin.api.run import Run
 from evenspin.api.scenario import Scenario, load
 from evenspin.errors import EvenspinError
+from evenspin.replay import Replayed
 
 __all__ = [
     "EvenspinError",
     "Gap",
+    "Replayed",
     "Run",
     "Scenario",
     "list_effects",
@@ -29,6 +32,7 @@ __all__ = [
     "load",
     "list_models",
     "name_plate",
+    "replay_recording",
     "list_parameters",
     "list_scenarios",
     "list_signals",

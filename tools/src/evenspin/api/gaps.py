@@ -74,8 +74,8 @@ def find_gap(
 def _of_case(path: Path, output: Any, workers: int | None) -> Gap:
     from evenspin.gap.check import checked_case
     from evenspin.gap.folder import write_result
+    from evenspin.gap.headline import summary_of
     from evenspin.gap.result import investigate
-    from evenspin.gap.story import summary_of
     from evenspin.gap.verdict import verdict_json
 
     loaded, messages = checked_case(path)

@@ -48,7 +48,7 @@ def pages() -> dict[str, str]:
 
 def _ordered() -> list[str]:
     """What one begins with comes first."""
-    first = ["load", "Scenario", "Run", "find_gap", "Gap", "name_plate"]
+    first = ["load", "Scenario", "Run", "find_gap", "Gap", "name_plate", "replay_recording", "Replayed"]
     return [*first, *(name for name in api.__all__ if name not in first)]
 
 

@@ -34,11 +34,19 @@ class Calibration:
     levels: tuple[Level, ...]
     intervals: int
     coverage: tuple[float, ...]  # share of intervals, widened as WIDER, that hold the truth; nan: none
+    of_parameter: tuple[tuple[str, int, float], ...] = ()  # effect.parameter, intervals, share that holds the truth
+
+    @property
+    def error(self) -> float:
+        """Expected calibration error: mean distance of what is said from what is right, over the levels."""
+        names = sum(level.names for level in self.levels)
+        off = sum(level.names * abs(level.said - level.right) for level in self.levels)
+        return off / names if names else math.nan
 
 
 def calibrate(truths: Mapping[str, Truth], results: Path) -> Calibration:
     names: list[tuple[float, bool]] = []
-    misses: list[float] = []
+    misses: list[tuple[str, float]] = []
     for case, truth in truths.items():
         verdict = _verdict(results, case)
         if verdict is not None:
@@ -50,8 +58,12 @@ def calibrate(truths: Mapping[str, Truth], results: Path) -> Calibration:
         if here:
             said, right = (sum(column) / len(here) for column in zip(*here, strict=True))
             levels.append(Level(low, high, len(here), said, right))
-    coverage = tuple(_share([miss <= wide for miss in misses]) for wide in WIDER)
-    return Calibration(tuple(levels), len(misses), coverage)
+    coverage = tuple(_share([miss <= wide for _, miss in misses]) for wide in WIDER)
+    of_parameter = []
+    for name in dict.fromkeys(name for name, _ in misses):
+        mine = [miss <= 1.0 for other, miss in misses if other == name]
+        of_parameter.append((name, len(mine), _share(mine)))
+    return Calibration(tuple(levels), len(misses), coverage, tuple(of_parameter))
 
 
 def markdown(found: Calibration) -> str:
@@ -61,7 +73,11 @@ def markdown(found: Calibration) -> str:
         for level in found.levels
     ]
     held, wider = (percent(share) for share in found.coverage)
+    lines += ["", f"Expected calibration error: {percent(found.error)} (goal <= 3 %)."]
     lines += ["", f"{found.intervals} intervals of 95 %: {held} hold the truth, {wider} when they are twice as wide."]
+    if found.of_parameter:
+        lines += ["", "| parameter | intervals | hold the truth |", "|---|---|---|"]
+        lines += [f"| {name} | {n} | {percent(share)} |" for name, n, share in sorted(found.of_parameter)]
     return "\n".join(lines) + "\n"
 
 
@@ -78,8 +94,8 @@ def _names(verdict: Mapping[str, Any], truth: Truth) -> Iterator[tuple[float, bo
         yield float(said), name in hidden
 
 
-def _misses(verdict: Mapping[str, Any], truth: Truth) -> Iterator[float]:
-    """How far the truth is from the middle of each interval, in its half widths."""
+def _misses(verdict: Mapping[str, Any], truth: Truth) -> Iterator[tuple[str, float]]:
+    """effect.parameter, and how far the truth is from the middle of its interval, in half widths."""
     intervals = verdict.get("intervals") or {}
     for entry in truth.effects:
         fields = fields_of(entry["name"])
@@ -93,7 +109,7 @@ def _misses(verdict: Mapping[str, Any], truth: Truth) -> Iterator[float]:
             if phase and fields[key].optional and max(optional, default=0.0) < NO_PHASE_BELOW:
                 continue
             error = interval["value"] - true
-            yield abs(math.remainder(error, math.tau) if phase else error) / half
+            yield f"{entry['name']}.{key}", abs(math.remainder(error, math.tau) if phase else error) / half
 
 
 def _share(values: list[bool]) -> float:

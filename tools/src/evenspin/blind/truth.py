@@ -4,6 +4,7 @@
         "outside": [the same],                        what no name of the vocabulary explains
         "kind", "size", "inverter", "unit",           how the case was drawn
         "simulator",                                  what made the records: referee or motulator
+        "seed",                                       of the set
         "left_open": {parameter: value},              what the vocabulary does not say about the effects
         "gap_alone": {name: gap that it opens},       noise-free, on the validation records
         "gap_nominal", "gap_named", "gap_floor"}}     of the log: to the nominal model, to that with the true effects,
@@ -35,6 +36,7 @@ class Truth:
     size: str = ""
     inverter: str = ""
     simulator: str = "referee"
+    seed: int | None = None  # of the set
     unit: Mapping[str, float] = field(default_factory=dict)
     left_open: Mapping[str, float] = field(default_factory=dict)
     gap_alone: Mapping[str, float] = field(default_factory=dict)

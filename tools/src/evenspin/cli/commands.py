@@ -22,6 +22,9 @@ class Entry:
 
 COMMANDS = {
     "run": Entry("run", "Run a scenario through the firmware: log, truth, summary, pictures."),
+    "replay": Entry(
+        "replay", "Run the firmware again from a recording, bit for bit, up to its fault; shows every signal there."
+    ),
     "diff": Entry(
         "diff",
         "Compare two runs: what was set differently, and every ripple, overshoot, settling and error side by side.",

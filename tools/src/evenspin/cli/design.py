@@ -149,6 +149,15 @@ def design_rdc(
     sigma: Annotated[Number, _option("Half width of its linear part.")] = None,
     q: Annotated[float, typer.Option(help="Q = q I of the Lyapunov equation.")] = 1.0,
     delay_samples: Annotated[int | None, _option("Delay of the torque command, samples.", min=0, max=7)] = None,
+    identified: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="JSON of `evenspin identify`: does rho cover what its intervals leave open?"),
+    ] = None,
+    speed_rpm: Annotated[Number, _option("With --identified: fastest speed of the axis, r/min; 20.")] = None,
+    accel_rad_s2: Annotated[
+        Number, _option("With --identified: largest acceleration of the command, rad/s^2; 0.")
+    ] = None,
+    turns: Annotated[Number, _option("With --identified: turns of a motion, over which lines drift; 10.")] = None,
     json_file: JsonFile = None,
 ) -> None:
     """The Lyapunov matrix of robust driving control, stability, and the robust term against chatter.
@@ -158,7 +167,7 @@ def design_rdc(
 
     Example: `evenspin design rdc --rho 0.15 --sigma 0.02`
     """
-    from evenspin.design.rdc_command import drive_text, prepare, tables_of
+    from evenspin.design.rdc_command import drive_text, prepare, tables_of, uncertainty_of
     from evenspin.design.source import calculated_with
     from evenspin.tableview import print_table
 
@@ -176,12 +185,14 @@ def design_rdc(
         "q": q,
     }
     found = prepare(model, choices)
+    left_open = uncertainty_of(identified, speed_rpm, accel_rad_s2, turns)
     screen = console(json_file)
-    for view in tables_of(found):
+    for view in tables_of(found, left_open):
         print_table(view, screen)
     screen.print(drive_text(found))
     names = ("inertia_kgm2", "viscous_nms", "psi_wb", "position_kp_per_s", "position_kv_a_per_rad_s", "position_ti_s")
     given = dict(zip(names, (inertia_kgm2, viscous_nms, torque_per_a_nm, kpp, kvp, ti), strict=True))
     screen.print(calculated_with(model, names, given), soft_wrap=True)
     if json_file is not None:
-        write_json(found.as_json(), json_file)
+        content = found.as_json()
+        write_json(content | ({"uncertainty": left_open.as_json()} if left_open is not None else {}), json_file)

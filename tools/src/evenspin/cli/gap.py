@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,12 +11,14 @@ import typer
 from typer.core import TyperGroup
 
 from evenspin.cli.gap_blind import app as blind
+from evenspin.cli.gap_circle import circle
 from evenspin.cli.options import Force, JsonFlag, OutFolder
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, json_text, write_json
 
 if TYPE_CHECKING:
     from evenspin.balance import BalanceResult
+    from evenspin.correct.proposal import Proposal
     from evenspin.driven import DrivenResult
     from evenspin.gap.result import CaseResult
     from evenspin.sim.progress import Bar
@@ -62,6 +65,7 @@ Workers = Annotated[
 
 def register(parent: typer.Typer) -> None:
     app.add_typer(blind, name="blind")
+    app.command("circle")(circle)
     parent.add_typer(app, name="gap")
 
 
@@ -89,7 +93,8 @@ def case(
 ) -> None:
     """Where a log and the model disagree, which effect is missing, how far the gap closes with it, what is left.
 
-    DIR gets verdict.json, model.toml, scenario.toml, report.html and the traces before and after. A file instead of a
+    DIR gets verdict.json, model.toml, correction.toml (parameters of the drive that counteract what is named, for
+    `evenspin bench apply`), scenario.toml, report.html and the traces before and after. A file instead of a
     folder is a log of any drive. With a model it is held against the equations of the machine (without voltages:
     that of the torque), several logs of one machine together; else against a torque balance in ampere equivalents.
     Columns are found by names and data, as `evenspin log map` does; MAP.toml in DIR says how.
@@ -105,8 +110,8 @@ def case(
     _refuse("--model", model)
     _refuse("--map", map_file)
     _refuse("--tolerances", tolerances)
-    result = _investigated(path, out, force, workers, steps=False)
-    _tell(result, out, as_json)
+    result, proposal = _investigated(path, out, force, workers, steps=False)
+    _tell(result, proposal, out, as_json)
     _check(check, result.finding.unknown, result.name)
 
 
@@ -125,13 +130,13 @@ def loop(
 
     Example: `evenspin gap loop tests/data/foreign_drive/example_coulomb_and_inertia --out out/loop`
     """
-    result = _investigated(path, out, force, workers, steps=True)
+    result, proposal = _investigated(path, out, force, workers, steps=True)
     screen = console(STDOUT if as_json else None)
     gap = result.before.gap
     for number, step in enumerate(result.steps[1:], 1):
         screen.print(f"step {number}: {' + '.join(step.names)}: gap {gap:.4f} -> {step.outcome.gap:.4f}")
         gap = step.outcome.gap
-    _tell(result, out, as_json)
+    _tell(result, proposal, out, as_json)
     _check(check, result.finding.unknown, result.name)
 
 
@@ -242,13 +247,16 @@ def plan(
         write_json(content, STDOUT)
 
 
-def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps: bool) -> CaseResult:
+def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps: bool) -> tuple[CaseResult, Proposal]:
     from evenspin.gap.check import checked_case
     from evenspin.output import OutputFolder
 
     made = origin(path)
     output = OutputFolder(out, made, force=force)
     loaded, messages = checked_case(path)
+    from evenspin.correct.file import write_correction
+    from evenspin.correct.proposal import proposal_of
+    from evenspin.correct.report import proposal_chapter
     from evenspin.gap.folder import write_result, write_steps  # they take a second to load
     from evenspin.gap.result import investigate
     from evenspin.sim.progress import progress_bar
@@ -260,23 +268,28 @@ def _investigated(path: Path, out: Path, force: bool, workers: int | None, steps
             bar.update(share)
 
         result = investigate(loaded, workers, report, messages)
+        report("simulating corrections", 0.95)
+        proposal = proposal_of(result)
         report("drawing", 0.97)
         with output as folder:
-            write_result(folder, result, made.command)
+            write_result(folder, result, made.command, [proposal_chapter(proposal)])
+            write_correction(folder, proposal, result.case, result.nominal)
             if steps:
                 write_steps(folder, result)
-    return result
+    return result, proposal
 
 
-def _tell(result: CaseResult, out: Path, as_json: bool) -> None:
-    from evenspin.gap.story import summary_of, tables_of
+def _tell(result: CaseResult, proposal: Proposal, out: Path, as_json: bool) -> None:
+    from evenspin.correct.report import proposal_tables, summary
+    from evenspin.gap.headline import summary_of
+    from evenspin.gap.story import tables_of
     from evenspin.gap.verdict import verdict_json
     from evenspin.tableview import print_table
 
     screen = console(STDOUT if as_json else None)
-    for view in tables_of(result):
+    for view in (*tables_of(result), *(proposal_tables(proposal) if result.finding.named else ())):
         print_table(view, screen)
-    for sentence in summary_of(result):
+    for sentence in (*summary_of(result), summary(proposal)):
         screen.print(sentence)
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
@@ -293,6 +306,7 @@ class _LogOptions:
 def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, check: bool, force: bool) -> None:
     """Logs of one machine: read all of them, then choose by what was recorded."""
     from evenspin.cli.log import imported_from, is_native, keep, known_from, show
+    from evenspin.correct.report import proposal_tables, summary
     from evenspin.driven import serves
     from evenspin.output import OutputFolder
     from evenspin.sim.progress import progress_bar
@@ -318,18 +332,29 @@ def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, che
             if driven
             else _balance(places, options, folder, bar, made.command)
         )
+        proposal, why_none = _corrections(folder, result.verdict, options.model) if driven else (None, "")
     for read in imported:
         if read is not None:
             show(read, screen)
     for view in result.tables:
         print_table(view, screen)
-    for sentence in result.summary:
+    if proposal is not None:
+        for view in proposal_tables(proposal):
+            print_table(view, screen)
+    for sentence in (*result.summary, why_none or (summary(proposal) if proposal is not None else "")):
         screen.print(sentence)
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(result.verdict, STDOUT)
     names = ", ".join(path.name for path in paths)
     _check(check, not result.verdict["clear"], names, "something is left unexplained")
+
+
+def _corrections(folder: Path, verdict: Mapping[str, Any], model: str | None) -> tuple[Proposal | None, str]:
+    from evenspin.correct.anylog import write_for_log
+
+    assert model is not None
+    return write_for_log(folder, verdict, model)
 
 
 def _driven(places: list[Path], options: _LogOptions, folder: Path, bar: Bar, command: str) -> DrivenResult:

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from evenspin.cli import gap_blind_logs
+from evenspin.cli.blind_truth import place_of_truth
 from evenspin.cli.options import Force, JsonFlag
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
@@ -53,20 +54,15 @@ def make(
     """
     from evenspin.blind.cases import make_set, plan_cases
     from evenspin.blind.truth import write_truth
-    from evenspin.errors import InputError
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
 
     counts = _counts(kind, count)
     names = _of_simulator(simulator, _names(effects), counts)
     _check_choice(effects, names, counts)
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError("--out", "folder", out, "new or empty", "choose another folder")
-    truth_file = truth or out.absolute().parent / f"{out.name}_truth.json"
-    if truth_file.absolute().is_relative_to(out.absolute()):
-        raise InputError("--truth", "file", str(truth_file), "apart from the cases", "choose a place outside of --out")
+    truth_file = place_of_truth(out, truth)
     apart = OutputFile(truth_file, origin(), option="--truth", force=force)
-    out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(exist_ok=True)
     plans = plan_cases(counts, seed, names, simulator)
     with progress_bar("making blind cases", len(plans)) as bar:
         truths = make_set(plans, out, jobs or os.cpu_count() or 1, bar.update)
@@ -95,6 +91,7 @@ def score(
     Example: `evenspin gap blind score --truth out/blind_truth.json --results out/verdicts`
     """
     from evenspin.blind import calibration as calibrating
+    from evenspin.blind import misses
     from evenspin.blind import score as scoring
     from evenspin.blind.truth import read_truth
     from evenspin.errors import CheckFailedError, InputError
@@ -109,7 +106,8 @@ def score(
     result = scoring.score_set(truths, results)
     calibration = calibrating.calibrate(truths, results)
     if page is not None:
-        page.write(MADE + scoring.markdown(result) + calibrating.markdown(calibration))
+        tables = scoring.markdown(result) + calibrating.markdown(calibration)
+        page.write(MADE + tables + misses.markdown(result, truths, results))
     if as_json:
         write_json(_json(result), STDOUT)
     else:

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
+from evenspin.cli.blind_truth import place_of_truth
 from evenspin.cli.options import Force, JsonFlag
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
 
-TRUTH = "truth.json"  # beside the logs
 Truth = Annotated[Path, typer.Option("--truth", metavar="FILE", help="What `make-logs` wrote beside the logs.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; one per core when left out.")]
 
@@ -44,18 +44,13 @@ def make_logs(
     """
     from evenspin.blind.logs import make_logs as make
     from evenspin.blind.logs import plan_foreign_logs, plan_logs, write_log_truth
-    from evenspin.errors import InputError
     from evenspin.output import OutputFile
     from evenspin.sim.progress import progress_bar
 
     numbers = _seeds(seeds)
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise InputError("--out", "folder", out, "new or empty", "choose another folder")
-    truth_file = truth or out.absolute().parent / f"{out.name}_{TRUTH}"
-    if truth_file.absolute().is_relative_to(out.absolute()):
-        raise InputError("--truth", "file", str(truth_file), "apart from the logs", "choose a place outside of --out")
+    truth_file = place_of_truth(out, truth)
     apart = OutputFile(truth_file, origin(), option="--truth", force=force)
-    out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(exist_ok=True)
     plan_of = plan_foreign_logs if foreign else plan_logs
     plans = [plan for number in numbers for plan in plan_of(count, number)]
     with progress_bar("making logs", len(plans)) as bar:

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from evenspin.output.origin import Origin
 
 # What only says where an output goes, how fast it is made, or whether to ask.
-PLACES = frozenset({"--out", "--plot", "--save-memory", "--markdown", "--workers", "--jobs", "--scheduler"})
+PLACES = frozenset({"--out", "--plot", "--save-memory", "--record", "--markdown", "--workers", "--jobs", "--scheduler"})
 FLAGS = frozenset({"--force", "--yes", "--check", "--no-check"})
 JSON = "--json"
 BLIND_MAKE, TRUTH = ["gap", "blind", "make"], "--truth"  # there an output, in `score` an input

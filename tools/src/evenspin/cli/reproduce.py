@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,7 +15,11 @@ from evenspin.cli.origin import origin
 from evenspin.cli.output import check_json_file, console, write_json
 
 if TYPE_CHECKING:
+    from evenspin.report.page import Page
     from evenspin.reproduce.check import Check
+    from evenspin.reproduce.paper import Figure, Gallery
+    from evenspin.sim.many import Progress
+    from evenspin.tableview import TableView
 
 
 class Paper(StrEnum):
@@ -65,8 +70,12 @@ def reproduce(
         typer.Option("--out", metavar="DIR", help="Folder for report.html, pictures and their numbers."),
     ] = None,
     figure: Annotated[
-        list[int] | None,
-        typer.Option(metavar="N", help="guo2024: only this figure of the paper, into --out; may be repeated."),
+        list[str] | None,
+        typer.Option(metavar="N", help="Only this figure of the paper, such as 9 or 9a, into --out; may be repeated."),
+    ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write every figure with ours, the paper's and the verdict as a page .md."),
     ] = None,
     force: Force = False,
     json_file: JsonFile = None,
@@ -79,167 +88,149 @@ def reproduce(
     """
     check_json_file(json_file)
     builds = ("float", "fixed") if numeric is Numerics.BOTH else (numeric.value,)
-    if paper is Paper.TANG2020:
-        _refuse(paper, {"--set": ", ".join(set_ or ()), "--figure": figure})
-        _tang2020(method, builds, sweep, out, force, json_file)
-    elif paper is Paper.YEH2024:
-        _refuse(paper, {"--set": ", ".join(set_ or ()), "--sweep": sweep, "--figure": figure})
-        _yeh2024(method, builds, out, force, json_file)
-    else:
+    if paper is not Paper.GUO2024:
+        _refuse(paper, {"--set": ", ".join(set_ or ())})
+    if paper is not Paper.TANG2020:
         _refuse(paper, {"--sweep": sweep})
-        if figure:
-            _guo2024_figures(figure, method, builds[0], out, force)
-        else:
-            _guo2024(method, set_, builds, out, force, json_file)
+    work = _work(paper, method, set_, sweep)
+    if figure or page is not None:
+        option = "--figure" if figure else "--page"
+        both = numeric.value if numeric is Numerics.BOTH else ""
+        whole = {
+            "--numeric": both,
+            "--set": ", ".join(set_ or ()),
+            "--sweep": sweep,
+            "--json": json_file,
+            "--method": method,
+        }
+        _refuse_beside(option, {**whole, "--page": page if figure else None, "--out": None if figure else out})
+        _figures(work, figure, builds[0], out, force, page)
+    else:
+        _whole(work, builds, out, force, json_file)
 
 
-def _guo2024_figures(
-    numbers: Sequence[int], method: Sequence[str] | None, build: str, out: Path | None, force: bool
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """One paper. `run`: everything for a build (with records when asked for); `gather`: what these figures need."""
+
+    paper: Paper
+    title: str
+    text: str
+    run: Callable[[str, bool, Progress], Any]
+    tables: Callable[[Any], Sequence[TableView]]
+    page: Callable[[Any, str], Page]
+    gallery: Gallery[Any]
+    gather: Callable[[Sequence[Figure[Any]], str, Progress], Any]
+
+
+def _work(paper: Paper, method: Sequence[str] | None, set_: Sequence[Set] | None, sweep: bool) -> _Work:
+    if paper is Paper.GUO2024:
+        from evenspin.reproduce import guo2024
+        from evenspin.reproduce.guo2024 import figures as guo_figures
+        from evenspin.reproduce.guo2024.page import whole_page
+        from evenspin.reproduce.guo2024.tables import tables_of as guo_tables
+
+        methods = _chosen(method, guo2024.METHODS)
+        sets = [each for each in guo2024.SETS if not set_ or each in set_]
+        return _Work(
+            paper,
+            "Guo et al. 2024, figure by figure",
+            "fal-FORC against speed ripple.",
+            lambda build, _, progress: guo2024.reproduce(build, methods, sets, progress),
+            guo_tables,
+            whole_page,
+            guo_figures.GALLERY,
+            guo_figures.gather,
+        )
+    if paper is Paper.TANG2020:
+        from evenspin.reproduce import tang2020
+        from evenspin.reproduce.tang2020 import figures as tang_figures
+        from evenspin.reproduce.tang2020.page import whole_page as tang_page
+        from evenspin.reproduce.tang2020.tables import tables_of as tang_tables
+
+        methods = _chosen(method, tang2020.METHODS)
+        return _Work(
+            paper,
+            "Tang et al. 2020, figure by figure",
+            "Observers of the torque ripple.",
+            lambda build, keep, progress: tang2020.reproduce(
+                build, methods, sweep=sweep, keep_records=keep, progress=progress
+            ),
+            tang_tables,
+            tang_page,
+            tang_figures.GALLERY,
+            tang_figures.gather,
+        )
+    from evenspin.reproduce import yeh2024
+    from evenspin.reproduce.yeh2024 import figures as yeh_figures
+    from evenspin.reproduce.yeh2024.page import whole_page as yeh_page
+    from evenspin.reproduce.yeh2024.tables import tables_of as yeh_tables
+
+    methods = _chosen(method, yeh2024.METHODS)
+    return _Work(
+        paper,
+        "Yeh and Liu 2024, figure by figure",
+        "Robust driving control of a position drive.",
+        lambda build, _, progress: yeh2024.reproduce(build, methods, progress),
+        yeh_tables,
+        yeh_page,
+        yeh_figures.GALLERY,
+        yeh_figures.gather,
+    )
+
+
+def _figures(
+    work: _Work, numbers: Sequence[str] | None, build: str, out: Path | None, force: bool, page: Path | None
 ) -> None:
+    """These figures as a report, or all of them as a page."""
     from evenspin.errors import InputError
     from evenspin.output import OutputFolder
     from evenspin.report.page import write_page
-    from evenspin.reproduce.guo2024 import METHODS
-    from evenspin.reproduce.guo2024.figures import FIGURES, find
-    from evenspin.reproduce.guo2024.page import figure_page
-    from evenspin.reproduce.guo2024.result import runs_of
+    from evenspin.reproduce.paper_page import check_markdown, figure_page, write_markdown
     from evenspin.sim.progress import progress_bar
 
-    known = sorted(number for figure in FIGURES for number in figure.numbers)
-    chosen = []
-    for number in numbers:
-        found = find(number)
-        if found is None:
-            allowed = ", ".join(map(str, known))
-            raise InputError("reproduce", "--figure", number, f"one of {allowed}", "the others are diagrams")
-        if found not in chosen:
-            chosen.append(found)
-    if out is None:
+    gallery = work.gallery
+    chosen = [figure for number in numbers or () for figure in gallery.find(number)]
+    chosen = [figure for figure in gallery.figures if figure in chosen or not numbers]
+    made, output = origin(), None
+    if page is not None:
+        check_markdown(page)
+    elif out is None:
         raise InputError("reproduce", "--out", "", "a folder for the figures", "add --out DIR")
-    made = origin()
-    output = OutputFolder(out, made, force=force)
-    sets = list(dict.fromkeys(figure.set_name for figure in chosen if figure.set_name))
-    with progress_bar("guo2024", 1.0) as bar:
-        runs = runs_of(sets, _chosen(method, METHODS), build, bar.update) if sets else []
-    with output as folder:
-        write_page(folder, figure_page(chosen, runs, made.command))
-    console().print(f"{out}/report.html", style="bold")
+    else:
+        output = OutputFolder(out, made, force=force)
+    with progress_bar(work.paper.value, 1.0) as bar:
+        result = work.gather(chosen, build, bar.update)
+    if page is not None:
+        write_markdown(page, gallery, result, work.title, work.text)
+    elif output is not None:
+        with output as folder:
+            write_page(folder, figure_page(gallery, chosen, result, work.title, made.command))
+    console().print(str(page) if page is not None else f"{out}/report.html", style="bold")
 
 
-def _guo2024(
-    method: Sequence[str] | None,
-    set_: Sequence[Set] | None,
-    builds: Sequence[str],
-    out: Path | None,
-    force: bool,
-    json_file: str | None,
-) -> None:
+def _whole(work: _Work, builds: Sequence[str], out: Path | None, force: bool, json_file: str | None) -> None:
+    """Tables, and the report of all that was run."""
     from evenspin.log.case import write_json as write_file
     from evenspin.output import OutputFolder
     from evenspin.report.page import write_page
-    from evenspin.reproduce.guo2024 import METHODS, SETS
-    from evenspin.reproduce.guo2024 import reproduce as run_all
-    from evenspin.reproduce.guo2024.page import whole_page
-    from evenspin.reproduce.guo2024.tables import tables_of
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
-    methods = _chosen(method, METHODS)
-    sets = [each for each in SETS if not set_ or each in set_]
     made = origin()
     output = OutputFolder(out, made, force=force) if out is not None else None
-    results = []
+    results: list[Any] = []
     for build in builds:
-        with progress_bar(f"guo2024, {build}", 1.0) as bar:
-            results.append(run_all(build, methods, sets, bar.update))
+        with progress_bar(f"{work.paper.value}, {build}", 1.0) as bar:
+            results.append(work.run(build, output is not None and not results, bar.update))
     screen = console(json_file)
     for result in results:
-        for view in tables_of(result):
+        for view in work.tables(result):
             print_table(view, screen)
     if output is not None:
         with output as folder:
             write_file(folder / "results.json", results[0].as_json())
-            write_page(folder, whole_page(results[0], made.command))
-        screen.print(f"{out}/report.html", style="bold")
-    if json_file is not None:
-        content = results[0].as_json()
-        if len(results) > 1:
-            content |= {"fixed": results[1].as_json(), "passed": all(result.passed for result in results)}
-        write_json(content, json_file)
-    _judge([check for result in results for check in result.checks])
-
-
-def _tang2020(
-    method: Sequence[str] | None,
-    builds: Sequence[str],
-    sweep: bool,
-    out: Path | None,
-    force: bool,
-    json_file: str | None,
-) -> None:
-    from evenspin.log.case import write_json as write_file
-    from evenspin.output import OutputFolder
-    from evenspin.report.page import write_page
-    from evenspin.reproduce.tang2020 import METHODS, Result
-    from evenspin.reproduce.tang2020 import reproduce as run_all
-    from evenspin.reproduce.tang2020.page import page_of
-    from evenspin.reproduce.tang2020.tables import tables_of
-    from evenspin.sim.progress import progress_bar
-    from evenspin.tableview import print_table
-
-    methods = _chosen(method, METHODS)
-    made = origin()
-    output = OutputFolder(out, made, force=force) if out is not None else None
-    results: list[Result] = []
-    for build in builds:
-        with progress_bar(f"tang2020, {build}", 1.0) as bar:
-            keep = output is not None and not results
-            results.append(run_all(build, methods, sweep=sweep, keep_records=keep, progress=bar.update))
-    screen = console(json_file)
-    for result in results:
-        for view in tables_of(result):
-            print_table(view, screen)
-    if output is not None:
-        with output as folder:
-            write_file(folder / "results.json", results[0].as_json())
-            write_page(folder, page_of(results[0], made.command))
-        screen.print(f"{out}/report.html", style="bold")
-    if json_file is not None:
-        content = results[0].as_json()
-        if len(results) > 1:
-            content |= {"fixed": results[1].as_json(), "passed": all(result.passed for result in results)}
-        write_json(content, json_file)
-    _judge([check for result in results for check in result.checks])
-
-
-def _yeh2024(
-    method: Sequence[str] | None, builds: Sequence[str], out: Path | None, force: bool, json_file: str | None
-) -> None:
-    from evenspin.log.case import write_json as write_file
-    from evenspin.output import OutputFolder
-    from evenspin.report.page import write_page
-    from evenspin.reproduce.yeh2024 import METHODS
-    from evenspin.reproduce.yeh2024 import reproduce as run_all
-    from evenspin.reproduce.yeh2024.page import page_of
-    from evenspin.reproduce.yeh2024.tables import tables_of
-    from evenspin.sim.progress import progress_bar
-    from evenspin.tableview import print_table
-
-    methods = _chosen(method, METHODS)
-    made = origin()
-    output = OutputFolder(out, made, force=force) if out is not None else None
-    results = []
-    for build in builds:
-        with progress_bar(f"yeh2024, {build}", 1.0) as bar:
-            results.append(run_all(build, methods, bar.update))
-    screen = console(json_file)
-    for result in results:
-        for view in tables_of(result):
-            print_table(view, screen)
-    if output is not None:
-        with output as folder:
-            write_file(folder / "results.json", results[0].as_json())
-            write_page(folder, page_of(results[0], made.command))
+            write_page(folder, work.page(results[0], made.command))
         screen.print(f"{out}/report.html", style="bold")
     if json_file is not None:
         content = results[0].as_json()
@@ -265,6 +256,16 @@ def _refuse(paper: Paper, options: dict[str, object]) -> None:
     for name, value in options.items():
         if value:
             raise InputError("reproduce", name, value, f"left out with {paper.value}", "it is for another paper")
+
+
+def _refuse_beside(option: str, others: dict[str, object]) -> None:
+    """What belongs to a run of the whole paper has no effect on its figures."""
+    from evenspin.errors import InputError
+
+    for name, value in others.items():
+        if value:
+            shown = ", ".join(value) if isinstance(value, list) else value
+            raise InputError("reproduce", name, shown, f"left out with {option}", "the figures choose what they need")
 
 
 def _judge(checks: Sequence[Check]) -> None:

@@ -19,6 +19,7 @@ from evenspin.cli.options import (
 )
 from evenspin.cli.origin import origin
 from evenspin.cli.output import STDOUT, console, write_json
+from evenspin.cli.recording import RecordOption, check_record, recorder_to
 
 
 def register(app: typer.Typer) -> None:
@@ -41,6 +42,7 @@ def run(
     freeze_learning: Annotated[
         bool, typer.Option("--freeze-learning", help="dob, ro, aro: learn nothing; what is known goes on acting.")
     ] = False,
+    record: RecordOption = None,
     force: Force = False,
     as_json: JsonFlag = False,
 ) -> None:
@@ -64,6 +66,7 @@ def run(
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
 
+    check_record(record)
     document = scenario_document(scenario)
     given = parsed_changes(set_ or ())
     for option, name, value in (("--method", "method", method), ("--seed", "seed", seed)):
@@ -80,14 +83,15 @@ def run(
         check_saving(setup, save_memory)
         saved = OutputFile(save_memory, made, option="--save-memory", force=force)
     output = OutputFolder(out, made, force=force)
+    recorded = recorder_to(record, made, force, numeric.value, setup.name, setup.seed, setup.pwm_hz)
     try:
-        with progress_bar(setup.name, setup.duration_s) as bar:
-            simulation = prepare(setup, run_signals(), numeric.value, known)
-            record = complete(simulation, setup, run_signals(), bar.update)
+        with recorded as recorder, progress_bar(setup.name, setup.duration_s) as bar:
+            simulation = prepare(setup, run_signals(), numeric.value, known, recorder)
+            log = complete(simulation, setup, run_signals(), bar.update, recorder)
     except NativeError as error:
         raise loaded.locate(error) from None
     learned = learned_table(setup, simulation)
-    summary = summary_of(setup, record, numeric.value, learned)
+    summary = summary_of(setup, log, numeric.value, learned)
     screen = console(STDOUT if as_json else None)
     for view in run_tables(summary):
         print_table(view, screen)
@@ -102,12 +106,13 @@ def run(
     if summary["observer_innovation"] is not None:
         screen.print(f"Still new to the observer: {100.0 * summary['observer_innovation']:.1f} % of what it sees")
     with output as folder:
-        write_run(folder, setup, record, summary, made.command, learned)
+        write_run(folder, setup, log, summary, made.command, learned)
     if saved is not None and learned is not None:
         with saved as place:
             write_table(place, learned)
-    if save_memory is not None:
-        screen.print(str(save_memory), style="bold")
+    for path in (save_memory, record):
+        if path is not None:
+            screen.print(str(path), style="bold")
     screen.print(f"{out}/report.html", style="bold")
     if as_json:
         write_json(summary, STDOUT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -49,11 +50,14 @@ class Replay:
         signals: tuple[str, ...],
         unit: Unit = Unit(),  # noqa: B008 (frozen)
         rows: int | None = None,
+        drive: Mapping[str, float] = MappingProxyType({}),
     ) -> NDArray[np.float64]:
-        """One row per row of the record, or of its first `rows`."""
+        """One row per row of the record, or of its first `rows`. `drive`: parameters that are not those of the log."""
         simulation = Simulation("float")
         try:
             self._configure(simulation, unit)
+            for key, value in drive.items():
+                simulation.set_param(key, value)
             simulation.start()
             simulation.record(signals)
         except NativeError as error:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from evenspin.design.rdc import RdcDesign, RdcLoop, design
+from evenspin.design.rdc_intervals import Motion, Uncertainty, table_of, uncertainty
 from evenspin.errors import InputError
 from evenspin.model.machine import find_model, load_machine
 from evenspin.native import tables
@@ -43,7 +45,22 @@ def prepare(model: str, choices: Mapping[str, float | None]) -> RdcDesign:
     return design(loop, rho, sigma, given.get("q", 1.0))
 
 
-def tables_of(found: RdcDesign) -> list[TableView]:
+def uncertainty_of(
+    identified: Path | None, speed_rpm: float | None, accel_rad_s2: float | None, turns: float | None
+) -> Uncertainty | None:
+    """What an identification leaves open in a motion; None without one."""
+    motion = {"--speed-rpm": speed_rpm, "--accel-rad-s2": accel_rad_s2, "--turns": turns}
+    if identified is None:
+        for name, value in motion.items():
+            if value is not None:
+                raise InputError("design rdc", name, value, "left out without --identified", "add --identified FILE")
+        return None
+    speed = 20.0 if speed_rpm is None else speed_rpm
+    chosen = Motion(speed * math.pi / 30.0, accel_rad_s2 or 0.0, 10.0 if turns is None else turns)
+    return uncertainty(identified, chosen)
+
+
+def tables_of(found: RdcDesign, left_open: Uncertainty | None = None) -> list[TableView]:
     loop = found.loop
     rows = [
         ("eigenvalues of A", ", ".join(_root(value) for value in found.eigenvalues), "1/s, stable"),
@@ -59,7 +76,8 @@ def tables_of(found: RdcDesign) -> list[TableView]:
     ]
     text = found.warning or "The limit is where a root of the sampled loop leaves the unit circle."
     marks = ["", "", "bad" if found.warning else "good", "", "", ""]
-    return [TableView("Robust driving control", text, ("", "", ""), rows, marks, left=1)]
+    views = [TableView("Robust driving control", text, ("", "", ""), rows, marks, left=1)]
+    return views if left_open is None else [*views, table_of(left_open, found.rho_nm)]
 
 
 def drive_text(found: RdcDesign) -> str:

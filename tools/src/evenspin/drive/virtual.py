@@ -16,8 +16,10 @@ from evenspin.errors import InputError
 from evenspin.model.machine import SIMULATED, Machine, check_supply
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation
+from evenspin.recording import Recorder
 
 PERIODS_PER_MS = 10  # the firmware's PWM periods; one pass of its main loop
+PWM_HZ = 1000.0 * PERIODS_PER_MS
 BITS_PER_OCTET = 10  # start, 8 data, stop
 LOCKING_BRAKE_NM = 1e5  # no motor turns against it: it stands for a locked rotor
 BENCH_DRIVE = {"auto_run": 0.0}  # a drive on a bench waits for the start command
@@ -44,10 +46,11 @@ class VirtualDrive:
         numeric: str = "float",
         baud: float | None = None,
         fresh: bool = False,
+        recorder: Recorder | None = None,
     ) -> None:
         """`effects`: beside those of the model; `baud`: octets pass no faster than over such a serial line; `fresh`:
         the drive holds the defaults of the firmware, as after flashing, whatever the model says of it; its board bears
-        what the model needs."""
+        what the model needs; `recorder`: takes down what the firmware takes in."""
         if baud is not None and not 1200.0 <= baud <= 1e8:
             raise InputError("drive", "--baud", baud, "a number in 1200 .. 1e8 baud", "625000 is what the board has")
         machine.need(SIMULATED)
@@ -66,6 +69,7 @@ class VirtualDrive:
         self.octets_per_s = None if baud is None else baud / BITS_PER_OCTET
         self._octets_per_ms = None if self.octets_per_s is None else self.octets_per_s / 1000.0
         self._record: tuple[str, ...] = ()
+        self._recorder = recorder
         self._power_on()
 
     @property
@@ -90,6 +94,8 @@ class VirtualDrive:
         if self._record:
             sim.record(self._record)
         sim.open_link()
+        if self._recorder is not None:
+            self._recorder.begin(sim)
         sim.start()
         self._sim = sim
         self.periods = 0
@@ -138,6 +144,8 @@ class VirtualDrive:
             else:
                 self._sim.skip(PERIODS_PER_MS)
             self.periods += PERIODS_PER_MS
+            if self._recorder is not None:
+                self._recorder.keep(PERIODS_PER_MS)
             self._take()
 
     def _give(self) -> None:

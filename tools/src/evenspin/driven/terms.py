@@ -103,8 +103,13 @@ ONLY_VOLTAGES = ("winding_resistance", "dead_time", "inductance_saturation", "en
 TIED_TO_ANGLE = ("cogging", "misalignment", "encoder_eccentricity", "current_offset", "current_gain", "flux_harmonics")
 STRIBECK_SHARES = (0.05, 0.02, 0.12)  # of the top speed
 SOFT_SHARES = (0.015, 0.003, 0.05)  # of the rated current
-DETAILS = {"dead_time": (1, 2), "stribeck_friction": (1,), "inductance_saturation": (1, 2)}
-DETAIL_SIGMA = {"dead_time": (0.4, 1e-3), "stribeck_friction": (0.7,), "inductance_saturation": (1e-3, 1e-3)}
+DETAILS = {"dead_time": (1, 2), "stribeck_friction": (1,), "inductance_saturation": (1, 2), "coulomb_friction": (1, 2)}
+DETAIL_SIGMA = {
+    "dead_time": (0.4, 1e-3),
+    "stribeck_friction": (0.7,),
+    "inductance_saturation": (1e-3, 1e-3),
+    "coulomb_friction": (1e-4, 1e-6),  # windows in which the shaft rests are left out: sliding friction alone
+}
 
 
 TOGETHER = 1e-3  # a gain of all currents, beside inertia, friction and resistance, is a scale that no equation fixes

@@ -32,6 +32,7 @@ class Coordinate:
     least_repeatable: float | None = (
         None  # where the logs of an effect repeat least, if that depends on this coordinate
     )
+    form: bool = False  # one of the forms of an effect: at its low end it is off, and only a variant turns it on
     beside: int | None = None  # probed beside this coordinate, to which it is relative
 
 
@@ -61,6 +62,10 @@ class Hypothesis:
             x if c.least_repeatable is None else c.least_repeatable for x, c in zip(z, self.coordinates, strict=True)
         ]
         return np.array(least, dtype=np.float64)
+
+    def is_asked(self, i: int, z: Array) -> bool:
+        """Whether a search moves a coordinate from there."""
+        return not self.coordinates[i].form or z[i] > self.coordinates[i].low
 
     def clip(self, z: Array) -> Array:
         low, high = ([getattr(c, key) for c in self.coordinates] for key in ("low", "high"))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Candidate, Model
 from evenspin.gap.thresholds_effects import (
+    BORROWED_SHARE,
     DECISIVE_SHARE,
     EXCESS_SHARE,
     EXCESS_SIGMAS,
@@ -15,6 +16,7 @@ from evenspin.gap.thresholds_effects import (
     GAIN_BEYOND_TOLERANCE,
     GAIN_MIN,
     IMPERFECT_SHARE,
+    PROMISE_BORROWED,
     PROMISE_EXPLAINED,
     PROMISE_SIZE,
     PROMISE_SIZE_TOLERANCE,
@@ -71,6 +73,19 @@ class Acceptance:
             for name, z in candidate.z.items()
         )
         return large and candidate.gain > PROMISE_EXPLAINED * self.least_gain(set(candidate.z) - set(model.z))
+
+    def worth_simulating(self, possible: Sequence[Candidate], unexplained: bool) -> frozenset[str]:
+        """Effects whose signature beside an explanation is worth its simulations, by signatures that are not those.
+
+        While much is left, what promises a fair part of the best; afterwards all that may count. Sizes are not asked.
+        """
+        most = max((candidate.gain for candidate in possible), default=0.0)
+        names: set[str] = set()
+        for candidate in possible:
+            least = PROMISE_EXPLAINED * self.least_gain(candidate.new)
+            if candidate.gain > (BORROWED_SHARE * most if unexplained else PROMISE_BORROWED * least):
+                names |= candidate.new
+        return frozenset(names)
 
     def earns(self, without: Model, with_it: Model, expected: ExpectedCost) -> bool:
         """What is new explains enough of what was left, and is large enough."""

@@ -25,7 +25,8 @@ class Finding:
     steps: tuple[Model, ...] = ()  # nothing, then one effect more each: how it was found
     weights: dict[str, float] = field(default_factory=dict)  # cost that each named effect takes away
     simulations: int = 0
-    size_spread: Mapping[str, float] = field(default_factory=dict)  # of each effect over the log, where it is unknown
+    size_spread: Mapping[str, float] = field(default_factory=dict)  # of each effect over the log
+    changes: tuple[str, ...] = ()  # effects whose size is another in parts of the log, so that they explain nothing
 
 
 def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:

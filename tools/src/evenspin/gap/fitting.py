@@ -79,6 +79,9 @@ class Fitter:
             if only is not None and name not in only:
                 continue
             for i, c in enumerate(self.library[name].coordinates):
+                if not self.library[name].is_asked(i, z):
+                    steps.append(0.0)
+                    continue
                 h = (STEP_SHARE if self.library[name].linear else 1.0) * c.probe
                 if z[i] + h > c.high:
                     h = -h
@@ -86,8 +89,9 @@ class Fitter:
                 moved[i] += h
                 units.append(self.effects({**model.z, name: moved}))
                 steps.append(h)
-        runs = model_features(self.forward, units, 1)
-        return np.stack([(f[0] - model.probe) / h for f, h in zip(runs, steps, strict=True)], axis=1)
+        runs = iter(model_features(self.forward, units, 1))
+        nothing = np.zeros(len(model.probe))
+        return np.stack([(next(runs)[0] - model.probe) / h if h else nothing for h in steps], axis=1)
 
     def descended(self, model: Model, steps: int, beat: float = math.inf) -> Model:
         """Damped Gauss-Newton downhill from a model; gives up where a cost of `beat` is out of reach."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from evenspin.gap.model_file import write_model
@@ -11,15 +13,19 @@ from evenspin.gap.story import page_of, summary_of
 from evenspin.gap.verdict import VERDICT, verdict_json
 from evenspin.log.case import write_json
 from evenspin.log.tolerance import unit_of
-from evenspin.report.page import write_page
+from evenspin.report.page import Chapter, write_page
 
 
-def write_result(folder: Path, result: CaseResult, command: str) -> None:
-    """verdict.json, traces before and after, model.toml, scenario.toml, report.html; into an existing, empty folder."""
+def write_result(folder: Path, result: CaseResult, command: str, more: Sequence[Chapter] = ()) -> None:
+    """verdict.json, traces before and after, model.toml, scenario.toml, report.html; into an existing, empty folder.
+
+    `more`: chapters at the end of the report.
+    """
     write_json(folder / VERDICT, verdict_json(result))
     write_traces(folder, _file_name(result), {"before": result.before, "after": result.after})
     write_model(folder, result.case, result.nominal, result.effects, result.delta, result.unit, summary_of(result))
-    write_page(folder, page_of(result, command))
+    page = page_of(result, command)
+    write_page(folder, replace(page, chapters=[*page.chapters, *more]))
 
 
 def write_steps(folder: Path, result: CaseResult) -> None:

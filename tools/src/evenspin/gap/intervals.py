@@ -13,15 +13,23 @@ from numpy.typing import NDArray
 from evenspin.effects import Hypothesis
 from evenspin.gap.candidate import Model
 from evenspin.gap.fitting import Fitter
-from evenspin.gap.thresholds_evidence import INFLATION_MIN, PARAMETER_SHARE, PHASE_KNOWN_RAD
-from evenspin.log.tolerance import SIGMA, unit_of
+from evenspin.gap.thresholds_evidence import (
+    DAMPING_SHARE,
+    INFLATION_MIN,
+    PARAMETER_SHARE,
+    PHASE_KNOWN_RAD,
+    SATURATION_SHARE,
+)
+from evenspin.log.tolerance import SIGMA, TOLERANCES, unit_of
 from evenspin.native import tables
 from evenspin.native.tables import EffectParam
 
 Array = NDArray[np.float64]
 UNITS = 10  # healthy units with the same effects, simulated
 Z95 = 1.96
+UNIFORM95 = 0.95  # of the bound hold 95 % of what is even within it
 SCATTER_MAX = 1e4  # of one unit over the covariance, squared: a fit that has run away does not count more
+FORM_SHARES = {"i_sat_a": SATURATION_SHARE, "damping_ratio": DAMPING_SHARE}  # of parameters that hang on the law
 EXACT = ("order", "sign")  # roles of parameters without an interval
 
 
@@ -70,19 +78,20 @@ def intervals(fitter: Fitter, model: Model) -> Intervals:
 
     Features repeat one another, so that the covariance of the fit is too small. Healthy units with the same effects are
     simulated and fitted linearly; their scatter over the covariance is the factor that all intervals are widened by.
-    What the model of an effect may be off itself comes on top (PARAMETER_SHARE).
+    Where an effect is a tolerance, only larger, no log says which part is the unit's: the tolerance is in the interval.
+    What the model of an effect may be off itself comes on top (PARAMETER_SHARE, FORM_SHARES).
     """
     if not model.z:
         return Intervals((), 1.0)
     columns = fitter.columns(model)
     left = fitter.forward.measured - model.features
-    covariance = fitter.judge.fit(left, fitter.nuisance, columns).covariance
+    covariance = fitter.judge.fit(left, fitter.nuisance, columns, known=model.z).covariance
     inflation = _inflation(fitter, model, columns, covariance)
     found: list[Interval] = []
     at = 0
     for name, z in model.z.items():
         size = len(z)
-        part = covariance[at : at + size, at : at + size] * inflation**2
+        part = covariance[at : at + size, at : at + size] * inflation**2 + np.diag(tolerance_variance(name, size))
         at += size
         found += with_model_share(of_effect(fitter.library[name], z, part))
     return Intervals(tuple(found), inflation)
@@ -90,14 +99,22 @@ def intervals(fitter: Fitter, model: Model) -> Intervals:
 
 def _inflation(fitter: Fitter, model: Model, columns: Array, covariance: Array) -> float:
     random = np.random.default_rng(31)
-    deltas = random.normal(0.0, SIGMA, (UNITS, len(SIGMA)))
+    free = np.array([t.effect not in model.z for t in TOLERANCES])
+    deltas = random.normal(0.0, SIGMA, (UNITS, len(SIGMA))) * free
     effects = fitter.effects(model.z)
     units = [unit_of(effects, delta, 8000 + i, float(random.random())) for i, delta in enumerate(deltas)]
     scatter = []
     for run in fitter.forward.many(units):
-        amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns).amount
-        scatter.append(amount**2 / np.diag(covariance))
+        amount = fitter.judge.fit(run - model.features, fitter.nuisance, columns, known=model.z).amount
+        known = np.diag(covariance) > 0.0  # a form that is off has no variance
+        scatter.append(amount[known] ** 2 / np.diag(covariance)[known])
     return max(INFLATION_MIN, math.sqrt(float(np.mean(np.minimum(scatter, SCATTER_MAX)))))
+
+
+def tolerance_variance(effect: str, size: int) -> Array:
+    """Of each coordinate, by what a unit may have of it within its tolerance: evenly up to the bound."""
+    bounds = [t.sigma for t in TOLERANCES if t.effect == effect]
+    return (UNIFORM95 / Z95 * np.array(bounds)) ** 2 if bounds else np.zeros(size)
 
 
 def of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
@@ -111,8 +128,12 @@ def of_effect(h: Hypothesis, z: Array, covariance: Array) -> list[Interval]:
 
 def with_model_share(found: list[Interval]) -> list[Interval]:
     """Wider by what the simulation of an effect may be off itself, which no repeat of it shows."""
+
+    def share(i: Interval) -> float:
+        return FORM_SHARES.get(i.parameter, PARAMETER_SHARE)
+
     return [
-        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, PARAMETER_SHARE * _size(i, tuple(found))))
+        i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, share(i) * _size(i, tuple(found))))
         for i in found
     ]
 

@@ -20,7 +20,7 @@ from evenspin.gap.forward import Forward
 from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
-from evenspin.gap.partial import Partial, partial
+from evenspin.gap.partial import partial, size_spread
 from evenspin.gap.search import Search
 from evenspin.gap.slotting import detected_order
 from evenspin.gap.thresholds_effects import (
@@ -37,6 +37,7 @@ from evenspin.gap.thresholds_effects import (
     SETTLED_SHARE,
     SURE_GAIN,
     TOLERATED,
+    VARIES_SPREAD,
     WORSE_SHARE,
 )
 from evenspin.log.case import Case
@@ -45,6 +46,7 @@ from evenspin.log.unit import Unit
 
 SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
 LINE_REPEATS, LINE_NEIGHBOURS = 6, 8  # simulations of the model, and beside it, that a left-over line is held against
+REACH_SHARE = 0.5  # of the least gain: a refinement that will not even reach this is given up
 HEALTHY_UNITS = 8  # simulated units within tolerance from which the cost expected of a correct model is taken
 
 Array = NDArray[np.float64]
@@ -98,21 +100,24 @@ class Investigation:
         best, weights = self._drop(best, expected)
         lines = self.lines(best)
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
-        unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines)
-        part = partial(search.fitter, best, weights, self.gap_of(best)) if unknown and best.z else Partial()
+        spread = {name: size_spread(search.fitter, best, name) for name in best.z}
+        changes = tuple(name for name in best.z if VARIES_SPREAD < spread[name] < math.inf)
+        unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines) or bool(changes)
+        part = partial(best, weights, spread, self.gap_of(best)) if unknown else ()
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
         return Finding(
             best,
-            part.names if unknown else named,
+            part if unknown else named,
             unknown,
             before,
             expected,
             lines,
-            tuple(self.tried),
+            tuple(search.fitter.judged(model) for model in self.tried),  # costs compare under one noise only
             tuple(steps),
             weights,
             self.forward.simulations,
-            part.spread,
+            spread,
+            changes,
         )
 
     # ---- stages ------------------------------------------------------------------------------------------------------
@@ -159,18 +164,17 @@ class Investigation:
         if len(best.z) == 1 and unexplained:
             roots += [m for m in self.first_explanations if set(m.z) != set(best.z)]
         candidates: list[Candidate] = []
-        if not unexplained and not any(
-            self.rules.promises(candidate, best, expected)
-            for candidate in self.search.candidates(best, 1, CANDIDATES, borrowed=True)
-        ):
-            return None
         for root in roots:
-            more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE)
+            possible = self.search.candidates(root, 1, len(self.library), borrowed=True)
+            if not unexplained and not any(self.rules.promises(c, best, expected) for c in possible[:CANDIDATES]):
+                return None
+            among = self.rules.worth_simulating(possible, unexplained)
+            more = self.search.candidates(root, 1, CANDIDATES if root is best else CANDIDATES_BESIDE, among=among)
             candidates += [candidate for candidate in more if self.rules.promises(candidate, best, expected)]
         if len(best.z) == 1 and unexplained:
             candidates += [Candidate(m.z, 0.0) for m in self.pairs]
         unique = {frozenset(candidate.z): candidate for candidate in reversed(candidates)}
-        models = self._refined(list(unique.values()), expected, share, share + 0.14)
+        models = self._refined(list(unique.values()), expected, share, share + 0.14, best)
         good = [m for m in models if self.rules.earns(best, m, expected) and self.rules.all_large(m)]
         found = min(good, key=lambda m: m.likelihood_cost, default=None)
         if found is None:
@@ -197,8 +201,18 @@ class Investigation:
 
         return gap
 
-    def _refined(self, candidates: list[Candidate], expected: ExpectedCost, start: float, end: float) -> list[Model]:
-        """Each candidate refined, small sets first; once one explains the log, only its close rivals."""
+    def _refined(
+        self,
+        candidates: list[Candidate],
+        expected: ExpectedCost,
+        start: float,
+        end: float,
+        without: Model | None = None,
+    ) -> list[Model]:
+        """Each candidate refined, small sets first; once one explains the log, only its close rivals.
+
+        `without`: the explanation that each has to improve on; what cannot reach that is given up.
+        """
         out: list[Model] = []
         best = math.inf
         start_cost = self.search.nothing.cost
@@ -211,7 +225,10 @@ class Investigation:
             if nonlinear and out and (explained or candidate.gain < NONLINEAR_GAIN * (start_cost - best)):
                 continue  # a wide search costs as much as all the others together
             self.say(f"trying {' + '.join(candidate.z)}", start + (end - start) * i / max(1, len(candidates)))
-            found = self.search.refine(candidate, beat=best + expected.mean)
+            beat = best + expected.mean
+            if without is not None:
+                beat = min(beat, without.cost - REACH_SHARE * self.rules.least_gain(set(candidate.z) - set(without.z)))
+            found = self.search.refine(candidate, beat=beat)
             simpler = [self.search.refine(twin, downhill=True) for twin in self.rules.simpler(found)]
             out += [found, *simpler]
             best = min(best, *(m.own_cost for m in (found, *simpler)))
@@ -233,6 +250,7 @@ class Investigation:
             return best, weights
         if len(names) == 1:
             empty = self.search.fitter.judged(self.search.nothing)
+            self.tried.append(empty)
             gain = empty.cost - best.cost
             # under the noise level and tolerances around itself it may be less than it seemed at first
             keep = self._stands(names[0], gain, empty, best) and self.rules.all_large(best)

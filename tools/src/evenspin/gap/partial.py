@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,24 +28,20 @@ SIZE_PRIOR, NO_PRIOR = 1.0, 1e-9  # inverse variances of a relative size
 MEDIAN_CHI_SQUARE = 0.455  # of one degree of freedom
 KNOWN_SHARE = 0.3  # of the size: parts that know it less well say nothing
 MODEL_SHARE = 0.1  # of the size, in the weight of a part: no single part decides
-SHARE_MOST = 2.0  # of the size: a part that wants more does not count more
+WITHIN = (
+    0.683  # of the weight of all parts: a robust standard deviation, which a few parts with something else do not move
+)
 PARTS_LEAST = 3
 
 Array = NDArray[np.float64]
 GapOf = Callable[[tuple[str, ...]], float]  # on the validation records, of a machine with these effects of the model
 
 
-@dataclass(frozen=True, slots=True)
-class Partial:
-    """The effects that stand, strongest first, and how much the size of each effect differs over the log."""
+def partial(model: Model, weights: Mapping[str, float], spread: Mapping[str, float], gap_of: GapOf) -> tuple[str, ...]:
+    """The effects that stand, strongest first.
 
-    names: tuple[str, ...] = ()
-    spread: Mapping[str, float] = field(default_factory=dict)
-
-
-def partial(fitter: Fitter, model: Model, weights: Mapping[str, float], gap_of: GapOf) -> Partial:
-    """`weights`: what each effect takes off the cost; `gap_of` simulates the validation records."""
-    spread = {name: size_spread(fitter, model, name) for name in model.z}
+    `weights`: what each effect takes off the cost; `spread`: see size_spread; `gap_of`: on the validation records.
+    """
     names = [n for n in model.z if spread[n] < PARTIAL_SPREAD and weights.get(n, 0.0) > PARTIAL_GAIN]
     names.sort(key=lambda name: -weights[name])
     while names:
@@ -55,7 +50,7 @@ def partial(fitter: Fitter, model: Model, weights: Mapping[str, float], gap_of: 
         if shares[weakest] > PARTIAL_SHARE:
             break
         names.remove(weakest)
-    return Partial(tuple(names), spread)
+    return tuple(names)
 
 
 def validated_shares(names: tuple[str, ...], gap_of: GapOf) -> dict[str, float]:
@@ -67,7 +62,7 @@ def validated_shares(names: tuple[str, ...], gap_of: GapOf) -> dict[str, float]:
 
 
 def size_spread(fitter: Fitter, model: Model, name: str) -> float:
-    """Relative standard deviation, beyond noise, of the size of an effect over the parts of the log; inf: not known.
+    """How far, beyond noise, the size of an effect differs over the parts of the log, as a share of it; inf: not known.
 
     Each part (a steady stretch, or some bins of a transient, of one record) is fitted by itself: the size of this
     effect, free; that of the other effects and the unit's deviations, held by their priors.
@@ -115,11 +110,13 @@ def size_in_part(columns: Array, residual: Array, prior: Array, free: int) -> tu
 
 
 def spread_of_sizes(sizes: Sequence[tuple[float, float]]) -> float:
-    """Of the parts that know the size well enough to differ."""
+    """Of the parts that know the size well enough to differ: two thirds of them agree within this."""
     known = np.array([(share, sigma) for share, sigma in sizes if sigma < KNOWN_SHARE])
     if len(known) < PARTS_LEAST:
         return math.inf
     share, sigma = known.T
     weight = 1.0 / (sigma**2 + MODEL_SHARE**2)
-    beyond = np.maximum(0.0, np.minimum(share**2, SHARE_MOST**2) - sigma**2)
-    return math.sqrt(float(np.sum(weight * beyond) / np.sum(weight)))
+    beyond = np.sqrt(np.maximum(0.0, share**2 - sigma**2))
+    order = np.argsort(beyond)
+    reached = np.cumsum(weight[order]) / np.sum(weight)
+    return float(beyond[order][np.searchsorted(reached, WITHIN)])

@@ -27,6 +27,14 @@ SHOWN_SIGNALS = 3
 SHOWN_MODELS = 12
 
 
+def gap_pictures(result: CaseResult) -> list[Picture]:
+    """The gap as it was and as it is."""
+    if not result.before.traces:
+        return []
+    with drawing():
+        return [_bars(result)]
+
+
 def where_pictures(result: CaseResult) -> list[Picture]:
     with drawing():
         return [_heat(result)]
@@ -41,9 +49,8 @@ def much_pictures(result: CaseResult) -> list[Picture]:
     if not result.before.traces:
         return []
     with drawing():
-        bars = [_bars(result)]
         pairs = zip(result.before.traces, result.after.traces, strict=True)
-        return bars + [_traces(before, after) for before, after in pairs]
+        return [_traces(before, after) for before, after in pairs]
 
 
 def left_pictures(result: CaseResult) -> list[Picture]:

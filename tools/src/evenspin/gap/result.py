@@ -17,7 +17,8 @@ from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import Investigation, tolerated
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.partial import validated_shares
-from evenspin.gap.thresholds_effects import GAIN_MIN, PARTIAL_SPREAD, TOLERATED
+from evenspin.gap.support import Support, support_of
+from evenspin.gap.thresholds_effects import GAIN_MIN, PARTIAL_SPREAD, TOLERATED, VARIES_SPREAD
 from evenspin.gap.thresholds_evidence import (
     CONFIDENCE_MAX,
     INSEPARABLE_WEIGHT,
@@ -75,6 +76,7 @@ class CaseResult:
     seconds: float
     confidence: Mapping[str, float] = field(default_factory=dict)
     shares: Mapping[str, float] = field(default_factory=dict)  # of the squared gap on validation records, of each name
+    support: Mapping[str, tuple[Support, ...]] = field(default_factory=dict)  # features that speak for each name
 
     @property
     def verdict(self) -> tuple[str, ...]:
@@ -139,6 +141,8 @@ def result_of(
         messages.append(f"what is left is {100.0 * share:.0f} % more than noise: something smaller may be missing, too")
     if before.traces and effects and not after.gap < before.gap:
         messages.append("what was named does not make the gap on the validation records smaller: do not trust it")
+    nothing = investigation.search.nothing.residual
+    about = subjects(investigation.forward.keys, (each.layout for each in investigation.forward.sets))
     return CaseResult(
         case,
         str(case.meta.get("case", case.path.name)),
@@ -152,18 +156,19 @@ def result_of(
         nearest,
         tuple(_step(investigation, validation, each) for each in finding.steps),
         found,
-        investigation.search.nothing.residual,
+        nothing,
         model.residual,
         other,
         unclear,
         tuple(dict.fromkeys(messages)),
-        subjects(investigation.forward.keys, (each.layout for each in investigation.forward.sets)),
+        about,
         investigation.forward.replays[0].nominal,
         {name: investigation.library[name].magnitude(z) for name, z in model.z.items()},
         fitter.effects(model.z),
         time.monotonic() - started,
         confidence(finding, other),
         shares,
+        {name: support_of(finding, name, nothing, about) for name in finding.named},
     )
 
 
@@ -188,6 +193,7 @@ def confidence(finding: Finding, other: tuple[tuple[tuple[str, ...], float], ...
     """
     excess = finding.expected_cost.excess(finding.model.cost)
     nearly = excess / max(finding.expected_cost.limit, 1.0)
+    nearly = max([nearly, *(finding.size_spread[name] / VARIES_SPREAD for name in finding.changes)])
     unknown = CONFIDENCE_MAX * (1.0 - UNKNOWN_DOUBT * math.exp(-UNKNOWN_RISE * max(0.0, nearly - 1.0)))
     if finding.unknown and not finding.named:
         return {"unknown": unknown}

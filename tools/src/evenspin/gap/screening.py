@@ -29,12 +29,15 @@ class Signature:
     columns: Array  # features x coordinates; one column, of the start as a whole, where the effect is not linear
 
 
-def signatures(fitter: Fitter, model: Model) -> list[Signature]:
-    """Of every effect and start that the model does not have and that can act beside it: there is one shaft."""
+def signatures(fitter: Fitter, model: Model, among: frozenset[str] | None = None) -> list[Signature]:
+    """Of every effect and start that the model does not have and that can act beside it: there is one shaft.
+
+    `among`: only of these effects.
+    """
     jobs: list[tuple[str, Array, list[Array]]] = []
     has_shaft = any(fitter.library[name].is_shaft for name in model.z)
     for name, h in fitter.library.items():
-        if name in model.z or (has_shaft and h.is_shaft):
+        if name in model.z or (has_shaft and h.is_shaft) or (among is not None and name not in among):
             continue
         for start in h.starts:
             z0 = np.array(start, dtype=np.float64)
@@ -46,9 +49,12 @@ def signatures(fitter: Fitter, model: Model) -> list[Signature]:
         h = fitter.library[name]
         columns = [next(runs)[0] for _ in points]
         if h.linear:
+            at = dict(zip(_asked(h, z0), columns, strict=True))
             columns = [
-                (f - (model.probe if c.beside is None else columns[c.beside])) / c.probe
-                for f, c in zip(columns, h.coordinates, strict=True)
+                (at[i] - (model.probe if c.beside is None else at[c.beside])) / c.probe
+                if i in at
+                else np.zeros(len(model.probe))
+                for i, c in enumerate(h.coordinates)
             ]
         else:
             columns = [columns[0] - model.probe]
@@ -121,22 +127,27 @@ def _point(h: Hypothesis, z0: Array, amount: Array) -> Array | None:
             z[h.amplitude] *= min(max(float(amount[0]), AMOUNT_MIN), AMOUNT_MAX)
         return h.clip(z) if amount[0] > 0.0 else None
     z = h.clip(z0 + amount)
-    low = np.array([c.low for c in h.coordinates])
+    low = np.array([-np.inf if c.form else c.low for c in h.coordinates])
     return None if np.any((low == z0) & (amount <= 0.0)) else z
 
 
 def probe_points(h: Hypothesis, z0: Array) -> list[Array]:
-    """Where an effect is simulated for its signature: one point a coordinate, or the start itself."""
+    """Where an effect is simulated for its signature: one point a coordinate that is asked, or the start itself."""
     if not h.linear:
         return [z0]
     points = []
-    for i, c in enumerate(h.coordinates):
+    for i in _asked(h, z0):
+        c = h.coordinates[i]
         z = z0.copy()
         z[i] += c.probe
         if c.beside is not None:
             z[c.beside] += h.coordinates[c.beside].probe
         points.append(z)
     return points
+
+
+def _asked(h: Hypothesis, z0: Array) -> list[int]:
+    return [i for i in range(len(z0)) if h.is_asked(i, z0)]
 
 
 def _explained(gram: Array, right: Array, columns: NDArray[np.int_]) -> tuple[float, Array]:

@@ -24,19 +24,26 @@ class Search:
         self.fitter = fitter
         self.nothing = nothing  # the machine without any effect
         self._of_nothing: list[Signature] | None = None
-        self._of_last: tuple[Model, list[Signature]] | None = None
+        self._of_last: tuple[Model, frozenset[str] | None, list[Signature]] | None = None
 
     def reconsider(self, model: Model) -> None:
         """Take noise level and tolerances around a model from now on."""
         self.fitter = self.fitter.around(model)
 
-    def candidates(self, model: Model, size: int = 1, keep: int = 6, borrowed: bool = False) -> list[Candidate]:
+    def candidates(
+        self,
+        model: Model,
+        size: int = 1,
+        keep: int = 6,
+        borrowed: bool = False,
+        among: frozenset[str] | None = None,
+    ) -> list[Candidate]:
         """Sets of `size` more effects, best first, as a linear fit sees them; one candidate a set of names.
 
-        `borrowed`: with the signatures of the bare machine, which cost nothing more; good enough to see that nothing
-        is left to find.
+        `borrowed`: with the signatures of the bare machine, which cost nothing more; good enough to see which effects
+        are not left to find. `among`: only these effects; None: all.
         """
-        known = self._signatures(self.nothing if borrowed else model)
+        known = self._signatures(self.nothing, None) if borrowed else self._signatures(model, among)
         return screening.candidates(self.fitter, model, known, size, keep)
 
     def refine(
@@ -52,12 +59,12 @@ class Search:
         strategy = strategy_for(self.fitter, candidate)
         return strategy.refine(self.fitter, candidate, steps, beat)
 
-    def _signatures(self, model: Model) -> list[Signature]:
+    def _signatures(self, model: Model, among: frozenset[str] | None) -> list[Signature]:
         """Signatures cost simulations: those of the bare machine and of the last model are kept."""
         if model is self.nothing:
             if self._of_nothing is None:
                 self._of_nothing = screening.signatures(self.fitter, model)
             return self._of_nothing
-        if self._of_last is None or self._of_last[0] is not model:
-            self._of_last = (model, screening.signatures(self.fitter, model))
-        return self._of_last[1]
+        if self._of_last is None or self._of_last[0] is not model or self._of_last[1] != among:
+            self._of_last = (model, among, screening.signatures(self.fitter, model, among))
+        return self._of_last[2]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from evenspin.gap.finding import Finding
-from evenspin.gap.intervals import reported_parameters
+from evenspin.gap.headline import is_open, numbers_of, start, summary_of
 from evenspin.gap.pictures import (
+    gap_pictures,
     left_pictures,
     much_pictures,
     new_effect,
@@ -17,10 +18,9 @@ from evenspin.gap.pictures import (
 )
 from evenspin.gap.result import CaseResult, inseparable, separator
 from evenspin.gap.thresholds_effects import GAIN_MIN, LINE_RATIO
-from evenspin.gap.thresholds_evidence import OPEN_GAP
 from evenspin.gap.verdict import because
 from evenspin.gap.where import Contribution, ranked
-from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS, gap_of_records
+from evenspin.log.gap import GAP_SIGNALS, GAP_UNITS
 from evenspin.native import tables
 from evenspin.report.figures import Picture
 from evenspin.report.page import Chapter, Page
@@ -42,34 +42,13 @@ def page_of(result: CaseResult, command: str) -> Page:
     ]
     return Page(
         title=f"Gap: {result.name}",
-        summary=" ".join(summary_of(result)),
+        summary="\n".join(summary_of(result)),
         facts=facts,
         tables=[_notes(result)] if result.warnings else [],
-        pictures=[],
+        pictures=gap_pictures(result),
         command=command,
         chapters=[_where(result), _what(result), _how_much(result), _left(result)],
     )
-
-
-def summary_of(result: CaseResult) -> list[str]:
-    """The story in a few sentences."""
-    finding = result.finding
-    if finding.named:
-        named = ", ".join(f"{name} ({_numbers(result, name)})" for name in finding.named)
-        sentences = [f"Missing in the model: {named}."]
-        if finding.unknown:
-            sentences.append("Beside that something is missing that no known effect explains: unknown.")
-    elif finding.unknown:
-        sentences = ["Something is missing that no known effect explains: unknown."]
-    else:
-        sentences = ["Nothing is missing: the nominal machine within its tolerance explains the log."]
-    sentences += [f"{_start(reason)}." for reason in because(result)]
-    if result.before.traces:
-        sentences.append(
-            f"Gap on validation records: {result.before.gap:.3f} before, {result.after.gap:.3f} after; noise alone "
-            f"makes {gap_of_records(result.noise_floor):.3f}."
-        )
-    return sentences
 
 
 def tables_of(result: CaseResult) -> list[TableView]:
@@ -122,7 +101,7 @@ def _what(result: CaseResult) -> Chapter:
             "No effect earns a place: none explains a share of the residual and is larger than the tolerance at once."
         )
     parts: list[TableView | Picture] = [_effects(result)] if result.finding.named else []
-    parts += [_candidates(result), *what_pictures(result), _weighed(result)]
+    parts += [_support(result), _candidates(result), *what_pictures(result), _weighed(result)]
     return Chapter("What explains it?", text, [part for part in parts if not isinstance(part, TableView) or part.rows])
 
 
@@ -133,7 +112,7 @@ def _effects(result: CaseResult) -> TableView:
         rows.append(
             (
                 name,
-                _numbers(result, name),
+                numbers_of(result, name),
                 ", ".join(also) or "nothing",
                 f"{result.confidence[name]:.3f}",
                 f"{result.finding.weights.get(name, math.nan):.0f}",
@@ -146,6 +125,18 @@ def _effects(result: CaseResult) -> TableView:
     )
     header = ("effect", "parameters", "may also be", "confidence", "cost", "size")
     return TableView("Named, strongest first", text, header, rows, left=3)
+
+
+def _support(result: CaseResult) -> TableView:
+    """What speaks for each name, to follow the verdict back into the log."""
+    rows = [
+        (name, s.record, s.signal, s.what, f"{100.0 * s.share:.0f}", number(s.without), number(s.with_it))
+        for name in result.finding.named
+        for s in result.support[name]
+    ]
+    header = ("effect", "record", "signal", "what", "share %", "without sigma", "with it sigma")
+    text = "Where the residual grows most when the effect is left out and all others are fitted again; 1 is noise."
+    return TableView("What speaks for each name", text, header, rows, left=4)
 
 
 def _candidates(result: CaseResult) -> TableView:
@@ -192,7 +183,7 @@ def _weighed(result: CaseResult) -> TableView:
 def _how_much(result: CaseResult) -> Chapter:
     if not result.before.traces:
         return Chapter("How much does it shrink?", "There is no validation record: this is not known.")
-    closed = f"{100.0 * result.closed:.0f} % of what is above the noise floor is closed." if _open(result) else ""
+    closed = f"{100.0 * result.closed:.0f} % of what is above the noise floor is closed." if is_open(result) else ""
     text = f"On the validation records the gap goes from {result.before.gap:.3f} to {result.after.gap:.3f}. {closed}"
     if result.nearest is not None and result.finding.model.z:
         text = (
@@ -200,11 +191,6 @@ def _how_much(result: CaseResult) -> Chapter:
             f"nearest, {' and '.join(result.finding.model.names)}, would make it {result.nearest.gap:.3f}."
         )
     return Chapter("How much does it shrink?", text, [_gap_table(result), _steps(result), *much_pictures(result)])
-
-
-def _open(result: CaseResult) -> bool:
-    known = not result.finding.unknown or bool(result.finding.named)
-    return known and result.before.gap > OPEN_GAP * gap_of_records(result.noise_floor)
 
 
 def _gap_table(result: CaseResult) -> TableView:
@@ -230,7 +216,7 @@ def _left(result: CaseResult) -> Chapter:
     finding = result.finding
     noise = f"The residual costs {finding.model.cost:.0f}; simulated healthy units have {_expected(finding)}."
     text = (
-        f"More than noise. {noise} {' '.join(_start(t) + '.' for t in because(result))}"
+        f"More than noise. {noise} {' '.join(start(t) + '.' for t in because(result))}"
         if finding.unknown
         else f"{noise} That is noise: nothing significant is left."
     )
@@ -263,21 +249,5 @@ def _notes(result: CaseResult) -> TableView:
     return TableView("What to know", "Repairs, limits and warnings.", ("",), rows, left=1)
 
 
-def _numbers(result: CaseResult, name: str) -> str:
-    """Parameters with units and the half of their 95 % intervals."""
-    halves = {interval.parameter: interval.half for interval in result.intervals.of(name)}
-    fields = tables().effects[name].params
-    sentences = []
-    for key, value in reported_parameters(name, result.effects[name]).items():
-        unit = fields[key].unit if key in fields else ""
-        half = f" +- {halves[key]:.2g}" if halves.get(key) else ""
-        sentences.append(f"{key} = {value:.4g}{half}{' ' + unit if unit else ''}")
-    return ", ".join(sentences)
-
-
 def _expected(finding: Finding) -> str:
     return f"{finding.expected_cost.mean:.0f} +- {finding.expected_cost.sigma:.0f}"
-
-
-def _start(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -195,6 +195,24 @@ PROMISE_EXPLAINED = SECTION.add(
     too_low="more simulations",
     too_high="a small second effect is never tried",
 )
+BORROWED_SHARE = SECTION.add(
+    "BORROWED_SHARE",
+    0.02,
+    "of the best gain",
+    "the same while much is left: effects that promise a fair part of the best from those that promise next to nothing",
+    set_on=NOT_SET,
+    too_low="more simulations",
+    too_high="an effect whose signature changes beside another one is never tried",
+)
+PROMISE_BORROWED = SECTION.add(
+    "PROMISE_BORROWED",
+    0.3,
+    "of the promised gain",
+    "effects that are simulated beside an explanation from those that their signature on the bare machine rules out",
+    set_on=NOT_SET,
+    too_low="more simulations",
+    too_high="a small second effect that shows otherwise beside the first is never tried",
+)
 PROMISE_SIZE = SECTION.add(
     "PROMISE_SIZE",
     0.6,
@@ -277,12 +295,21 @@ FIRST_KEPT = int(
 )
 PARTIAL_SPREAD = SECTION.add(
     "PARTIAL_SPREAD",
-    0.25,
-    "of the size of an effect",
+    0.12,
+    "of the size of an effect, which two thirds of the log are within",
     "an effect beside something unknown from one that only resembles it, whose size differs more over the log",
-    set_on=NOT_SET,
+    set_on="14 effects beside or in place of something foreign (seed 90210): right ones to 0.06, wrong ones from 0.24",
     too_low="a right effect beside something foreign is thrown away",
     too_high="a fan is named viscous friction",
+)
+VARIES_SPREAD = SECTION.add(
+    "VARIES_SPREAD",
+    0.18,
+    "of the size of an effect, which two thirds of the log are within",
+    "an effect that explains a log from one whose place it takes: what drifts, or follows another law",
+    set_on=NOT_SET,
+    too_low="weak effects, whose size each part knows badly, end as `unknown`",
+    too_high="a resistance that drifts is named as one that is larger",
 )
 PARTIAL_GAIN = SECTION.add(
     "PARTIAL_GAIN",

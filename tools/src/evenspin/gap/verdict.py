@@ -8,8 +8,9 @@ from typing import Any
 
 from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.result import CaseResult, inseparable
+from evenspin.gap.support import Support
 from evenspin.gap.thresholds_effects import LINE_RATIO
-from evenspin.gap.thresholds_evidence import PARAMETER_SHARE
+from evenspin.gap.thresholds_evidence import DAMPING_SHARE, PARAMETER_SHARE, SATURATION_SHARE
 from evenspin.log.gap import RecordGap, gap_of_records
 from evenspin.log.tolerance import TOLERANCES
 
@@ -24,6 +25,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "parameters": {name: reported_parameters(name, result.effects[name]) for name in finding.named},
         "confidence": {name: round(value, 4) for name, value in result.confidence.items()},
         "shares": {name: real(share) for name, share in result.shares.items()},
+        "support": {name: [support_json(s) for s in result.support[name]] for name in finding.named},
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),
         "gap_after": real(result.after.gap),
@@ -34,12 +36,26 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "intervals_note": (
             "95 %; standard deviations of the fit times "
             f"{result.intervals.inflation:.2f}, the factor by which simulated healthy units scatter more; "
-            f"and {100 * PARAMETER_SHARE:.0f} % for what the model of an effect may be off itself"
+            "the tolerance of a unit where the effect is one, only larger; "
+            f"and {100 * PARAMETER_SHARE:.0f} % for what the model of an effect may be off itself "
+            f"({100 * SATURATION_SHARE:.0f} % of a saturation current, {100 * DAMPING_SHARE:.0f} % of a damping)"
         ),
         "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
         "warnings": list(result.warnings),
         "left": left_json(result),
         "details": _details(result),
+    }
+
+
+def support_json(support: Support) -> dict[str, Any]:
+    """A group of features that speaks for a name; residuals in standard deviations of healthy units."""
+    return {
+        "record": support.record,
+        "signal": support.signal,
+        "what": support.what,
+        "share": round(support.share, 4),
+        "without_sigma": support.without,
+        "with_it_sigma": support.with_it,
     }
 
 
@@ -80,6 +96,11 @@ def because(result: CaseResult) -> list[str]:
             f"{best} leaves a cost of {finding.model.cost:.0f}; healthy units have "
             f"{finding.expected_cost.mean:.0f} +- {finding.expected_cost.sigma:.0f}"
         )
+    for name in finding.changes:
+        reasons.append(
+            f"the size of {name} is not the same over the log: it differs by {100 * finding.size_spread[name]:.0f} % "
+            "from part to part, as of something that drifts, or of another law"
+        )
     left = [line for line in finding.lines if line.ratio > LINE_RATIO]
     if left:
         hz = sorted({round(line.hz) for line in left})
@@ -103,7 +124,7 @@ def _details(result: CaseResult) -> dict[str, Any]:
         "simulations": finding.simulations,
         "seconds": round(result.seconds, 1),
     }
-    if finding.unknown:
+    if finding.model.z:
         details["size_spread"] = {name: real(spread) for name, spread in finding.size_spread.items()}
     if result.nearest is not None and finding.model.z:
         details["nearest"] = {

@@ -72,6 +72,22 @@ class Simulation:
         count = self._library.lib.es_sim_link_read(self._handle, self._octets, room) if room > 0 else 0
         return bytes(self._library.ffi.buffer(self._octets, count))
 
+    def open_trace(self, rows_every: int) -> None:
+        """Before the start: take down everything that the firmware takes in, and all signals every so many periods."""
+        self._need(self._library.lib.es_sim_trace_open(self._handle, rows_every))
+
+    def take_trace(self) -> list[bytes]:
+        """What was taken down since the last call, stream by stream."""
+        lib, ffi = self._library.lib, self._library.ffi
+        streams = []
+        for stream in range(lib.es_trace_streams()):
+            octets = bytearray(lib.es_sim_trace_size(self._handle, stream))
+            if octets:
+                lib.es_sim_trace_read(self._handle, stream, ffi.from_buffer("uint8_t[]", octets), len(octets))
+            streams.append(bytes(octets))
+        self._need(lib.es_sim_trace_taken(self._handle))
+        return streams
+
     def start(self) -> None:
         self._started = False
         self._need(self._library.lib.es_sim_start(self._handle))

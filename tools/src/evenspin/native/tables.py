@@ -88,6 +88,16 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True)
+class Combination:
+    """Two drive parameters of which some values are refused together."""
+
+    name: str
+    param: str
+    other: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
 class Action:
     """What can be done with a block: numbers in, numbers out, named with their units."""
 
@@ -126,6 +136,7 @@ class Tables:
     inputs: Mapping[str, Field]
     effects: Mapping[str, Effect]
     faults: tuple[Fault, ...]
+    combinations: tuple[Combination, ...]
     commands: tuple[str, ...]  # of the bench link
     blocks: Mapping[str, Block]
 
@@ -142,6 +153,7 @@ def tables() -> Tables:
         inputs=_fields(library, lib.es_input_count(), lib.es_input_info),
         effects=MappingProxyType({effect.name: effect for effect in _effects(library)}),
         faults=tuple(_faults(library)),
+        combinations=tuple(_combinations(library)),
         commands=tuple(_fields(library, lib.es_command_count(), lib.es_command_info)),
         blocks=MappingProxyType({block.name: block for block in _blocks(library)}),
     )
@@ -198,6 +210,13 @@ def _effect_param(library: Library, field: Field, effect: int, param: int) -> Ef
     own: dict[str, Any] = {"role": library.text(raw.role), "example": raw.example}
     own |= {"vector": bool(raw.vector), "optional": bool(raw.optional)}
     return EffectParam(**{each.name: getattr(field, each.name) for each in fields(Field)}, **own)
+
+
+def _combinations(library: Library) -> Iterator[Combination]:
+    raw = library.ffi.new("es_combination_t *")
+    for index in range(library.lib.es_combination_count()):
+        if library.lib.es_combination_info(index, raw):
+            yield Combination(*(library.text(part) for part in (raw.name, raw.param, raw.other, raw.why)))
 
 
 def _neighbours(library: Library, effect: int) -> Iterator[str]:

@@ -25,7 +25,7 @@
     const isBars = line.kind === "bars";
     return {
       label: line.label, width: line.width * 1.2, dash: line.dashed ? [6, 4] : undefined,
-      stroke: line.dashed ? css("--ink") : line.colour, fill: isBars ? line.colour : undefined,
+      stroke: line.ink ? css("--ink") : line.colour, fill: isBars ? line.colour : undefined,
       paths: isBars ? bars(line.bar_width) : line.kind === "points" ? () => null : undefined,
       points: { show: line.kind === "points", size: 4 }, value: (_, value) => digits(value) || "-",
     };

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.report.style import REFERENCE_COLOUR
+
 Array = NDArray[np.float64]
 Range = tuple[float, float]
 
@@ -20,7 +22,8 @@ LINE, POINTS, BARS = "line", "points", "bars"
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """`x` and `y` of one length; nan interrupts a line. `bar_width`: of BARS, in units of x."""
+    """`x` and `y` of one length; nan interrupts a line. `bar_width`: of BARS, in units of x. What has the colour of a
+    reference is drawn in the ink of the page, light or dark."""
 
     label: str
     x: Array
@@ -82,6 +85,7 @@ def _line_json(line: Line) -> dict[str, Any]:
         "colour": line.colour,
         "width": line.width,
         "dashed": line.dashed,
+        "ink": line.colour == REFERENCE_COLOUR,
         "kind": line.kind,
         "bar_width": line.bar_width,
         "x": _numbers(line.x, "%.10g"),

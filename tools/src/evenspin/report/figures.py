@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,7 @@ ZOOM_S = 0.6  # what is shown after a change
 STEP_S = 1e-6  # how long a step of the reference is drawn
 MAX_PANELS = 12
 MAX_ORDER, MOST_ORDER = 8.0, 60.0  # electrical; up to the second where there are lines
-BAR_ORDERS = tuple(range(1, 7))
+BAR_ORDERS, BARS_WIDE = tuple(range(1, 7)), 0.8
 LEAST_PCT, RIPPLE_PCT = 1e-5, (1e-3, 40.0)
 
 
@@ -64,6 +64,13 @@ def pictures(setup: Setup, curves: Sequence[Curve]) -> list[Picture]:
 
 
 def speed_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
+    panel, data = speed_panel(setup, curves)
+    text = "True speed of the rotor; the reference is dashed."
+    return picture_of("speed", "Speed", text, Chart([panel], height_px=320.0), data)
+
+
+def speed_panel(setup: Setup, curves: Sequence[Curve]) -> tuple[Panel, dict[str, Array]]:
+    """Speed over the whole run."""
     lines: list[Line] = []
     data: dict[str, Array] = {}
     for index, curve in enumerate(curves):
@@ -73,25 +80,37 @@ def speed_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
     t_s, ref_rpm = reference_of(setup)
     lines.append(_reference(t_s, ref_rpm))
     data |= {"reference_t_s": t_s, "reference_rpm": ref_rpm}
-    panel = Panel(lines, "time [s]", "speed [rpm]", x_range=(0.0, setup.duration_s), group=TIME)
-    text = "True speed of the rotor; the reference is dashed."
-    return picture_of("speed", "Speed", text, Chart([panel], height_px=320.0), data)
+    return Panel(lines, "time [s]", "speed [rpm]", x_range=(0.0, setup.duration_s), group=TIME), data
 
 
 def current_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
+    panel, data = current_panel(setup, curves)
+    text = "True current of the motor, not what its sensors say."
+    return picture_of("current", "q-axis current", text, Chart([panel]), data)
+
+
+def current_panel(setup: Setup, curves: Sequence[Curve]) -> tuple[Panel, dict[str, Array]]:
+    """q current over the whole run."""
     lines: list[Line] = []
     data: dict[str, Array] = {}
     for index, curve in enumerate(curves):
         t_s, iq_a = envelope(curve.record["t_s"], curve.record["true_iq_a"])
         lines.append(_line(index, curve.name, t_s, iq_a))
         data |= {f"{curve.name}_t_s": t_s, f"{curve.name}_iq_a": iq_a}
-    panel = Panel(lines, "time [s]", "q-axis current [A]", x_range=(0.0, setup.duration_s), group=TIME)
-    text = "True current of the motor, not what its sensors say."
-    return picture_of("current", "q-axis current", text, Chart([panel]), data)
+    return Panel(lines, "time [s]", "q-axis current [A]", x_range=(0.0, setup.duration_s), group=TIME), data
 
 
 def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
     """Ripple of the speed by orders in each steady state: a spectrum of one run, bars side by side of several."""
+    panels, data = order_panels(setup, curves)
+    text = "Amplitude over the electrical turn, in the steady state before the next change; logarithmic."
+    return picture_of("orders", "Speed spectrum in orders", text, Chart(panels, min(4, len(panels)), 225.0), data)
+
+
+def order_panels(
+    setup: Setup, curves: Sequence[Curve], marks: Callable[[Segment], Sequence[Line]] | None = None
+) -> tuple[list[Panel], dict[str, Sequence[float] | Array]]:
+    """One for each steady state; `marks`: what is drawn over it. Where the bar of a curve stands: `bar_places`."""
     steady = [segment for segment in segments(setup) if segment.speed_ref_rad_s][:MAX_PANELS]
     highest = highest_order(setup, curves[0].record, steady) if len(curves) == 1 else MAX_ORDER
     panels = []
@@ -105,7 +124,7 @@ def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
         ends = (0.0, highest) if len(curves) == 1 else (BAR_ORDERS[0] - 0.6, BAR_ORDERS[-1] + 0.6)
         panels.append(
             Panel(
-                lines,
+                [*lines, *(marks(segment) if marks is not None else ())],
                 "electrical order [-]",
                 "speed ripple [% of mean]",
                 f"{speed}, {segment.steady_s:.1f} to {segment.end_s:.1f} s",
@@ -116,8 +135,12 @@ def orders_picture(setup: Setup, curves: Sequence[Curve]) -> Picture:
                 group="order",
             )
         )
-    text = "Amplitude over the electrical turn, in the steady state before the next change; logarithmic."
-    return picture_of("orders", "Speed spectrum in orders", text, Chart(panels, min(4, len(panels)), 225.0), data)
+    return panels, data
+
+
+def bar_places(index: int, curves: int) -> Array:
+    """Where the bars of a curve among several stand, by BAR_ORDERS."""
+    return np.array(BAR_ORDERS) + (index - (curves - 1) / 2.0) * BARS_WIDE / curves
 
 
 def highest_order(setup: Setup, record: Record, steady: Sequence[Segment]) -> float:
@@ -142,12 +165,12 @@ def _spectrum(setup: Setup, curve: Curve, segment: Segment, highest: float) -> t
 def _bars(setup: Setup, curves: Sequence[Curve], segment: Segment) -> tuple[list[Line], Table]:
     lines: list[Line] = []
     data: dict[str, Array] = {f"{segment.start_s:g}s_order": np.array(BAR_ORDERS, dtype=float)}
-    width = 0.8 / len(curves)
+    width = BARS_WIDE / len(curves)
     for index, curve in enumerate(curves):
         part = curve.record.between(segment.steady_s, segment.end_s)
         speed = part["true_speed_rad_s"]
         pct = 100.0 * order_amplitudes(speed, _electrical(setup, part), BAR_ORDERS) / abs(speed.mean())
-        at = np.array(BAR_ORDERS) + (index - (len(curves) - 1) / 2.0) * width
+        at = bar_places(index, len(curves))
         name = METHOD_NAMES.get(curve.name, curve.name)
         lines.append(Line(name, at, np.maximum(pct, LEAST_PCT), _colour(index, curve.name), kind=BARS, bar_width=width))
         data[f"{curve.name}_{segment.start_s:g}s_pct"] = pct
@@ -174,21 +197,27 @@ def _zoom(
     panels = []
     data: dict[str, Array] = {}
     for piece in pieces[:MAX_PANELS]:
-        before_s = 0.05 * (piece.start_s > 0)
-        lines: list[Line] = []
-        for index, curve in enumerate(curves):
-            part = curve.record.between(max(piece.start_s - 0.05, 0.0), min(piece.start_s + ZOOM_S, piece.end_s))
-            rpm = part["true_speed_rad_s"] / RAD_S
-            lines.append(_line(index, curve.name, part["t_s"] - piece.start_s, rpm))
-            key = f"{curve.name}_{piece.start_s:g}s"
-            data |= {f"{key}_t_s": part["t_s"], f"{key}_rpm": rpm}
-        wanted = piece.speed_ref_rad_s / RAD_S
-        lines.append(_reference(np.array([-before_s, ZOOM_S]), np.array([wanted, wanted])))
-        title_of = f"t = {piece.start_s:g} s, {wanted:.0f} rpm"
-        panels.append(
-            Panel(lines, "time after the change [s]", "speed [rpm]", title_of, (-before_s, ZOOM_S), group="after")
-        )
+        panel, numbers = after_panel(curves, piece)
+        panels.append(panel)
+        data |= numbers
     return picture_of(name, title, text, Chart(panels, 1 if len(panels) == 1 else 2, 240.0), data)
+
+
+def after_panel(curves: Sequence[Curve], piece: Segment) -> tuple[Panel, dict[str, Array]]:
+    """The speed after one change."""
+    before_s = 0.05 * (piece.start_s > 0)
+    lines: list[Line] = []
+    data: dict[str, Array] = {}
+    for index, curve in enumerate(curves):
+        part = curve.record.between(max(piece.start_s - 0.05, 0.0), min(piece.start_s + ZOOM_S, piece.end_s))
+        rpm = part["true_speed_rad_s"] / RAD_S
+        lines.append(_line(index, curve.name, part["t_s"] - piece.start_s, rpm))
+        key = f"{curve.name}_{piece.start_s:g}s"
+        data |= {f"{key}_t_s": part["t_s"], f"{key}_rpm": rpm}
+    wanted = piece.speed_ref_rad_s / RAD_S
+    lines.append(_reference(np.array([-before_s, ZOOM_S]), np.array([wanted, wanted])))
+    title = f"t = {piece.start_s:g} s, {wanted:.0f} rpm"
+    return Panel(lines, "time after the change [s]", "speed [rpm]", title, (-before_s, ZOOM_S), group="after"), data
 
 
 def reference_of(setup: Setup) -> tuple[Array, Array]:

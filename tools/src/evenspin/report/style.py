@@ -33,6 +33,8 @@ METHOD_NAMES = {
     "aro-beyond": "ARO, beyond",
 }
 METHOD_WIDTHS = {"crc": 2.2}  # shows behind FORC, whose curve is the same where the period is whole
+# What a paper prints, over our curves and bars.
+SIMULATION_COLOUR, EXPERIMENT_COLOUR = "#e0218a", "#7a0bc0"
 REFERENCE_COLOUR = "#222222"
 OTHER_COLOURS = ("#1f6fb4", "#e08e0b", "#0b8f6a", "#b4441f", "#7a4fb4")
 

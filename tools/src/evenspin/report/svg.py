@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.report.chart import BARS, POINTS, Chart, Line, Panel
+from evenspin.report.style import REFERENCE_COLOUR
 from evenspin.report.ticks import decade_ticks, linear_ticks, padded, tick_texts
 
 Array = NDArray[np.float64]
@@ -54,6 +55,11 @@ def _legend(chart: Chart) -> list[str]:
         parts.append(_text(x, TOP + 10, line.label, "start", INK, "es-ink"))
         x -= 30
         dash = ' stroke-dasharray="5 3"' if line.dashed else ""
+        if line.kind == POINTS:
+            dot = f'cx="{x + 12:.1f}" cy="{TOP + 6:g}" r="{1.5 * line.width:g}" fill="{line.colour}"'
+            parts.append(f"<circle {dot}/>")
+            x -= 14
+            continue
         parts.append(
             f'<line class="{_class(line)}" x1="{x:.1f}" x2="{x + 24:.1f}" y1="{TOP + 6:g}" y2="{TOP + 6:g}" '
             f'stroke="{line.colour}" stroke-width="{max(line.width, 1.5):g}"{dash}/>'
@@ -132,7 +138,7 @@ def _bars(line: Line, x: Array, y: Array, foot: float, px_per_x: float) -> str:
 
 
 def _class(line: Line) -> str:
-    return "es-ref" if line.dashed else "es-line"
+    return "es-ref" if line.colour == REFERENCE_COLOUR else "es-line"
 
 
 def _grid(x1: float, x2: float, y1: float, y2: float) -> str:

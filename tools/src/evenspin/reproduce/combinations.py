@@ -137,7 +137,7 @@ def _speed_figure(pair: Pair, counts: float = ENCODER_COUNTS, words: Mapping[str
     setup = builtin_scenario("guo2024/first").with_changes({**pair.drive(), **changes, "encoder_counts": counts})
     setup = replace(setup, plant={**setup.plant, "counts_per_rev": counts})
     record = simulate(setup, (*SPEED_SIGNALS, "fault"), "float")
-    _need_no_fault(setup, record["fault"].max())
+    need_no_fault(setup, record["fault"].max())
     rows = rows_of(setup, record, "first", pair.loop, "float")
     return max(math.hypot(row["n1_after_load_pct"], row["n2_after_load_pct"]) for row in rows)
 
@@ -146,11 +146,11 @@ def _position_figure(pair: Pair) -> float:
     """Rms of the error in the tenth turn without its mean, mrad."""
     setup = builtin_scenario("yeh2024/rpm20").with_changes(pair.drive())
     record = simulate(setup, POSITION_SIGNALS, "float")
-    _need_no_fault(setup, record["fault"].max())
+    need_no_fault(setup, record["fault"].max())
     return 1e3 * turn_rms(record)[-1]
 
 
-def _need_no_fault(setup: Setup, fault: float) -> None:
+def need_no_fault(setup: Setup, fault: float) -> None:
     if fault > 0.0:
         raise RuntimeError(f"{setup.name}: the drive tripped: {tables().faults[int(fault)].name}")
 
@@ -226,8 +226,8 @@ def coarse_table() -> TableView:
     )
 
 
-def page(answers: Sequence[Answer]) -> str:
-    """docs/combinations.md."""
+def page(answers: Sequence[Answer], more: Sequence[TableView] = (), refused: TableView | None = None) -> str:
+    """docs/combinations.md; `more`: options beside the methods."""
     lines = [
         "# What goes with what",
         "",
@@ -240,7 +240,9 @@ def page(answers: Sequence[Answer]) -> str:
     ]
     views = [(f"{mode.capitalize()} mode", table(answers, mode)) for mode in ("speed", "position")]
     coarse = coarse_table()
-    for title, view in (*views, (coarse.title, coarse)):
+    views += [(coarse.title, coarse), *((f"`{view.title}`", view) for view in more)]
+    views += [(refused.title, refused)] if refused is not None else []
+    for title, view in views:
         lines += [f"## {title}", "", view.text, ""]
         lines += [f"| {' | '.join(view.header)} |", f"|{'---|' * len(view.header)}"]
         lines += [f"| {' | '.join(row)} |" for row in view.rows]

@@ -10,6 +10,7 @@ from evenspin.errors import NativeError
 from evenspin.model.setup import Setup
 from evenspin.native import tables
 from evenspin.native.simulation import Simulation, Values
+from evenspin.recording import Recorder
 from evenspin.sim.record import Record
 
 TRUTH = "true_"  # signals of the plant that no drive can measure
@@ -22,8 +23,15 @@ def truth_signals() -> tuple[str, ...]:
     return tuple(name for name in tables().signals if name.startswith(TRUTH))
 
 
-def prepare(setup: Setup, signals: Sequence[str], numeric: str = "float", memory: Values | None = None) -> Simulation:
-    """A simulation, started, at time 0; `memory`: what the angle observer knows already, A."""
+def prepare(
+    setup: Setup,
+    signals: Sequence[str],
+    numeric: str = "float",
+    memory: Values | None = None,
+    recorder: Recorder | None = None,
+) -> Simulation:
+    """A simulation, started, at time 0; `memory`: what the angle observer knows already, A; `recorder`: takes down what
+    the firmware takes in, from the start on."""
     simulation = Simulation(numeric)
     for name, value in setup.plant.items():
         simulation.set_model(name, value)
@@ -38,6 +46,8 @@ def prepare(setup: Setup, signals: Sequence[str], numeric: str = "float", memory
     if memory is not None:
         simulation.set_memory(memory)
     simulation.record(signals)
+    if recorder is not None:
+        recorder.begin(simulation)
     simulation.start()
     return simulation
 
@@ -53,8 +63,15 @@ def simulate(
     return complete(prepare(setup, names, numeric), setup, names, progress)
 
 
-def complete(simulation: Simulation, setup: Setup, names: Sequence[str], progress: Progress | None = None) -> Record:
-    """From time 0 to the end; `names` are the signals that it was prepared with."""
+def complete(
+    simulation: Simulation,
+    setup: Setup,
+    names: Sequence[str],
+    progress: Progress | None = None,
+    recorder: Recorder | None = None,
+) -> Record:
+    """From time 0 to the end; `names` are the signals that it was prepared with. `recorder`: the one that it was
+    prepared with."""
     names = tuple(names)
     rows = []
     for tune_list, periods in _stretches(setup):
@@ -62,8 +79,11 @@ def complete(simulation: Simulation, setup: Setup, names: Sequence[str], progres
             simulation.tune(param, value)
         chunk = max(1, round(CHUNK_S * setup.pwm_hz) // setup.decimate) * setup.decimate
         while periods > 0:
-            rows.append(simulation.run(min(chunk, periods), setup.decimate))
-            periods -= chunk
+            piece = min(chunk, periods)
+            rows.append(simulation.run(piece, setup.decimate))
+            periods -= piece
+            if recorder is not None:
+                recorder.keep(piece)
             if progress is not None:
                 progress(simulation.time_s())
     values = np.concatenate(rows)

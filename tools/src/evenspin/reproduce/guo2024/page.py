@@ -1,4 +1,4 @@
-"""Reports: of one set for `evenspin demo`, of all sets, and of single figures of the paper."""
+"""Reports: of one set for `evenspin demo`, and of all sets with the figures of the paper."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from evenspin.report.figures import Curve, Picture, pictures
 from evenspin.report.page import Page
-from evenspin.reproduce.guo2024.figures import FIGURES, Figure, numbers_of
+from evenspin.reproduce.guo2024.figures import GALLERY
 from evenspin.reproduce.guo2024.result import Result, Run
 from evenspin.reproduce.guo2024.tables import tables_of
+from evenspin.reproduce.paper_page import pictures_of, table_of
 
 SUMMARY = (
     "A 24 V servo drive with faulty current sensors runs through four speeds, with a load step at each. "
@@ -46,32 +47,20 @@ def page_of(result: Result, set_name: str, command: str) -> Page:
 
 
 def whole_page(result: Result, command: str) -> Page:
-    """Every set that was run, and the figures of the paper that need no run of a set."""
+    """The figures of the paper, then every set that was run with all of its methods."""
     first = page_of(result, result.runs[0].set_name, command)
-    drawn = [figure.draw() for figure in FIGURES if figure.draw is not None]
-    return replace(first, pictures=[*drawn, *set_pictures(result.runs)])
+    tables = [table_of(GALLERY, GALLERY.figures, result.runs), *first.tables]
+    return replace(
+        first, tables=tables, pictures=[*pictures_of(GALLERY.figures, result.runs), *set_pictures(result.runs)]
+    )
 
 
 def set_pictures(runs: Sequence[Run]) -> list[Picture]:
-    """The pictures of each set, under its name and the paper's figure numbers."""
+    """The pictures of each set, under its name."""
     found: list[Picture] = []
     for name in dict.fromkeys(run.set_name for run in runs):
         of_set = [run for run in runs if run.set_name == name]
         for picture in pictures(of_set[0].setup, [Curve(run.method, run.record) for run in of_set]):
-            title = f"{numbers_of(name, picture.name)}{picture.title}, {name} set"
+            title = f"{picture.title}, {name} set, all methods"
             found.append(replace(picture, name=f"{name}_{picture.name}", title=title))
     return found
-
-
-def figure_page(figures: Sequence[Figure], runs: Sequence[Run], command: str) -> Page:
-    """Only these figures."""
-    drawn = [figure.draw() for figure in figures if figure.draw is not None]
-    wanted = {f"{figure.set_name}_{figure.picture}" for figure in figures if figure.draw is None}
-    return Page(
-        title="Figures of Guo et al. 2024",
-        summary=SUMMARY,
-        facts=(("figures", ", ".join(str(number) for figure in figures for number in figure.numbers)),),
-        tables=(),
-        pictures=[*drawn, *(picture for picture in set_pictures(runs) if picture.name in wanted)],
-        command=command,
-    )

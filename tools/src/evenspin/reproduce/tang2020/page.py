@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from evenspin.native import tables
 from evenspin.report.page import Page
+from evenspin.reproduce.paper_page import pictures_of as pictures_of_paper
+from evenspin.reproduce.paper_page import table_of
 from evenspin.reproduce.tang2020.conditions import beyond_drive
+from evenspin.reproduce.tang2020.figures import GALLERY
 from evenspin.reproduce.tang2020.pictures import pictures_of
 from evenspin.reproduce.tang2020.result import Result
 from evenspin.reproduce.tang2020.tables import tables_of
@@ -15,6 +20,17 @@ SUMMARY = (
     "subtracts it (ARO). The drive firmware is the one that runs on the chip; motor, inverter and sensors are "
     "simulated. Off is the same drive with its speed controller alone."
 )
+
+
+def whole_page(result: Result, command: str) -> Page:
+    """The figures of the paper, then every method."""
+    page = page_of(result, command)
+    figures = pictures_of_paper(GALLERY.figures, result)
+    return replace(
+        page,
+        tables=[table_of(GALLERY, GALLERY.figures, result), *page.tables],
+        pictures=[*figures, *page.pictures],
+    )
 
 
 def page_of(result: Result, command: str) -> Page:

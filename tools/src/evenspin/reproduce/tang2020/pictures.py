@@ -63,41 +63,41 @@ def pictures_of(result: Result) -> list[Picture]:
 
 def speed_picture(result: Result) -> Picture | None:
     """One mechanical turn of each condition, with the observer and without."""
-    names = [name for name in STEADY if len(_runs(result, name, SHOWN)) > 1]
+    names = [name for name in STEADY if len(runs_of(result, name, SHOWN)) > 1]
     if not names:
         return None
     rows = -(-len(names) // 2)
     figure, axes = subplots(rows, 2, height=2.1 * rows + 0.6)
     data: Data = {}
     for panel, name in zip(axes.flat, names, strict=False):
-        for run in _runs(result, name, SHOWN):
-            turn, rpm = _last_turn(_record(run))
-            _line(panel, run.method, turn, rpm)
+        for run in runs_of(result, name, SHOWN):
+            turn, rpm = _last_turn(record_of(run))
+            method_line(panel, run.method, turn, rpm)
             data |= {f"{name}_{run.method}_turn": turn, f"{name}_{run.method}_rpm": rpm}
         panel.set(title=name, xlabel="mechanical angle [turn]", ylabel="speed [rpm]", xlim=(0.0, TURNS_SHOWN))
-    _finish(figure, axes, len(names))
+    finish(figure, axes, len(names))
     text = "True speed over the last turn of the steady state: without an observer, and after 50 s with it."
     return Picture("speed", "Speed, off and on", text, to_svg(figure), data)
 
 
 def spectrum_picture(result: Result) -> Picture | None:
-    names = [name for name in SPECTRA if len(_runs(result, name, SHOWN)) > 1]
+    names = [name for name in SPECTRA if len(runs_of(result, name, SHOWN)) > 1]
     if not names:
         return None
     rows = -(-len(names) // 2)
     figure, axes = subplots(rows, 2, height=2.3 * rows + 0.6, sharex=True)
     data: Data = {}
     for panel, name in zip(axes.flat, names, strict=False):
-        for run in _runs(result, name, SHOWN):
+        for run in runs_of(result, name, SHOWN):
             window = run.condition.windows_of(run.method)[0]
-            part = _record(run).between(window.start_s, window.end_s)
+            part = record_of(run).between(window.start_s, window.end_s)
             rpm, theta = part["true_speed_rad_s"] / RAD_S, part["true_theta_m_rad"]
             order, amplitude = order_spectrum(rpm, theta, MAX_ORDER)
-            _line(panel, run.method, order, np.maximum(amplitude, 1e-5))
+            method_line(panel, run.method, order, np.maximum(amplitude, 1e-5))
             data |= {f"{name}_{run.method}_order": order, f"{name}_{run.method}_rpm": amplitude}
         panel.set(title=name, yscale="log", ylim=(1e-4, 20.0), xlim=(0.0, MAX_ORDER))
         panel.set(xlabel="mechanical order [-]", ylabel="speed ripple [rpm]")
-    _finish(figure, axes, len(names))
+    finish(figure, axes, len(names))
     text = (
         "Amplitude over the mechanical turn; order 12, 24, 36: cogging, 10, 20, 30: inverter, 5, 10: current sensors."
     )
@@ -106,42 +106,42 @@ def spectrum_picture(result: Result) -> Picture | None:
 
 def convergence_picture(result: Result) -> Picture | None:
     methods = ("aro", "ro", "aro-beyond")
-    names = [name for name in LEARNING if _runs(result, name, methods)]
+    names = [name for name in LEARNING if runs_of(result, name, methods)]
     if not names:
         return None
     figure, axes = subplots(1, len(names), height=3.2, sharey=True)
     data: Data = {}
     for panel, name in zip(axes.flat, names, strict=True):
-        for run in _runs(result, name, methods):
+        for run in runs_of(result, name, methods):
             t_s, rms = envelope(run.turn_s, run.turn_rms_rpm)
-            _line(panel, run.method, t_s, rms)
+            method_line(panel, run.method, t_s, rms)
             data |= {f"{name}_{run.method}_t_s": t_s, f"{name}_{run.method}_rms_rpm": rms}
-        off = _runs(result, name, (OFF,))
+        off = runs_of(result, name, (OFF,))
         if off:
             _level(panel, off[0].seen[0].rms_rpm, "off")
             _level(panel, 0.1 * off[0].seen[0].rms_rpm, "a tenth of it")
         panel.set(title=name, yscale="log", xlabel="time since switched on [s]", ylabel="speed rms of a turn [rpm]")
         panel.set(xlim=(0.0, 50.0), ylim=(5e-3, 30.0))
-    _finish(figure, axes, len(names))
+    finish(figure, axes, len(names))
     text = "Rms of the speed in each mechanical turn while the observer learns; it starts with an empty memory."
     return Picture("convergence", "Convergence", text, to_svg(figure), data)
 
 
 def step_picture(result: Result, condition: str, name: str, title: str, text: str) -> Picture | None:
-    runs = _runs(result, condition, SHOWN)
+    runs = runs_of(result, condition, SHOWN)
     if len(runs) < 2:
         return None
     figure, axes = subplots(1, 2, height=3.0)
     data: Data = {}
     reference_rpm = runs[0].condition.speed_rpm
     for run in runs:
-        record = _record(run)
+        record = record_of(run)
         near = record.between(STEP_S - 0.2, STEP_S + 1.0)
         near_s, near_rpm = near["t_s"] - STEP_S, near["true_speed_rad_s"] / RAD_S
-        _line(axes[0, 0], run.method, near_s, near_rpm)
+        method_line(axes[0, 0], run.method, near_s, near_rpm)
         after = record.between(STEP_S + 0.3, STEP_S + 6.0)
         t_s, rpm = envelope(after["t_s"] - STEP_S, after["true_speed_rad_s"] / RAD_S)
-        _line(axes[0, 1], run.method, t_s, rpm)
+        method_line(axes[0, 1], run.method, t_s, rpm)
         data |= {f"{run.method}_near_t_s": near_s, f"{run.method}_near_rpm": near_rpm}
         data |= {f"{run.method}_t_s": t_s, f"{run.method}_rpm": rpm}
     axes[0, 0].set(title="the step", xlim=(-0.2, 1.0))
@@ -149,13 +149,13 @@ def step_picture(result: Result, condition: str, name: str, title: str, text: st
     axes[0, 1].set(title="afterwards", xlim=(0.3, 6.0), ylim=(reference_rpm - half, reference_rpm + half))
     for panel in axes.flat:
         panel.set(xlabel="time after the step [s]", ylabel="speed [rpm]")
-    _finish(figure, axes, 2)
+    finish(figure, axes, 2)
     return Picture(name, title, f"{text}.", to_svg(figure), data)
 
 
 def memory_picture(result: Result) -> Picture | None:
     """What was learned, against the torque that is there."""
-    runs = _runs(result, "100 rpm", ("aro", "aro-beyond"))
+    runs = runs_of(result, "100 rpm", ("aro", "aro-beyond"))
     if not runs:
         return None
     figure, axes = subplots(2, 1, height=4.4)
@@ -166,12 +166,12 @@ def memory_picture(result: Result) -> Picture | None:
         panel.plot(np.degrees(theta), truth, color=REFERENCE_COLOUR, linewidth=2.0, alpha=0.35, label="true ripple")
         for run in runs:
             angle, learned = memory_mnm(run)
-            _line(panel, run.method, angle, learned)
+            method_line(panel, run.method, angle, learned)
             data |= {f"{run.method}_angle_deg": angle, f"{run.method}_mnm": learned}
         panel.set(xlabel="mechanical angle [deg]", ylabel="torque [mN m]")
     axes[0, 0].set(xlim=(0.0, 360.0))
     axes[1, 0].set(xlim=(0.0, 60.0))
-    _finish(figure, axes, 2)
+    finish(figure, axes, 2)
     text = "Disturbance torque in the memory after 55 s at 100 rpm, and the torque ripple of the simulated motor."
     return Picture("memory", "Learned memory", text, to_svg(figure), data)
 
@@ -185,11 +185,11 @@ def sweep_picture(result: Result) -> Picture | None:
     on, rests = np.array([point.on_rpm for point in points]), np.array([point.rests for point in points])
     figure, axes = subplots(height=3.2)
     panel = axes[0, 0]
-    _line(panel, OFF, rpm, off)
-    _line(panel, "aro-beyond", rpm, on, marker=".", markersize=4)
+    method_line(panel, OFF, rpm, off)
+    method_line(panel, "aro-beyond", rpm, on, marker=".", markersize=4)
     panel.plot(rpm[rests], on[rests], "o", color=OTHER_COLOURS[3], label="learning pauses", markersize=5)
     panel.set(xlabel="speed [rpm]", ylabel="speed ripple [rpm rms]", yscale="log", xlim=(0.0, rpm.max() * 1.02))
-    _finish(figure, axes, 1)
+    finish(figure, axes, 1)
     text = "At the marked speeds the rounding of the encoder repeats from turn to turn; there nothing is learned."
     data = {"speed_rpm": rpm, "off_rpm": off, "on_rpm": on, "rests": rests.astype(float)}
     return Picture("sweep", "Sweep", text, to_svg(figure), data)
@@ -215,12 +215,12 @@ def memory_mnm(run: Run) -> tuple[Array, Array]:
     return angle, 1e3 * torque_per_a_nm * (run.memory_a - run.memory_a.mean())
 
 
-def _runs(result: Result, condition: str, methods: Sequence[str]) -> list[Run]:
+def runs_of(result: Result, condition: str, methods: Sequence[str]) -> list[Run]:
     found = (result.run(condition, method) for method in methods)
     return [run for run in found if run is not None and (run.record is not None or len(run.memory_a))]
 
 
-def _record(run: Run) -> Record:
+def record_of(run: Run) -> Record:
     assert run.record is not None
     return run.record
 
@@ -233,7 +233,7 @@ def _last_turn(record: Record) -> tuple[Array, Array]:
     return turn[kept] - (end - TURNS_SHOWN), record["true_speed_rad_s"][kept] / RAD_S
 
 
-def _line(panel: Any, method: str, x: Array, y: Array, **options: Any) -> None:
+def method_line(panel: Any, method: str, x: Array, y: Array, **options: Any) -> None:
     style = {"color": METHOD_COLOURS[method], "label": METHOD_NAMES[method], "linewidth": 1.0} | options
     panel.plot(x, y, **style)
 
@@ -242,7 +242,7 @@ def _level(panel: Any, value: float, label: str) -> None:
     panel.axhline(value, color=REFERENCE_COLOUR, linewidth=0.9, linestyle="--" if label == "off" else ":", label=label)
 
 
-def _finish(figure: Any, axes: Any, used: int) -> None:
+def finish(figure: Any, axes: Any, used: int) -> None:
     """Hide what is empty; one legend above all panels; speeds in full."""
     for panel in list(axes.flat)[used:]:
         panel.set_visible(False)

@@ -24,6 +24,8 @@ from evenspin.sim.many import Progress, plain, run_all
 Array = NDArray[np.float64]
 
 SIGNALS = ("t_s", "true_speed_rad_s", "true_theta_m_rad", "fault", "observer_innovation")
+# Kept for pictures beside them where the currents are the point.
+CURRENTS = ("ia_a", "ib_a", "true_ia_a", "true_ib_a", "true_ic_a")
 VISIBLE = 0.03  # lines below this part of the rms, without observer, have no ratio
 BEFORE_S = 1.5  # shown before the first window
 
@@ -115,7 +117,8 @@ def _key(condition: Condition, method: str) -> tuple[object, ...]:
 
 
 def _later(condition: Condition, method: str, numeric: str, keep: bool) -> Callable[[], Run]:
-    return lambda: _run(condition, method, numeric, keep and not condition.factors)
+    mechanics = all(name.startswith("observer_") for name in condition.factors)
+    return lambda: _run(condition, method, numeric, keep and mechanics)
 
 
 def _point_later(rpm: float, numeric: str) -> Callable[[], SweepPoint]:
@@ -124,8 +127,9 @@ def _point_later(rpm: float, numeric: str) -> Callable[[], SweepPoint]:
 
 def _run(condition: Condition, method: str, numeric: str, keep: bool) -> Run:
     setup = condition.setup(method)
-    simulation = prepare(setup, SIGNALS, numeric)
-    record = complete(simulation, setup, SIGNALS)
+    signals = (*SIGNALS, *CURRENTS) if keep and "current_offset" in setup.effects else SIGNALS
+    simulation = prepare(setup, signals, numeric)
+    record = complete(simulation, setup, signals)
     if record["fault"].any():
         fault = tables().faults[int(record["fault"].max())]
         raise NativeError(f"{condition.name}, {method}: the drive tripped: {fault.name}; {fault.check}")

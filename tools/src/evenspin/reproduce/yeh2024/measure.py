@@ -15,6 +15,7 @@ Row = Mapping[str, Any]
 
 TURNS = 10
 TURN_RAD = 2.0 * np.pi
+MRAD = 1e3
 START_S = 0.10  # the first turn counts from here; see docs/reference/yeh2024.md
 SIGNALS = ("t_s", "position_ref_rad", "position_error_rad", "fault")
 
@@ -35,6 +36,18 @@ def turn_error(record: Record, turn: int, *, from_s: float = 0.0) -> Array:
 
 def rms_without_mean(error: Array) -> float:
     return float(error.std())
+
+
+def max_without_mean(error: Array) -> float:
+    return float(np.abs(error - error.mean()).max())
+
+
+def max_range_deg(record: Record, limit_rad: float) -> float:
+    """Up to which angle of turn 1 the error without its mean is above the limit."""
+    rows = turn_rows(record, 1)
+    error = record["position_error_rad"][rows]
+    above = np.flatnonzero(np.abs(error - error.mean()) > limit_rad)
+    return float(np.degrees(record["position_ref_rad"][rows[above[-1]]])) if len(above) else 0.0
 
 
 def turn_rms(record: Record) -> list[float]:
@@ -58,11 +71,14 @@ def row_of(record: Record, method: str, speed_rpm: float, numeric: str, models: 
         "turn10_reduction_pct": reduction_pct(rms[0], rms[-1]),
         "turn10_rms": rms[-1],
         "avg_turn10": float(last.mean()),
-        "max_turn10": float(np.abs(last - last.mean()).max()),
+        "max_turn1": max_without_mean(turn_error(record, 1, from_s=START_S)),
+        "max_turn1_from_0": max_without_mean(turn_error(record, 1)),
+        "max_turn10": max_without_mean(last),
         "raw_max_turns_1_3": float(np.abs(first).max()),
         "raw_max_turn10": float(np.abs(last).max()),
         "turn_rms": rms,
     }
+    row["max_reduction_pct"] = reduction_pct(row["max_turn1_from_0"], row["max_turn10"])
     return row if models == "true" else row | {"models": models}
 
 

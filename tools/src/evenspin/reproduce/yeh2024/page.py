@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from evenspin.report.page import Page
+from evenspin.reproduce.paper_page import pictures_of, table_of
+from evenspin.reproduce.yeh2024.figures import GALLERY
 from evenspin.reproduce.yeh2024.pictures import NAMES, pictures
 from evenspin.reproduce.yeh2024.result import Result
 from evenspin.reproduce.yeh2024.tables import tables_of
@@ -13,6 +17,17 @@ SUMMARY = (
     "whole machine forward and removes both from the first turn on. The drive firmware is the one that runs on the "
     "chip; motor, friction, encoder and disturbance are simulated."
 )
+
+
+def whole_page(result: Result, command: str) -> Page:
+    """Every method, with what the paper shows in its figures; those of the identification."""
+    page = page_of(result, command)
+    identified = pictures_of(GALLERY.figures[:1], result)
+    return replace(
+        page,
+        tables=[table_of(GALLERY, GALLERY.figures, result), *page.tables],
+        pictures=[*page.pictures, *identified],
+    )
 
 
 def page_of(result: Result, command: str) -> Page:

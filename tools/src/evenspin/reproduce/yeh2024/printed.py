@@ -12,6 +12,12 @@ _Three = tuple[float | None, float | None, float | None]
 # (method, key): at 10, 15 and 20 rpm
 PAPER: dict[tuple[str, str], _Three] = {
     ("silc", "turn1_rms"): (3.723e-3, None, None),
+    ("silc", "turn10_rms"): (0.327e-3, None, None),
+    ("silc", "max_turn1"): (30.07e-3, 52.22e-3, 65.64e-3),
+    ("src", "max_turn1"): (18.88e-3, 17.93e-3, 28.84e-3),
+    ("rdc", "max_turn1"): (12.75e-3, 14.26e-3, 14.51e-3),
+    ("rdc", "max_turn1_from_0"): (12.75e-3, 14.26e-3, 14.51e-3),
+    ("rdc", "max_reduction_pct"): (85.67, 90.78, 90.65),
     ("silc", "turn2_reduction_pct"): (43.16, 68.79, 78.63),
     ("silc", "turn10_reduction_pct"): (91.21, 94.48, 96.52),
     ("silc", "max_turn10"): (1.011e-3, 1.278e-3, 1.912e-3),

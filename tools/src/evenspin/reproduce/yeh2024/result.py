@@ -8,7 +8,7 @@ from typing import Any
 
 from evenspin.errors import NativeError
 from evenspin.identify.experiments import Experiment, by_kind, perform, plan, torque_per_a
-from evenspin.identify.result import KINDS, identify
+from evenspin.identify.result import KINDS, Identified, identify
 from evenspin.identify.source import Run as LoggedRun
 from evenspin.identify.source import run_of
 from evenspin.model import Setup, builtin_scenario
@@ -50,6 +50,7 @@ class Result:
     runs: Sequence[Run]
     identified: Mapping[str, Any]
     checks: Sequence[Check] = field(default_factory=list)
+    fit: Identified | None = None
 
     @property
     def rows(self) -> list[Row]:
@@ -86,23 +87,30 @@ def drive_of(method: str) -> dict[str, float]:
 
 def reproduce(numeric: str = "float", methods: Sequence[str] = METHODS, progress: Progress | None = None) -> Result:
     """Run it; with all methods, identify the machine from simulated experiments, too."""
+    wrong = [method for method in WITH_WRONG_MODELS if method in methods]
+    return gather(numeric, methods, wrong, KINDS if set(methods) == set(METHODS) else (), progress)
+
+
+def gather(
+    numeric: str, methods: Sequence[str], wrong: Sequence[str], kinds: Sequence[str], progress: Progress | None
+) -> Result:
+    """These methods at the three speeds, `wrong` with all models wrong, and these experiments of identification."""
     load(numeric)
     work: list[Callable[[], Any]] = [
         _later(method, f"rpm{rpm:g}", rpm, "true", numeric) for method in methods for rpm in SPEEDS_RPM
     ]
-    work += [
-        _later(method, "all_wrong", WRONG_RPM, "all wrong", numeric)
-        for method in WITH_WRONG_MODELS
-        if method in methods
-    ]
-    experiments = plan(MODEL, KINDS) if set(methods) == set(METHODS) else []
+    work += [_later(method, "all_wrong", WRONG_RPM, "all wrong", numeric) for method in wrong]
+    experiments = plan(MODEL, kinds) if kinds else []
     done = run_all([*(_experiment_later(each, numeric) for each in experiments), *work], progress)
     logs, runs = done[: len(experiments)], done[len(experiments) :]
     checks = check_rows([run.row for run in runs])
     if not experiments:
         return Result(numeric, runs, {}, checks)
-    found = identify(by_kind(logs)).as_json()
-    return Result(numeric, runs, found, [*checks, *check_identified(found)])
+    fit = identify(by_kind(logs))
+    found = fit.as_json()
+    if set(kinds) == set(KINDS):
+        checks += check_identified(found)
+    return Result(numeric, runs, found, checks, fit)
 
 
 def _experiment_later(experiment: Experiment, numeric: str) -> Callable[[], LoggedRun]:

@@ -13,14 +13,28 @@ from evenspin.tableview import TableView, number
 # key: name, and the factor to the unit shown
 QUANTITIES = {
     "turn1_rms": ("rms of turn 1 [mrad]", 1e3),
+    "max_turn1": ("MAX of turn 1 [mrad]", 1e3),
+    "max_turn1_from_0": ("MAX of turn 1 from the command on [mrad]", 1e3),
     "turn2_reduction_pct": ("reduction, turn 2 [%]", 1.0),
     "turn10_reduction_pct": ("reduction, turn 10 [%]", 1.0),
     "turn10_rms": ("rms of turn 10 [mrad]", 1e3),
     "avg_turn10": ("AVG of turn 10 [mrad]", 1e3),
     "max_turn10": ("MAX of turn 10 [mrad]", 1e3),
+    "max_reduction_pct": ("reduction of MAX, turn 1 from the command on to 10 [%]", 1.0),
     "raw_max_turns_1_3": ("raw MAX, turns 1-3 [mrad]", 1e3),
 }
-SHORT = ("rms 1 mrad", "red. 2 %", "red. 10 %", "rms 10 mrad", "AVG mrad", "MAX mrad", "raw MAX mrad")
+SHORT = (
+    "rms 1 mrad",
+    "MAX 1 mrad",
+    "from 0 mrad",
+    "red. 2 %",
+    "red. 10 %",
+    "rms 10 mrad",
+    "AVG mrad",
+    "MAX 10 mrad",
+    "red. MAX %",
+    "raw MAX mrad",
+)
 
 
 def tables_of(result: Result) -> list[TableView]:
@@ -37,7 +51,10 @@ def measured(result: Result) -> TableView:
         )
         for row in result.rows
     ]
-    text = "Position error, command less encoder; rms and MAX of a turn without its mean AVG. Turn 1 counts from 0.1 s."
+    text = (
+        "Position error, command less encoder; rms and MAX of a turn without its mean AVG. Turn 1 counts from 0.1 s; "
+        "from 0: from the command on."
+    )
     return TableView(f"Measured, {result.numeric} build", text, ("rpm", "method", *SHORT), rows)
 
 
