@@ -69,6 +69,7 @@ def test_a_measured_load_that_never_moves_fixes_no_torque_per_ampere(tmp_path):
     free["load_torque_nm"] = 0.01 * np.random.default_rng(3).standard_normal(len(free["t_s"]))
     verdict = verdict_of(tmp_path / "log.csv", free)
     assert verdict["verdict"] == ["viscous_friction"]
+    assert verdict["can_be_found"]["torque_constant"]["times_least_size"] is None  # no candidate
     assert verdict["parameters"]["viscous_friction"]["factor"] == pytest.approx(4.0, rel=0.05)
 
 
