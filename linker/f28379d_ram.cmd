@@ -1,7 +1,7 @@
 /* linker/f28379d_ram.cmd: everything in RAM, for the debugger: loads in a second and wears no flash. TMS320F28379D, CPU1.
  *
  * The program is lost at power-off and does not start by itself. Nothing is copied, so load and run addresses are the
- * same and _FLASH is not defined. Code lies in LS0..GS9, data elsewhere, for the reasons in f28379d_flash.cmd. Capture and
+ * same and _FLASH is not defined. Code lies in LS0..GS9 and the first words of GS10, data elsewhere, for the reasons in f28379d_flash.cmd. Capture and
  * black box share one block, 32 rows of 8 signals each. */
 
 MEMORY
@@ -11,11 +11,11 @@ MEMORY
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121
     RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 above the boot ROM's, M1 without its last 8 words (errata) */
-    RAM_PROGRAM : origin = 0x008000, length = 0x00E000   /* LS0..LS5, D0, D1, GS0..GS9: 56 k words */
-    RAM_DRIVE   : origin = 0x016000, length = 0x004480   /* GS10..GS13, more than a quarter of GS14 */
-    RAM_CAPTURE : origin = 0x01A480, length = 0x000200   /* GS14 */
-    RAM_BOX     : origin = 0x01A680, length = 0x000200   /* GS14 */
-    RAM_DATA    : origin = 0x01A880, length = 0x001778   /* the rest of GS14, GS15 without its last 8 words (errata) */
+    RAM_PROGRAM : origin = 0x008000, length = 0x00E180   /* LS0..LS5, D0, D1, GS0..GS9, a little of GS10: 56.4 k words */
+    RAM_DRIVE   : origin = 0x016180, length = 0x004480   /* the rest of GS10, GS11..GS13, a third of GS14 */
+    RAM_CAPTURE : origin = 0x01A600, length = 0x000200   /* GS14 */
+    RAM_BOX     : origin = 0x01A800, length = 0x000200   /* GS14 */
+    RAM_DATA    : origin = 0x01AA00, length = 0x0015F8   /* the rest of GS14, GS15 without its last 8 words (errata) */
 }
 
 SECTIONS

@@ -39,6 +39,23 @@ def test_a_model_that_does_not_state_the_drive_gets_none_and_the_reason(tmp_path
     assert not (tmp_path / CORRECTION).exists()
 
 
+def test_a_name_that_may_be_two_effects_gets_none_and_the_reason(tmp_path: Path):
+    name = "cogging or current_offset"
+    verdict = {"case": "log", "verdict": [name], "parameters": {name: {"offset_a_a": 0.1}}, "intervals": {}}
+    proposal, why = write_for_log(tmp_path, verdict, "servo")
+
+    assert proposal is None and name in why
+    assert not (tmp_path / CORRECTION).exists()
+
+
+def test_a_model_of_the_torque_alone_gets_none_and_the_reason(tmp_path: Path):
+    plant = "pole_pairs = 3\npsi_wb = 0.1\ninertia_kgm2 = 8e-4\nviscous_nms = 4e-4\n"
+    (tmp_path / "torque.toml").write_text(f'name = "torque"\n[plant]\n{plant}')
+    proposal, why = write_for_log(tmp_path, VERDICT, str(tmp_path / "torque.toml"))
+
+    assert proposal is None and "resistance_ohm" in why
+
+
 def test_pure_unknown_corrects_nothing(tmp_path: Path):
     verdict = {"case": "log", "verdict": ["unknown"], "parameters": {}, "intervals": {}}
 

@@ -62,6 +62,17 @@ def test_a_measured_load_separates_the_torque_constant_from_the_inertia(tmp_path
     assert verdict["parameters"]["torque_constant"]["factor"] == pytest.approx(1.15, abs=0.02)
 
 
+def test_a_measured_load_that_never_moves_fixes_no_torque_per_ampere(tmp_path):
+    """A column of noise: flux, inertia and friction could all be a third larger, and explain the log as well."""
+    columns = hide(viscous_friction={"factor": 4.0})
+    free = {**columns, "iq_a": columns["iq_a"] - columns["load_torque_nm"] / (1.5 * 3 * 0.1)}
+    free["load_torque_nm"] = 0.01 * np.random.default_rng(3).standard_normal(len(free["t_s"]))
+    verdict = verdict_of(tmp_path / "log.csv", free)
+    assert verdict["verdict"] == ["viscous_friction"]
+    assert verdict["can_be_found"]["torque_constant"]["times_least_size"] is None  # no candidate
+    assert verdict["parameters"]["viscous_friction"]["factor"] == pytest.approx(4.0, rel=0.05)
+
+
 def test_an_offset_of_a_current_sensor_may_be_torque_of_the_shaft_without_voltages(tmp_path):
     verdict = verdict_of(tmp_path / "log.csv", hide(current_offset={"offset_a_a": 0.2, "offset_b_a": -0.1}))
     assert verdict["verdict"] == ["cogging or current_offset"]

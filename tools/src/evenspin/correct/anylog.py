@@ -35,8 +35,11 @@ def write_for_log(folder: Path, verdict: Mapping[str, Any], model: str) -> tuple
     named = [name for name in verdict["verdict"] if name in verdict["parameters"]]
     if not named:
         return None, ""
+    undecided = [name for name in named if name not in tables().effects]
+    if undecided:
+        return None, f"No correction.toml: {', '.join(undecided)}: the logs do not say which, and each has another one."
     machine = load_machine(
-        find_model(model, Path(), lambda must, hint: InputError("gap", "--model", model, must, hint))
+        find_model(model, Path(), lambda must, hint: InputError("gap", "--model", model, must, hint)), ("pole_pairs",)
     )
     missing = [name for name in (*SIMULATED, *RATINGS) if name not in machine.plant_from]
     missing += [name for name in GAINS if name not in machine.drive]

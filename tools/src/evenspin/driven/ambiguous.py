@@ -22,7 +22,7 @@ class Recorded:
     """What of a machine was recorded, as far as it separates effects."""
 
     voltages: bool
-    load: bool
+    load: bool  # that moves
     pole_pairs: int
     drive: Drive
 
@@ -32,7 +32,7 @@ class Recorded:
         speeds = [each.equations.shaft.at_centre(each.signals.speed_rad_s) for each in found.recordings]
         return cls(
             any(log.has_voltages for log in logs),
-            any(log.has_load for log in logs),
+            any(log.loaded(found.scale.rated_torque_nm) for log in logs),
             found.scale.pole_pairs,
             drive_of_speeds(np.concatenate(speeds)),
         )

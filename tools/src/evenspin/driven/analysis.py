@@ -122,7 +122,7 @@ def explain(
     orders = cogging_orders(scale)
     if not has_voltages:  # where errors of a current sensor show, which the winding separates from torque of the shaft
         orders = sorted({*orders, scale.pole_pairs, 2 * scale.pole_pairs})
-    has_load = any(log.has_load for log in logs)
+    has_load = any(log.loaded(scale.rated_torque_nm) for log in logs)
     if not has_voltages and not has_load:
         tolerances = tolerances.without_scale(hypotheses(scale))
     sizes = Sizes(scale, tolerances, plant["pwm_hz"], top_rad_s)

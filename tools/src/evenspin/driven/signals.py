@@ -18,6 +18,8 @@ SPEED_S = 2.5e-3  # half width of the bump that makes the speed out of the angle
 SPEED_ROWS = 5
 GAP_PERIODS = 3.0
 FASTEST_HZ = 4500.0  # faster rows are averaged: the equations of the machine are slower
+LOAD_S = 25e-3  # over which a measured load is averaged
+LOADED = 0.1  # of the rated torque, that a measured load has to move by
 VOLTAGES = ("vd_v", "vq_v")
 
 
@@ -44,6 +46,15 @@ class Signals:
     @property
     def has_voltages(self) -> bool:
         return self.vd_v is not None and self.vq_v is not None
+
+    def loaded(self, rated_nm: float) -> bool:
+        """Whether a load was measured that moves: a column of noise fixes no torque per ampere."""
+        rows = max(1, round(LOAD_S / self.period_s))
+        count = len(self.load_nm) // rows
+        if not self.has_load or count < 2:
+            return False
+        low, high = np.percentile(_mean(self.load_nm[: count * rows], rows), (2.0, 98.0))
+        return bool(high - low > LOADED * rated_nm)
 
     def __len__(self) -> int:
         return len(self.t_s)
