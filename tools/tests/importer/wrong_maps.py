@@ -219,7 +219,7 @@ def reading(columns: Mapping[str, Array], pole_pairs: int, model: str | None, fo
     from evenspin.balance.nominal_model import read_nominal
     from evenspin.balance.plausibility import check_against
     from evenspin.cli.log import check_log, write_log
-    from evenspin.driven import has_voltages
+    from evenspin.driven import serves
     from evenspin.driven.read import read_logs
     from evenspin.importer import ColumnMap, import_table
     from evenspin.importer import Mapping as Map
@@ -240,7 +240,7 @@ def reading(columns: Mapping[str, Array], pole_pairs: int, model: str | None, fo
             check_log(file, file)
             log = read_log(file)
         remarks: tuple[str, ...] = log.doubts
-        if model is not None and has_voltages(file):
+        if model is not None and serves([file], model):
             remarks = read_logs([file], model)[0].doubts
         elif model is not None:
             names = ("t_s", "iq_a", "theta_m_rad", "speed_rad_s")

@@ -17,7 +17,9 @@ from evenspin.importer.motion import is_whole, turn_of, unwrapped, wrap_period, 
 from evenspin.importer.names import QUANTITIES
 from evenspin.importer.table import Array, RawColumn, RawTable
 from evenspin.importer.units import split_unit, unit_of
+from evenspin.plausible.finding import rms
 from evenspin.plausible.torque import acceleration_factor, work_share
+from evenspin.plausible.windings import LEAST_BLOCKS, blocks_of
 
 INVARIANT = math.sqrt(2.0 / 3.0)
 SHOWS = 0.3  # correlation of current and acceleration from which its sign decides
@@ -102,12 +104,9 @@ def _rotor_frame(
     table: RawTable, si: dict[str, Array], pairs: int | None, zero: float | None, notes: list[str]
 ) -> tuple[int | None, float | None]:
     """iq and id from phase or stationary-frame currents."""
-    if "ialpha_a" in si and "ibeta_a" in si:
-        alpha, beta = si["ialpha_a"], si["ibeta_a"]
-    elif "ia_a" in si and "ib_a" in si:
-        alpha, beta = frames.clarke(si["ia_a"], si["ib_a"], si.get("ic_a"))
-    else:
+    if not ({"ialpha_a", "ibeta_a"} <= set(si) or {"ia_a", "ib_a"} <= set(si)):
         raise InputError(table.path, "iq_a", "(missing)", "a column, or two phase currents and an angle", HINT)
+    alpha, beta = _stationary_currents(si)
     if "theta_e_rad" in si and zero is None:
         theta_e = si["theta_e_rad"]
         notes.append("iq_a and id_a from the phase currents and the electrical angle of the file")
@@ -137,6 +136,8 @@ def _rotor_frame(
             zero, clear = frames.zero_of(alpha[good], beta[good], theta_e[good], _drives(si, good))
             if clear < frames.CLEAR:
                 raise InputError(table.path, "electrical_zero_rad", "(not to be seen in the currents)", "given", HINT)
+            if _magnets_point_back(si, good, theta_e + zero):
+                zero = math.remainder(zero + math.pi, 2.0 * math.pi)
             notes.append(
                 f"electrical zero {zero:.4f} rad, for a drive that keeps id at 0 ({clear:.2f} of 1); "
                 "with MTPA it is off by the angle of the current"
@@ -173,11 +174,37 @@ def _beside(table: RawTable, si: dict[str, Array], pairs: int | None, notes: lis
     return found
 
 
+def _speed(si: dict[str, Array]) -> Array:
+    speed = si["speed_rad_s"] if "speed_rad_s" in si else np.gradient(np.unwrap(si["theta_m_rad"]), si["t_s"])
+    return np.nan_to_num(speed)
+
+
+def _magnets_point_back(si: dict[str, Array], good: NDArray[np.bool_], theta_e: Array) -> bool:
+    """Whether the voltages show that this angle is half a turn off, since the back-EMF is ahead of the magnets.
+
+    They are asked where the acceleration does not show the sign of torque: where a load drives, the current brakes.
+    """
+    volts = _stationary_voltages(si)
+    if volts is None:
+        return False
+    alpha, beta = (np.asarray(each) for each in volts)
+    good = good & np.isfinite(alpha) & np.isfinite(beta)
+    _, vq = frames.park(alpha[good], beta[good], theta_e[good])
+    i_alpha, i_beta = _stationary_currents(si)
+    _, iq = frames.park(i_alpha[good], i_beta[good], theta_e[good])
+    t_s, speed = si["t_s"][good], _speed(si)[good]
+    blocks = blocks_of({"t_s": t_s, "vq_v": vq, "iq_a": iq, "speed_rad_s": speed})
+    if len(blocks["t_s"]) < LEAST_BLOCKS or abs(acceleration_factor(t_s, speed, iq)[1]) > SHOWS:
+        return False
+    terms = np.column_stack([blocks["iq_a"], blocks["speed_rad_s"]])
+    (_, flux_vs), *_ = np.linalg.lstsq(terms, blocks["vq_v"], rcond=None)
+    return bool(flux_vs < 0.0 and rms(flux_vs * blocks["speed_rad_s"]) > SHOWS * rms(blocks["vq_v"]))
+
+
 def _drives(si: dict[str, Array], good: NDArray[np.bool_]) -> Callable[[Array], bool]:
     """Whether a q current speeds the shaft up, or where that does not show, works against friction."""
     t = si["t_s"][good]
-    speed = si["speed_rad_s"] if "speed_rad_s" in si else np.gradient(si["theta_m_rad"], si["t_s"])
-    speed = np.nan_to_num(speed[good])
+    speed = _speed(si)[good]
 
     def fits(iq: Array) -> bool:
         _, like = acceleration_factor(t, speed, iq)
@@ -191,15 +218,24 @@ def _voltages(si: dict[str, Array], pairs: int | None) -> None:
     theta_e = si.get("theta_e_rad")
     if theta_e is None and pairs is not None and "theta_m_rad" in si:
         theta_e = pairs * si["theta_m_rad"]
-    if "vq_v" in si or theta_e is None:
+    volts = _stationary_voltages(si)
+    if "vq_v" in si or theta_e is None or volts is None:
         return
+    si["vd_v"], si["vq_v"] = frames.park(*volts, theta_e)
+
+
+def _stationary_currents(si: dict[str, Array]) -> tuple[Array, Array]:
+    if {"ialpha_a", "ibeta_a"} <= set(si):
+        return si["ialpha_a"], si["ibeta_a"]
+    return frames.clarke(si["ia_a"], si["ib_a"], si.get("ic_a"))
+
+
+def _stationary_voltages(si: dict[str, Array]) -> tuple[Array, Array] | None:
     if {"valpha_v", "vbeta_v"} <= set(si):
-        alpha, beta = si["valpha_v"], si["vbeta_v"]
-    elif {"va_v", "vb_v", "vc_v"} <= set(si):
-        alpha, beta = frames.clarke(si["va_v"], si["vb_v"], si["vc_v"])
-    elif {"duty_a", "duty_b", "duty_c", "vdc_v"} <= set(si):
+        return si["valpha_v"], si["vbeta_v"]
+    if {"va_v", "vb_v", "vc_v"} <= set(si):
+        return frames.clarke(si["va_v"], si["vb_v"], si["vc_v"])
+    if {"duty_a", "duty_b", "duty_c", "vdc_v"} <= set(si):
         a, b, c = (si[name] * si["vdc_v"] for name in ("duty_a", "duty_b", "duty_c"))
-        alpha, beta = frames.clarke(a, b, c)
-    else:
-        return
-    si["vd_v"], si["vq_v"] = frames.park(alpha, beta, theta_e)
+        return frames.clarke(a, b, c)
+    return None

@@ -26,7 +26,7 @@ EXPLAINED = 0.25  # share of the voltage that a right reading may leave
 ODD = 0.02  # share that a wrong one leaves at least
 LEAST_PART = 0.02  # of the voltage that a number has to make to be known...
 SEEN = 3.0  # ...and times what is not explained
-MOST_OFF = 0.6  # rad, of the drive's axes against the magnets: electrical zero and late angle together
+MOST_OFF = 1.0  # tangent of the angle of the drive's axes against the magnets: electrical zero and late angle together
 PLAIN = 2.5  # times that the right reading leaves less
 
 Columns = Mapping[str, Array]
