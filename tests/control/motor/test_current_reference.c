@@ -269,8 +269,27 @@ void test_current_reference_refuses_what_it_cannot_calculate_with(void)
             ASSERT_SAME_BITS(before, plan);
         }
     }
+    ctl_reference_params_t beyond = good; /* a limit of one axis beyond the length of the vector: each is named */
+    beyond.iq_max = num_of(1.01 * I_MAX);
+    ctl_diag_t d = ctl_reference_plan(&plan, &beyond);
+    TEST_ASSERT_EQUAL(CTL_ERR_RELATION, d.status);
+    TEST_ASSERT_EQUAL_UINT16(CTL_REFERENCE_IQ_MAX, d.field);
+    beyond.iq_max = good.iq_max;
+    beyond.id_max = num_of(1.01 * I_MAX);
+    d = ctl_reference_plan(&plan, &beyond);
+    TEST_ASSERT_EQUAL(CTL_ERR_RELATION, d.status);
+    TEST_ASSERT_EQUAL_UINT16(CTL_REFERENCE_ID_MAX, d.field);
+    ASSERT_SAME_BITS(before, plan);
     TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_reference_plan(NULL, &good).status);
     TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_reference_plan(&plan, NULL).status);
+}
+
+void test_current_reference_mtpa_of_what_is_no_number_is_no_d_current(void)
+{
+    for (size_t k = 0; k < COUNT_OF(NOT_FINITE); k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(0.0, 0.0, value_of(ctl_mtpa_id(NOT_FINITE[k], num_of(0.5))));
+        TEST_ASSERT_DOUBLE_WITHIN(0.0, 0.0, value_of(ctl_mtpa_id(num_of(-0.5), NOT_FINITE[k])));
+    }
 }
 
 /* Any input in any order leaves what the header says. */
