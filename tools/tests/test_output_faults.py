@@ -44,17 +44,25 @@ def written(folder: Path, *_: Any) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
+def corrected(folder: Path, *_: Any) -> None:
+    for name in ("correction.toml", "experiments.toml", "nominal.toml"):
+        (folder / name).write_text("x = 1\n", encoding="utf-8")
+
+
 @pytest.fixture
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A case whose verdict is known without any work."""
     folder = tmp_path / "cases" / "small"
     folder.mkdir(parents=True)
     (folder / "meta.json").write_text("{}")
-    result = SimpleNamespace(finding=SimpleNamespace(unknown=False), name="small")
+    result = SimpleNamespace(finding=SimpleNamespace(unknown=False), name="small", case=None, nominal=None)
     monkeypatch.setattr("evenspin.gap.check.checked_case", lambda path: (None, []))
     monkeypatch.setattr("evenspin.gap.result.investigate", lambda *a, **k: result)
     monkeypatch.setattr("evenspin.gap.verdict.verdict_json", lambda result: VERDICT)
     monkeypatch.setattr("evenspin.gap.folder.write_result", written)
+    monkeypatch.setattr("evenspin.correct.proposal.proposal_of", lambda *a: None)
+    monkeypatch.setattr("evenspin.correct.report.proposal_chapter", lambda *a: None)
+    monkeypatch.setattr("evenspin.correct.file.write_correction", corrected)
     monkeypatch.setattr("evenspin.cli.gap._tell", lambda *a: None)
     monkeypatch.setattr(batch, "run_batch", lambda jobs, *a: [batch.solve(job) for job in jobs])
     return folder
