@@ -90,9 +90,8 @@ function(drive_test name)
   if(NOT count EQUAL 1)
     message(FATAL_ERROR "drive_test(${name}): one ${name}.c is wanted below ${CMAKE_CURRENT_SOURCE_DIR}, not ${count}")
   endif()
-  list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
-  set(sources ${test_file} ${arg_SOURCES})
-  list(REMOVE_DUPLICATES sources)
+  list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ OUTPUT_VARIABLE sources)
+  list(REMOVE_ITEM sources ${test_file})
 
   get_property(cmock_dir GLOBAL PROPERTY drive_test_cmock_dir)
   set(config ${PROJECT_SOURCE_DIR}/tests/cmock.yml)
@@ -103,11 +102,14 @@ function(drive_test name)
     DEPENDS ${test_file} ${config}
     COMMENT "Listing the tests of ${name}"
     VERBATIM)
-  # Nobody but the runner calls a test, so no header declares it; and the runner itself is generated.
+  # The runner is compiled at the end of the test, in one go: by itself it takes as long again. Nobody but the runner calls a test,
+  # so no header declares it.
   # -O1: the code under test is optimised as the preset says; the test around it would take half as long again to compile.
-  set_source_files_properties(${sources} PROPERTIES
+  set(whole ${CMAKE_CURRENT_BINARY_DIR}/runners/${name}_with_runner.c)
+  file(CONFIGURE OUTPUT ${whole} CONTENT "#include \"${test_file}\"\n#include \"${runner}\"\n" @ONLY)
+  set_source_files_properties(${runner} PROPERTIES HEADER_FILE_ONLY ON)
+  set_source_files_properties(${whole} ${sources} PROPERTIES
     COMPILE_OPTIONS "-Wno-missing-prototypes;$<$<CONFIG:RelWithDebInfo>:-O1>")
-  set_source_files_properties(${runner} PROPERTIES COMPILE_OPTIONS -w)
 
   set(mocks "")
   foreach(header IN LISTS arg_MOCKS)
@@ -149,7 +151,21 @@ function(drive_test name)
       endif()
     endforeach()
 
-    add_executable(${target} ${sources} ${runner})
+    # What tests share is compiled once for all that have the same under test, and the same mocks.
+    set(shared "")
+    foreach(source IN LISTS sources)
+      string(MD5 same "${source};${libraries};${mocks}")
+      get_filename_component(base ${source} NAME_WE)
+      string(SUBSTRING ${same} 0 8 same)
+      set(objects ${base}_${same})
+      if(NOT TARGET ${objects})
+        add_library(${objects} OBJECT ${source})
+        target_link_libraries(${objects} PRIVATE ${mocks} ${libraries} drive_test_flags)
+      endif()
+      list(APPEND shared $<TARGET_OBJECTS:${objects}>)
+    endforeach()
+
+    add_executable(${target} ${whole} ${runner} ${shared})
     target_link_libraries(${target} PRIVATE ${mocks} ${libraries} drive_test_flags)
     add_dependencies(tests_${folder} ${target})
     add_test(NAME ${target} COMMAND ${target})

@@ -11,7 +11,7 @@
 #endif
 
 /* 13 k words of learned waveforms and about 4 k words of state: RAM blocks GS8..GS12, see linker/; less in the RAM build, where
- * the program ends in GS9. */
+ * the program ends in GS10 and the observer's memory is smaller. */
 #ifndef MAIN_DRIVE_REGION_WORDS
 #define MAIN_DRIVE_REGION_WORDS 0x5000U
 #endif

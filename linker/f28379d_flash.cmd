@@ -4,12 +4,11 @@
  *
  *   M0, M1        stack, above what the boot ROM uses. The stack pointer has 16 bits, so the stack must lie below
  *                 0x10000. tests/target/memory counts how deep it can get.
- *   LS0 .. GS3    code of the interrupts and of all control blocks, 32 k words in one piece, because .TI.ramfunc is copied
+ *   LS0 .. GS4    code of the interrupts and of all control blocks, 36 k words in one piece, because .TI.ramfunc is copied
  *                 with one memcpy. RAM has no wait states; a branch in flash costs up to 3 cycles and makes timing
  *                 depend on alignment.
- *   GS4, GS5      data of port and library. Not in the blocks of the code: fetch and data access to one block in the
- *                 same cycle cost a stall.
- *   GS6           jump tables: read by interrupts.
+ *   GS5, GS6      data of port and library; in the last quarter of GS6 the jump tables, which interrupts read. Not in the blocks
+ *                 of the code: fetch and data access to one block in the same cycle cost a stall.
  *   GS8 .. GS12   the drive: 6144 + 512 learned numbers of 2 words, and its state. Alone in its blocks, so that
  *                 its size shows in the map file, and neither code nor stack ever waits for it.
  *   GS7           black box: 256 rows of 8 signals before and at the first fault.
@@ -29,9 +28,9 @@ MEMORY
 
     BOOT_RSVD   : origin = 0x000002, length = 0x000121   /* boot ROM: stack and data */
     RAM_STACK   : origin = 0x000124, length = 0x0006D4   /* M0 and M1 in one piece; the last 8 words stay free (errata) */
-    RAM_CODE    : origin = 0x008000, length = 0x008000   /* LS0..LS5, D0, D1, GS0..GS3 */
-    RAM_DATA    : origin = 0x010000, length = 0x002000   /* GS4, GS5 */
-    RAM_TABLES  : origin = 0x012000, length = 0x001000   /* GS6 */
+    RAM_CODE    : origin = 0x008000, length = 0x009000   /* LS0..LS5, D0, D1, GS0..GS4 */
+    RAM_DATA    : origin = 0x011000, length = 0x001C00   /* GS5, three quarters of GS6 */
+    RAM_TABLES  : origin = 0x012C00, length = 0x000400   /* the rest of GS6 */
     RAM_BOX     : origin = 0x013000, length = 0x001000   /* GS7 */
     RAM_DRIVE   : origin = 0x014000, length = 0x005000   /* GS8..GS12 */
     RAM_CAPTURE : origin = 0x019000, length = 0x002FF8   /* GS13..GS15 without its last 8 words (errata) */

@@ -22,7 +22,7 @@ ctl_diag_t ctl_grid_init(ctl_grid_t *self, num_t *memory, uint16_t cells)
     return ctl_diag_ok();
 }
 
-void ctl_grid_clear(ctl_grid_t *self)
+void ctl_grid_clear(const ctl_grid_t *self)
 {
     for (uint16_t i = 0U; i < self->cells; i++) {
         self->cell[i] = (num_t)0;

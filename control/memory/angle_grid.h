@@ -37,7 +37,7 @@ enum { CTL_GRID_MEMORY = 1, CTL_GRID_CELLS };
 
 /** Take over @p memory of @p cells values, all set to zero. On error @p self stays as it was. */
 ctl_diag_t ctl_grid_init(ctl_grid_t *self, num_t *memory, uint16_t cells);
-void       ctl_grid_clear(ctl_grid_t *self);
+void       ctl_grid_clear(const ctl_grid_t *self);
 
 /** Prepare the walk from angle @p from (already visited) to angle @p to (included), values @p v_from to @p v_to. */
 ctl_grid_walk_t ctl_grid_walk(const ctl_grid_t *self, angle_t from, num_t v_from, angle_t to, num_t v_to);

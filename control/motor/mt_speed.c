@@ -9,9 +9,7 @@ ctl_diag_t ctl_mt_init(ctl_mt_t *self, const ctl_mt_params_t *params)
         return ctl_diag(CTL_ERR_RANGE, CTL_MT_SAMPLE, (num_t)0);
     }
     ctl_diag_t d = ctl_diag_range(params->speed_1_count, NUM_EPS, NUM_MAX, CTL_MT_SPEED_1_COUNT);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->speed_max, NUM_EPS, NUM_MAX, CTL_MT_SPEED_MAX);
-    }
+    ctl_diag_also(&d, params->speed_max, NUM_EPS, NUM_MAX, CTL_MT_SPEED_MAX);
     if ((d.status == CTL_OK) && (params->stop_samples == 0U)) {
         d = ctl_diag(CTL_ERR_RANGE, CTL_MT_STOP, (num_t)0);
     }

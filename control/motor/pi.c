@@ -6,15 +6,9 @@ ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params)
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
     ctl_diag_t d = ctl_diag_range(params->kp, (num_t)0, NUM_MAX, CTL_PI_KP);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->ki_ts, (num_t)0, NUM_MAX, CTL_PI_KI_TS);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->out_min, -NUM_MAX, NUM_MAX, CTL_PI_OUT_MIN);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->out_max, -NUM_MAX, NUM_MAX, CTL_PI_OUT_MAX);
-    }
+    ctl_diag_also(&d, params->ki_ts, (num_t)0, NUM_MAX, CTL_PI_KI_TS);
+    ctl_diag_also(&d, params->out_min, -NUM_MAX, NUM_MAX, CTL_PI_OUT_MIN);
+    ctl_diag_also(&d, params->out_max, -NUM_MAX, NUM_MAX, CTL_PI_OUT_MAX);
     if ((d.status == CTL_OK) && !(params->out_min < params->out_max)) {
         d = ctl_diag(CTL_ERR_RELATION, CTL_PI_OUT_MIN, params->out_min);
     }

@@ -8,15 +8,9 @@ ctl_diag_t ctl_pll_init(ctl_pll_t *self, const ctl_pll_params_t *params)
         return ctl_diag(CTL_ERR_NULL, 0U, (num_t)0);
     }
     ctl_diag_t d = ctl_diag_range(params->kp_ts, NUM_EPS, NUM_C(1.0f), CTL_PLL_KP);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->ki_ts, NUM_EPS, NUM_MAX, CTL_PLL_KI);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->rad_per_speed_ts, NUM_EPS, NUM_MAX, CTL_PLL_RAD_PER_SPEED);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->speed_max, NUM_EPS, NUM_MAX, CTL_PLL_SPEED_MAX);
-    }
+    ctl_diag_also(&d, params->ki_ts, NUM_EPS, NUM_MAX, CTL_PLL_KI);
+    ctl_diag_also(&d, params->rad_per_speed_ts, NUM_EPS, NUM_MAX, CTL_PLL_RAD_PER_SPEED);
+    ctl_diag_also(&d, params->speed_max, NUM_EPS, NUM_MAX, CTL_PLL_SPEED_MAX);
     if ((d.status == CTL_OK) && !(num_mul(params->speed_max, params->rad_per_speed_ts) <= PI_RAD)) {
         d = ctl_diag(CTL_ERR_RELATION, CTL_PLL_SPEED_MAX, params->speed_max);
     }

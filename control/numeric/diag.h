@@ -34,15 +34,13 @@ static inline ctl_diag_t ctl_diag(ctl_status_t status, uint16_t field, num_t giv
     const ctl_diag_t d = {status, field, given};
     return d;
 }
+/* What follows is for configuration, and not inline: a copy for each of some seventy calls takes more room than it saves time. */
+
 /** ctl_diag of a whole number; the fixed build shows at most 127. */
-static inline ctl_diag_t ctl_diag_count(ctl_status_t status, uint16_t field, uint16_t given)
-{
-    return ctl_diag(status, field, num_from_int((int16_t)((given < 32767U) ? given : 32767U)));
-}
+ctl_diag_t ctl_diag_count(ctl_status_t status, uint16_t field, uint16_t given);
 /** CTL_OK when lo <= x <= hi, else CTL_ERR_RANGE; NaN is outside of every range. */
-static inline ctl_diag_t ctl_diag_range(num_t x, num_t lo, num_t hi, uint16_t field)
-{
-    return ((x >= lo) && (x <= hi)) ? ctl_diag_ok() : ctl_diag(CTL_ERR_RANGE, field, x);
-}
+ctl_diag_t ctl_diag_range(num_t x, num_t lo, num_t hi, uint16_t field);
+/** *d becomes ctl_diag_range of x, unless something has been refused before. */
+void ctl_diag_also(ctl_diag_t *d, num_t x, num_t lo, num_t hi, uint16_t field);
 
 #endif

@@ -9,18 +9,14 @@ static const ctl_hat_t NO_HAT = {(num_t)0, (num_t)0, false};
 ctl_diag_t ctl_angle_memory_check(const ctl_angle_memory_params_t *params)
 {
     ctl_diag_t d = ctl_diag_range(params->gain, NUM_EPS, NUM_C(1.0f), CTL_AM_GAIN);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->forgetting, (num_t)0, NUM_C(1.0f), CTL_AM_FORGETTING);
-    }
+    ctl_diag_also(&d, params->forgetting, (num_t)0, NUM_C(1.0f), CTL_AM_FORGETTING);
     if ((d.status == CTL_OK) && ((uint16_t)params->write > (uint16_t)CTL_WRITE_HAT)) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_AM_WRITE, (uint16_t)params->write);
     }
     if ((d.status == CTL_OK) && ((uint16_t)params->read > (uint16_t)CTL_READ_CUBIC)) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_AM_READ, (uint16_t)params->read);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->limit, NUM_EPS, NUM_MAX, CTL_AM_LIMIT);
-    }
+    ctl_diag_also(&d, params->limit, NUM_EPS, NUM_MAX, CTL_AM_LIMIT);
     return d;
 }
 

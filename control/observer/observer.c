@@ -12,39 +12,19 @@ ctl_diag_t ctl_observer_check(const ctl_observer_params_t *p)
     if ((uint16_t)p->kind > (uint16_t)CTL_OBSERVER_ARO) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_OBSERVER_KIND, (uint16_t)p->kind);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(m->gain, NUM_EPS, NUM_C(1.0f), CTL_OBSERVER_GAIN);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(m->forgetting, (num_t)0, NUM_C(1.0f), CTL_OBSERVER_FORGETTING);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(m->limit, NUM_EPS, NUM_MAX, CTL_OBSERVER_LIMIT);
-    }
+    ctl_diag_also(&d, m->gain, NUM_EPS, NUM_C(1.0f), CTL_OBSERVER_GAIN);
+    ctl_diag_also(&d, m->forgetting, (num_t)0, NUM_C(1.0f), CTL_OBSERVER_FORGETTING);
+    ctl_diag_also(&d, m->limit, NUM_EPS, NUM_MAX, CTL_OBSERVER_LIMIT);
     if ((d.status == CTL_OK) && (p->age_half > (2U * CTL_ARO_AGE_MAX))) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_OBSERVER_AGE, p->age_half);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->ahead, (num_t)0, NUM_C(12.0f), CTL_OBSERVER_AHEAD);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->rad_per_speed, NUM_EPS, NUM_MAX, CTL_OBSERVER_RAD);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->fast_gain, NUM_EPS, NUM_C(1.0f), CTL_OBSERVER_FAST_GAIN);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->rest_torque, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->rest_turns, (num_t)0, NUM_C(100.0f), CTL_OBSERVER_REST);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->rest_step, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->sync_band, (num_t)0, NUM_C(0.5f), CTL_OBSERVER_SYNC);
-    }
+    ctl_diag_also(&d, p->ahead, (num_t)0, NUM_C(12.0f), CTL_OBSERVER_AHEAD);
+    ctl_diag_also(&d, p->rad_per_64, NUM_EPS, NUM_MAX, CTL_OBSERVER_RAD);
+    ctl_diag_also(&d, p->fast_gain, NUM_EPS, NUM_C(1.0f), CTL_OBSERVER_FAST_GAIN);
+    ctl_diag_also(&d, p->rest_torque, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
+    ctl_diag_also(&d, p->rest_turns, (num_t)0, NUM_C(100.0f), CTL_OBSERVER_REST);
+    ctl_diag_also(&d, p->rest_step, (num_t)0, NUM_MAX, CTL_OBSERVER_REST);
+    ctl_diag_also(&d, p->sync_band, (num_t)0, NUM_C(0.5f), CTL_OBSERVER_SYNC);
     if ((d.status == CTL_OK) && (p->kind == CTL_OBSERVER_ARO)) {
         d = ctl_angle_memory_check(m);
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_OBSERVER_MEMORY;
@@ -87,7 +67,7 @@ void ctl_observer_prepare(ctl_observer_t *self, const ctl_observer_params_t *par
     made->watches = params->remove_mean || (params->rest_torque > (num_t)0) || (params->rest_step > (num_t)0);
     made->plain = (params->kind == CTL_OBSERVER_ARO) && (params->memory.write == CTL_WRITE_ONE) &&
                   (params->memory.read == CTL_READ_LINEAR) && !made->watches && !params->feeds;
-    made->ahead_per_speed = num_mul(params->rad_per_speed, params->ahead);
+    made->ahead_per_speed = num_mul(num_mul(params->rad_per_64, NUM_C(0.015625f)), params->ahead);
     made->age = (uint16_t)(params->age_half >> 1);
     made->half = ((params->age_half & 1U) != 0U) ? UINT32_MAX : 0U;
 }
@@ -154,11 +134,11 @@ static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
 {
 #ifdef EVENSPIN_FIXED
     /* not rounded in between: orders of the rounding differ by parts of 10^-7 */
-    const uint64_t rad = ((uint64_t)num_abs(speed) * (uint64_t)p->rad_per_speed) >> 16; /* 2^-32 */
-    const uint64_t most = UINT64_C(13493037704);                                        /* pi 2^32 */
+    const uint64_t rad = ((uint64_t)num_abs(speed) * (uint64_t)p->rad_per_64) >> 22; /* 2^-32 */
+    const uint64_t most = UINT64_C(13493037704);                                     /* pi 2^32 */
     return (uint32_t)((((rad < most) ? rad : most) * UINT64_C(683565276)) >> 32);
 #else
-    return angle_step_from_rad(num_abs(speed * p->rad_per_speed));
+    return angle_step_from_rad(num_abs(speed * (p->rad_per_64 * 0.015625f)));
 #endif
 }
 

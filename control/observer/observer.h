@@ -21,7 +21,7 @@
  * was (kept_order.h; an order beyond half of the points as that for which they take it). Until that is known, and where the points
  * cannot tell it from the mean, the memory is used but not written.
  * The order is known to counts times the relative error of the angle per sample: 2^32 / samples per turn is a whole
- * number there (0.03 orders at 500 r/min), and in fixed point rad_per_speed should be a number that 2^-24 can resolve.
+ * number there (0.03 orders at 500 r/min).
  *
  * Source   Tang et al. 2020, equations 4, 7, 11, 16 and section IV. Stable for 0 < g < 2 (L_N a23 = g).
  * Total    non-finite torque or speed is not learned and is counted; a step of a quarter turn or more is counted, and
@@ -44,11 +44,11 @@ typedef enum { CTL_OBSERVER_DOB = 0, CTL_OBSERVER_RO, CTL_OBSERVER_ARO } ctl_obs
 
 typedef struct {
     ctl_observer_kind_t       kind;
-    ctl_angle_memory_params_t memory;        /**< gain, forgetting and limit hold for every kind. */
-    uint16_t                  age_half;      /**< Age of T_d, half samples, [0, 2 CTL_ARO_AGE_MAX]. */
-    num_t                     ahead;         /**< Samples until the output acts, [0, 12]. */
-    num_t                     rad_per_speed; /**< Angle in rad that one unit of speed makes in one sample, > 0. */
-    num_t                     fast_gain;     /**< Gain of the first `fast_samples`, (0, 1]. */
+    ctl_angle_memory_params_t memory;     /**< gain, forgetting and limit hold for every kind. */
+    uint16_t                  age_half;   /**< Age of T_d, half samples, [0, 2 CTL_ARO_AGE_MAX]. */
+    num_t                     ahead;      /**< Samples until the output acts, [0, 12]. */
+    num_t                     rad_per_64; /**< Angle in rad that one unit of speed makes in 64 samples, > 0. */
+    num_t                     fast_gain;  /**< Gain of the first `fast_samples`, (0, 1]. */
     uint32_t                  fast_samples;
     bool                      remove_mean;
     bool                      feeds;       /**< Something may be fed forward against the disturbance: disturbance.h. */

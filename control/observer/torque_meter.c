@@ -3,18 +3,10 @@
 ctl_diag_t ctl_meter_check(const ctl_meter_params_t *params)
 {
     ctl_diag_t d = ctl_diag_range(params->speed_per_rad, NUM_EPS, NUM_MAX, CTL_METER_SPEED);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->torque_per_16, NUM_EPS, NUM_MAX, CTL_METER_TORQUE);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->a22, (num_t)0, NUM_C(1.0f), CTL_METER_A22);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->actuation, NUM_C(0.5f), NUM_C(12.0f), CTL_METER_ACTUATION);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->step_max_rad, NUM_EPS, NUM_C(3.1416f), CTL_METER_STEP);
-    }
+    ctl_diag_also(&d, params->torque_per_16, NUM_EPS, NUM_MAX, CTL_METER_TORQUE);
+    ctl_diag_also(&d, params->a22, (num_t)0, NUM_C(1.0f), CTL_METER_A22);
+    ctl_diag_also(&d, params->actuation, NUM_C(0.5f), NUM_C(12.0f), CTL_METER_ACTUATION);
+    ctl_diag_also(&d, params->step_max_rad, NUM_EPS, NUM_C(3.1416f), CTL_METER_STEP);
     if (d.status == CTL_OK) {
         d = ctl_fir_check(&params->fir1);
         d.field = (d.status == CTL_OK) ? 0U : (uint16_t)CTL_METER_FIR1;

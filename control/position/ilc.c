@@ -9,9 +9,7 @@ ctl_diag_t ctl_ilc_init(ctl_ilc_t *self, const ctl_ilc_params_t *params, num_t *
     if ((d.status == CTL_OK) && (params->lead > CTL_ILC_LEAD_MAX)) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_ILC_LEAD, params->lead);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->limit, NUM_EPS, NUM_MAX, CTL_ILC_LIMIT);
-    }
+    ctl_diag_also(&d, params->limit, NUM_EPS, NUM_MAX, CTL_ILC_LIMIT);
     if (d.status != CTL_OK) {
         return d;
     }

@@ -1,22 +1,20 @@
 #include "control/position/profile.h"
 
-#define STEP_MAX INT64_C(0x7FFFFFFF)
+#include "control/position/ramp.h"
 
 ctl_diag_t ctl_profile_check(const ctl_profile_params_t *params)
 {
-    if ((params->speed < 1) || (params->speed > STEP_MAX)) {
+    if ((params->speed < 1) || (params->speed > CTL_RAMP_STEP_MAX)) {
         return ctl_diag(CTL_ERR_RANGE, CTL_PROFILE_SPEED, (num_t)0);
     }
-    if ((params->acceleration < 0) || (params->acceleration > STEP_MAX)) {
+    if ((params->acceleration < 0) || (params->acceleration > CTL_RAMP_STEP_MAX)) {
         return ctl_diag(CTL_ERR_RANGE, CTL_PROFILE_ACCELERATION, (num_t)0);
     }
     if ((params->smooth < 1U) || (params->smooth > CTL_PROFILE_SMOOTH_MAX)) {
         return ctl_diag_count(CTL_ERR_RANGE, CTL_PROFILE_SMOOTH, params->smooth);
     }
     ctl_diag_t d = ctl_diag_range(params->speed_scale, NUM_EPS, NUM_MAX, CTL_PROFILE_SCALE);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->accel_scale, NUM_EPS, NUM_MAX, CTL_PROFILE_SCALE);
-    }
+    ctl_diag_also(&d, params->accel_scale, NUM_EPS, NUM_MAX, CTL_PROFILE_SCALE);
     return d;
 }
 
@@ -73,9 +71,6 @@ void ctl_profile_reset(ctl_profile_state_t *state, ctl_position_t position)
     state->smooth = 0U;
 }
 
-/* Travel of the steps a, 2 a, ... n a; n >= 0. */
-static int64_t travel_of(int64_t n, int64_t a) { return a * (int64_t)((uint64_t)(n * (n + 1)) >> 1); }
-
 /* x / n, cut towards zero, for |x| < 2^47 and n < 2^15: two quotients of 32 bits, which take a tenth of one of 64. */
 static int64_t quotient(int64_t x, uint16_t n)
 {
@@ -85,39 +80,6 @@ static int64_t quotient(int64_t x, uint16_t n)
     const uint32_t low = (((top - (high * n)) << 16) | ((uint32_t)size & 0xFFFFU)) / n;
     const int64_t  whole = (int64_t)(((uint64_t)high << 16) + low);
     return (x < 0) ? -whole : whole;
-}
-
-/* Largest step <= top from which the travel is enough to stop, each following step a less; too small when top is more than
- * 2 a above it. From n a <= step < (n + 1) a it takes (n + 1) step - (a + ... + n a). */
-static int64_t fastest(int64_t travel, int64_t top, int64_t a)
-{
-    int64_t n = (int64_t)((uint32_t)top / (uint32_t)a); /* both are below 2^31: 32 bits divide in a tenth of the time */
-    if (((top * (n + 1)) - travel_of(n, a)) <= travel) {
-        return top;
-    }
-    for (uint16_t k = 0U; (k < 2U) && (travel_of(n, a) > travel); k++) {
-        n--;
-    }
-    return (travel + travel_of(n, a)) / (n + 1);
-}
-
-/* Next step of the trapezoid towards a target `travel` ahead (travel >= 0), from `step` (negative: moving away). */
-static int64_t next_step(const ctl_profile_params_t *p, int64_t travel, int64_t step)
-{
-    const int64_t a = p->acceleration;
-    if (a == 0) {
-        return (travel < p->speed) ? travel : p->speed;
-    }
-    if (step < 0) {
-        return ((step + a) < 0) ? (step + a) : 0;
-    }
-    const int64_t slower = (step > a) ? (step - a) : 0;
-    int64_t       faster = step + a;
-    if (faster > p->speed) { /* at the limit, or a limit that has become lower */
-        faster = (slower > p->speed) ? slower : p->speed;
-    }
-    const int64_t right = fastest(travel, faster, a);
-    return (right > slower) ? right : slower; /* no more than braking, even when the target comes too near for it */
 }
 
 ctl_setpoint_t ctl_profile_step(ctl_profile_t *self, ctl_position_t target)
@@ -130,14 +92,7 @@ ctl_setpoint_t ctl_profile_step_unchecked(const ctl_profile_params_t *p, ctl_pro
     if (s->smooth != p->smooth) {
         settle(s, p->smooth, s->last);
     }
-    int64_t    travel = ctl_position_sub(target, s->raw);
-    const bool back = travel < 0;
-    if (back) {
-        travel = (travel == INT64_MIN) ? INT64_MAX : -travel;
-        s->step = -next_step(p, travel, -s->step);
-    } else {
-        s->step = next_step(p, travel, s->step);
-    }
+    s->step = ctl_ramp_next(p->speed, p->acceleration, ctl_position_sub(target, s->raw), s->step);
     s->raw = ctl_position_add(s->raw, s->step);
 
     s->head = (uint16_t)(((s->head + 1U) < p->smooth) ? (s->head + 1U) : 0U);

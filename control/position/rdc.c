@@ -19,18 +19,10 @@ ctl_diag_t ctl_rdc_init(ctl_rdc_t *self, const ctl_rdc_params_t *params)
     for (uint16_t i = 0U; (i < 3U) && (d.status == CTL_OK); i++) {
         d = ctl_diag_range(params->p_row[i], -NUM_MAX, NUM_MAX, CTL_RDC_P);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->rho, (num_t)0, NUM_MAX, CTL_RDC_RHO);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->sigma, NUM_EPS, NUM_MAX, CTL_RDC_SIGMA);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->sample_s, NUM_EPS, NUM_MAX, CTL_RDC_SAMPLE);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->integral_max, NUM_EPS, NUM_MAX, CTL_RDC_SAMPLE);
-    }
+    ctl_diag_also(&d, params->rho, (num_t)0, NUM_MAX, CTL_RDC_RHO);
+    ctl_diag_also(&d, params->sigma, NUM_EPS, NUM_MAX, CTL_RDC_SIGMA);
+    ctl_diag_also(&d, params->sample_s, NUM_EPS, NUM_MAX, CTL_RDC_SAMPLE);
+    ctl_diag_also(&d, params->integral_max, NUM_EPS, NUM_MAX, CTL_RDC_SAMPLE);
     if (d.status == CTL_OK) {
         self->params = *params;
         self->state.rejected = 0U;

@@ -11,9 +11,7 @@ ctl_diag_t ctl_src_init(ctl_src_t *self, const ctl_src_params_t *params, num_t *
     if ((d.status == CTL_OK) && (params->lambda == 0U)) {
         d = ctl_diag(CTL_ERR_RANGE, CTL_SRC_LAMBDA, (num_t)0);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->limit, NUM_EPS, NUM_MAX, CTL_SRC_LIMIT);
-    }
+    ctl_diag_also(&d, params->limit, NUM_EPS, NUM_MAX, CTL_SRC_LIMIT);
     if (d.status != CTL_OK) {
         return d;
     }
@@ -92,6 +90,10 @@ num_t ctl_src_step(ctl_src_t *self, angle_t theta, num_t speed, num_t err)
 
     const num_t x = ctl_grid_read_linear(&s->grid, then);
     const num_t y = low_pass(s, k, x, limit);
+    if (self->params.hold) {
+        s->primed = false;
+        return y;
+    }
     store(self, theta, num_clamp(num_add(y, e), num_neg(num_add(limit, limit)), num_add(limit, limit)));
     return y;
 }

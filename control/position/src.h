@@ -26,6 +26,7 @@ typedef struct {
     num_t   omega_half_ts; /**< Omega T_s / 2 times the base speed: W T_s / 2 per speed unit, > 0. */
     angle_t lambda;        /**< Angle of the delay, (0, 1) turn. */
     num_t   limit;         /**< Largest |y|, > 0. */
+    bool    hold;          /**< Nothing is written, what was learned goes on acting. */
 } ctl_src_params_t;
 
 /** Q at a constant speed, as a filter: y = b0 (x + 2 x1 + x2) - a1 y1 - a2 y2. */

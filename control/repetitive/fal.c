@@ -49,9 +49,7 @@ static void prepare(ctl_fal_t *self)
 static ctl_diag_t check(const ctl_fal_params_t *params, num_t *slope)
 {
     ctl_diag_t d = ctl_diag_range(params->alpha, NUM_EPS, NUM_C(1.0f), CTL_FAL_ALPHA);
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(params->delta, NUM_EPS, NUM_MAX, CTL_FAL_DELTA);
-    }
+    ctl_diag_also(&d, params->delta, NUM_EPS, NUM_MAX, CTL_FAL_DELTA);
     if (d.status != CTL_OK) {
         return d;
     }

@@ -34,12 +34,8 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
     if ((d.status == CTL_OK) && ((uint16_t)p->memory > (uint16_t)CTL_RC_ANGLE)) {
         d = ctl_diag_count(CTL_ERR_RANGE, CTL_RC_MEMORY, (uint16_t)p->memory);
     }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->limit, NUM_EPS, NUM_MAX, CTL_RC_LIMIT);
-    }
-    if (d.status == CTL_OK) {
-        d = ctl_diag_range(p->freeze_above, (num_t)0, NUM_MAX, CTL_RC_FREEZE);
-    }
+    ctl_diag_also(&d, p->limit, NUM_EPS, NUM_MAX, CTL_RC_LIMIT);
+    ctl_diag_also(&d, p->freeze_above, (num_t)0, NUM_MAX, CTL_RC_FREEZE);
     if ((d.status == CTL_OK) && ((uint32_t)capacity < ((uint32_t)p->lead + p->order + 5U))) {
         d = ctl_diag_count(CTL_ERR_MEMORY, CTL_RC_CAPACITY, capacity);
     }
@@ -129,11 +125,13 @@ void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params)
     ctl_rc_take_prepared(self, params);
 }
 
-void ctl_rc_reset(ctl_rc_t *self)
+void ctl_rc_reset(ctl_rc_t *self, bool keep)
 {
     ctl_rc_state_t *const s = &self->state;
     if (self->params.memory == CTL_RC_ANGLE) {
-        ctl_grid_clear(&s->turn);
+        if (!keep) {
+            ctl_grid_clear(&s->turn);
+        }
     } else {
         ctl_ring_fill_zero(&s->time);
     }
@@ -326,7 +324,7 @@ static inline num_t step_in_angle(ctl_rc_t *self, num_t learned, angle_t theta_e
     const ctl_rc_params_t *const p = &self->params;
     ctl_rc_state_t *const        s = &self->state;
 
-    if (s->known >= p->lead) {
+    if ((s->known >= p->lead) & !p->hold) {
         write_turn(self, learned);
     }
     /* one sample in angle: a turn over N */

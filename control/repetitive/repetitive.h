@@ -57,6 +57,7 @@ typedef struct {
     num_t            limit;        /**< Largest |y|, error unit, > 0. */
     num_t            freeze_above; /**< Learning stops for `freeze_samples` when |e| exceeds this; 0: never. */
     uint16_t         freeze_samples;
+    bool             hold; /**< Angle: nothing is written, what was learned goes on acting. */
 } ctl_rc_params_t;
 
 /** A period of more samples than a num_t could hold. */
@@ -130,8 +131,9 @@ void ctl_rc_take_prepared(ctl_rc_t *self, const ctl_rc_params_t *params);
 /** ctl_rc_prepare and ctl_rc_take_prepared in one call. */
 void ctl_rc_tune(ctl_rc_t *self, const ctl_rc_params_t *params);
 
-/** Forget what was learned, start from rest. Costs O(capacity): not for an interrupt. Counters stay. */
-void ctl_rc_reset(ctl_rc_t *self);
+/** Start from rest. What was learned over the angle stays when @p keep; over time it is forgotten: time goes on. Forgetting costs
+ *  O(capacity): not for an interrupt. Counters stay. */
+void ctl_rc_reset(ctl_rc_t *self, bool keep);
 
 /** Longest period that the memory holds, samples; in angle mode 65534. */
 static inline uint16_t ctl_rc_period_max(const ctl_rc_t *self) { return self->longest; }

@@ -52,6 +52,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
+    drive_make_thermal(p, &s->scale, &s->thermal);
     drive_make_correction(p, &s->scale, &s->sensors);
     drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
@@ -106,6 +107,7 @@ uint16_t drive_build(drive_t *d)
     drive_build_observer(&d->observer, &s->observer, d->observer_memory);
     drive_build_position(&d->position, &s->position);
     drive_build_position_memory(&d->position, s, d->observer_memory, (uint16_t)DRIVE_OBSERVER_CAPACITY);
+    d->thermal.share = 1.0f;
     drive_command_again(d);
     drive_keep_set(d, &d->set[0]);
     return PARAM_COUNT;

@@ -23,7 +23,7 @@ void drive_make_correction(const drive_params_t *p, const drive_scale_t *scale, 
 {
     s->used = p->current_correction != (uint16_t)DRIVE_CORRECTION_OFF;
     const bool refers = (p->mtpa | p->field_weakening) != 0U;
-    s->plain_state = (s->used || refers || (p->dead_time_s > 0.0f)) ? (drive_state_t)(DRIVE_FAULT + 1) : DRIVE_RUN;
+    s->plain_state = (s->used || refers || (p->dead_time_s > 0.0f)) ? DRIVE_STATES : DRIVE_RUN;
     s->three = (p->current_sensors == 1U) || !s->used;
     s->compensates = p->dead_time_s > 0.0f;
     s->dead_share = num_from_float(p->dead_time_s * (float)DRIVE_PWM_HZ);

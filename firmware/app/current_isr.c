@@ -9,10 +9,11 @@
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define V_DC_MIN NUM_C(0.0009765625f) /* below it the voltage limit leaves nothing to modulate, but its inverse is wanted */
 
-static void set_zero_voltage(void)
+static void set_zero_voltage(const drive_t *d)
 {
-    const hal_duty_t half = {0.5f, 0.5f, 0.5f};
-    (void)hal_inverter_set_duty(&half);
+    const float      share = (d->state == DRIVE_SHORT) ? 0.0f : 0.5f; /* a short: lower switches alone */
+    const hal_duty_t equal = {share, share, share};
+    (void)hal_inverter_set_duty(&equal);
 }
 
 void drive_command_nothing(drive_t *d)
@@ -256,7 +257,7 @@ static inline void act(drive_t *d, const drive_setup_t *setup)
         } else {
             measure_currents(d, at);
         }
-        set_zero_voltage();
+        set_zero_voltage(d);
         return;
     }
     measure_currents(d, at);
@@ -297,7 +298,7 @@ void drive_current_isr(drive_t *d)
         speed_tick(d, setup, started);
         act(d, setup);
     } else {
-        set_zero_voltage(); /* nothing to control with */
+        set_zero_voltage(d); /* nothing to control with */
     }
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;

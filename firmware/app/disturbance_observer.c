@@ -58,7 +58,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     o->age_half =
         (p->observer_age_samples > 0.0f) ? (uint16_t)((2.0f * p->observer_age_samples) + 0.5f) : ctl_meter_age_half(&s->meter);
     o->ahead = s->meter.actuation;
-    o->rad_per_speed = num_from_float(ts_s * scale->speed_rad_s);
+    o->rad_per_64 = num_from_float(64.0f * ts_s * scale->speed_rad_s); /* of one sample fixed point would know it to 10^-6 */
     o->fast_gain = num_from_float(p->aro_fast_gain);
     o->fast_samples = (uint32_t)(p->aro_fast_s * (float)DRIVE_PWM_HZ);
     o->remove_mean = p->aro_remove_mean != 0U;

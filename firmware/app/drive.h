@@ -25,9 +25,12 @@
 #include "control/motor/pi.h"
 #include "control/motor/plausibility.h"
 #include "control/motor/pll.h"
+#include "control/motor/speed_bound.h"
+#include "control/motor/thermal.h"
 #include "control/observer/observer.h"
 #include "control/observer/torque_meter.h"
 #include "control/position/ilc.h"
+#include "control/position/ramp.h"
 #include "control/position/rdc.h"
 #include "control/position/src.h"
 #include "control/repetitive/repetitive.h"
@@ -46,9 +49,21 @@
 #define DRIVE_OBSERVER_CAPACITY 6144U /**< ro: one turn at 100 r/min and 10 kHz; aro: more cells than it takes. */
 #endif
 
-typedef enum { DRIVE_INIT = 0, DRIVE_OFFSET_CALIBRATION, DRIVE_ALIGN, DRIVE_READY, DRIVE_RUN, DRIVE_FAULT } drive_state_t;
+#define DRIVE_RAMP_STEPS 4194304.0f /**< Of a speed reference, per rad/s: 2^22. */
 
-typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED, DRIVE_MODE_POSITION } drive_mode_t;
+typedef enum {
+    DRIVE_INIT = 0,
+    DRIVE_OFFSET_CALIBRATION,
+    DRIVE_ALIGN,
+    DRIVE_READY,
+    DRIVE_RUN,
+    DRIVE_FAULT,
+    DRIVE_SHORT, /**< A stop with the phases shorted by the lower switches. */
+    DRIVE_STATES
+} drive_state_t;
+
+typedef enum { DRIVE_MODE_CURRENT = 0, DRIVE_MODE_SPEED, DRIVE_MODE_POSITION, DRIVE_MODE_TORQUE } drive_mode_t;
+typedef enum { DRIVE_STOP_COAST = 0, DRIVE_STOP_RAMP, DRIVE_STOP_SHORT } drive_stop_word_t;
 typedef enum { DRIVE_POSITION_PPI = 0, DRIVE_POSITION_SILC, DRIVE_POSITION_SRC, DRIVE_POSITION_RDC } drive_position_method_t;
 typedef enum {
     DRIVE_METHOD_PI = 0,
@@ -65,17 +80,23 @@ typedef enum { DRIVE_SPEED_PLL = 0, DRIVE_SPEED_MT, DRIVE_SPEED_FIR } drive_spee
 /** What the user wants, taken over as a whole. */
 typedef struct {
     drive_mode_t mode;
-    float        speed_ref_rad_s;    /**< Mechanical. */
-    float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode only. */
+    float        speed_ref_rad_s; /**< Mechanical; in torque mode the limit of the speed in both directions, without its sign. */
+    float        id_ref_a, iq_ref_a; /**< id in every mode, iq in current mode; in torque mode the torque, as q current. */
     int32_t      target_turns;       /**< Target of position mode: whole turns. */
     float        target_rad;         /**< Target of position mode: added to the whole turns, within +-2 pi. */
 } drive_command_t;
 
+enum { DRIVE_RAMP_NONE = 0, DRIVE_RAMP_SET = 1, DRIVE_RAMP_STOP = 2 }; /* at once; as the parameters say; to the rest of a stop */
+
 /** What the current interrupt makes of it: within the limits, in the numeric of the build. The d axis comes first, and what
  *  it leaves of the longest vector bounds the q axis, whoever asks for it. */
 typedef struct {
-    num_t id, iq, iq_max;
-    bool  torque; /**< Current mode: iq as it is, not as the speed or position loop needs it. */
+    num_t    id, iq, iq_max;
+    bool     torque;      /**< Current mode: iq as it is, not as the speed or position loop needs it. */
+    int64_t  speed;       /**< Speed asked for, in steps of the ramp. */
+    num_t    room;        /**< Bound of the torque where motor or bridge are too hot for the limits, else NUM_MAX. */
+    num_t    speed_limit; /**< Torque mode: size of the speed. */
+    uint16_t ramp;        /**< Speed mode: DRIVE_RAMP_SET and DRIVE_RAMP_STOP limit the acceleration. */
 } drive_order_t;
 
 /** Base values. All 1 in the float build. */
@@ -139,6 +160,8 @@ typedef struct {
     bool                 rc_used;
     num_t                rc_period_scale; /**< N = this / |speed reference|. */
     bool                 feeds;           /**< The model of rdc is fed forward. */
+    bool                 ramps;           /**< The reference goes to the speed asked for along `ramp`. */
+    ctl_ramp_params_t    ramp, stop_ramp; /**< Steps of 1 / DRIVE_RAMP_STEPS rad/s, per sample. */
     num_t                lead_rad;        /**< Angle that the shaft turns until a torque of now acts, per speed unit. */
 } drive_speed_setup_t;
 
@@ -173,6 +196,13 @@ typedef struct {
     ctl_reference_plan_t plan;
 } drive_reference_setup_t;
 
+/** I2t of motor and bridge, SI. */
+typedef struct {
+    bool                 used;
+    ctl_thermal_params_t motor, bridge;
+    num_t                fast; /**< Speed from which the legs share the heat. */
+} drive_thermal_setup_t;
+
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_sensors_setup_t      sensors;
@@ -185,6 +215,7 @@ typedef struct {
     drive_observer_setup_t     observer;
     drive_position_setup_t     position;
     drive_motion_setup_t       motion;
+    drive_thermal_setup_t      thermal;
     drive_plausibility_setup_t plausibility;
     uint32_t                   period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
@@ -250,6 +281,10 @@ typedef struct {
     num_t              iq_ref;   /**< q current reference; read by the current interrupt. */
     num_t              fed;      /**< Part of iq_ref that compensates what the disturbance observer would see; read with it. */
     float              ref_rad_s;
+    ctl_ramp_state_t   ramp;
+    bool               ramping; /**< `ramp` has the reference. */
+    ctl_speed_bound_t  bound;   /**< Torque mode. */
+    bool               bounded; /**< `bound` has the torque. */
 } drive_speed_t;
 
 /** A position for who preempts the speed interrupt or is preempted by it: 64 bits are two accesses. */
@@ -278,6 +313,19 @@ typedef struct {
     uint16_t            delay_head, error_count;
     drive_shown_t       now_shown, ref_shown; /**< `now` and the position of `setpoint`. */
 } drive_position_t;
+
+/** A stop that takes its time; main loop. */
+typedef struct {
+    drive_stop_word_t how;          /**< DRIVE_STOP_COAST: none is under way. */
+    uint32_t          since, moved; /**< Numbers of the samples in which it began, and in which the shaft has last turned. */
+    drive_command_t   resume;       /**< Command that a start after it finds; set by clients meanwhile. */
+} drive_stop_t;
+
+/** How hot motor and bridge are; speed interrupt. */
+typedef struct {
+    ctl_heat_t motor, leg[3];
+    float      share; /**< Of the longest current vector that they allow; main loop. */
+} drive_thermal_t;
 
 /** A parameter set, and what follows from it. */
 typedef struct {
@@ -313,6 +361,7 @@ typedef struct {
                             *   FAULT_memory_changed: what has changed, memory_check.h. */
     bool          started_up;   /**< The offsets are known. */
     bool          start_wanted, stop_wanted, clear_wanted;
+    drive_stop_t  stopping;
     bool          permitted; /**< The bridge may be armed: there was a start, and since then no stop and no fault. */
     volatile bool home_wanted;
 
@@ -330,8 +379,9 @@ typedef struct {
     drive_observer_t         observer;
     drive_position_t         position;
     drive_sensors_t          sensors;
-    store_t                  storage;                   /**< Main loop; parameters (services) and table. */
-    uint16_t                 saved_cells;               /**< Of the table that is being saved. */
+    store_t                  storage;     /**< Main loop; parameters (services) and table. */
+    uint16_t                 saved_cells; /**< Of the table that is being saved. */
+    drive_thermal_t          thermal;
     drive_motion_t           motion;                    /**< Whether motion and torque agree; speed interrupt. */
     float                    link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
     ctl_plausibility_state_t plausibility;              /**< Whether voltages, currents and angle agree; current interrupt. */
@@ -370,7 +420,8 @@ void drive_background(drive_t *d);
  */
 bool drive_command(drive_t *d, const drive_command_t *command);
 /** Position of a field in the command; DRIVE_COMMAND_FINE: all of them are within the limits in force; DRIVE_COMMAND_MODE: the first
- *  field, a mode that does not go with method: repetitive control corrects the speed loop, which position mode does not run. */
+ *  field, a mode that does not go with method: repetitive control corrects the speed loop, which position and torque mode do not run,
+ *  and an observer would take away the load of torque mode. */
 enum {
     DRIVE_COMMAND_FINE = 0,
     DRIVE_COMMAND_SPEED = 1,
@@ -388,7 +439,11 @@ uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command,
  * stopped begins again with it. After a fault that casts doubt on the encoder or the zero the next start aligns again.
  */
 void drive_start(drive_t *d);
+/** As stop_action says: bridge off, at once or in the next pass; or from RUN down stop_ramp_rad_s2 in speed mode, or with the phases
+ *  shorted by the lower switches (state DRIVE_SHORT), and off when the shaft has been at rest for 20 ms or stop_s is over. A start
+ *  withdraws it, a second stop switches off. After a ramp the drive has the command from before it, or the newest since. */
 void drive_stop(drive_t *d);
+void drive_stop_by(drive_t *d, drive_stop_word_t how);
 void drive_clear_fault(drive_t *d);
 /** Search the index in position mode: turn with homing_speed_rad_s until it is passed, make it position 0, go there. */
 void drive_home(drive_t *d);
@@ -421,16 +476,18 @@ bool drive_zero_is_known(const drive_t *d);
 bool drive_needs_rest(const drive_t *d, uint16_t param);
 
 /**
- * What the angle observer has learned, as a table in ampere of q current over one mechanical turn. Main loop only.
- * @return cells written to @p amps (at most @p room; 0 unless method = aro).
+ * What has been learned over the angle, one table after the other: aro, ampere of q current over a mechanical turn; repetitive control
+ * with rc_memory = angle, units of the speed error over an electrical turn; silc and src, rad/s, and rdc with rdc_learn_gain, ampere,
+ * over a mechanical turn. Main loop only.
+ * @return values written to @p values (at most @p room; 0 where nothing is learned over the angle).
  */
-uint16_t drive_memory_read(const drive_t *d, float *amps, uint16_t room);
-/** Its number of cells (0 unless method = aro), and one of them; 0 beyond. */
+uint16_t drive_memory_read(const drive_t *d, float *values, uint16_t room);
+/** The number of values, and one of them; 0 beyond. */
 uint16_t drive_memory_cells(const drive_t *d);
 float    drive_memory_cell(const drive_t *d, uint16_t cell);
-/** Replace it. Refused (false) while running, with another number of cells, or with a value that is not finite. */
-bool drive_memory_write(drive_t *d, const float *amps, uint16_t cells);
-/** Forget it, the repetitive controller's memory included. Refused while running. */
+/** Replace it. Refused (false) while running, with another number of cells, or with a value beyond the limit of its method. */
+bool drive_memory_write(drive_t *d, const float *values, uint16_t cells);
+/** Forget it, memories over time included. Refused while running. */
 bool drive_memory_clear(drive_t *d);
 /**
  * To and from non-volatile storage. A save cut off by a power failure leaves the older save, and one that does not read back as it
@@ -446,6 +503,9 @@ hal_status_t drive_memory_restore(drive_t *d);
 /** Reset the timing statistics of both interrupts; a start does so as well. Main loop only. */
 void drive_restart_timing(drive_t *d);
 
+/** I2t: heat of the motor, and of the hottest leg of the bridge; 1: what the continuous current leads to. Any context. */
+float drive_motor_heat(const drive_t *d);
+float drive_bridge_heat(const drive_t *d);
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
 /** How far currents, voltages and angle contradict each other, over what is allowed; 0 while nothing is judged. Any context. */

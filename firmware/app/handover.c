@@ -121,7 +121,9 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     if (*culprit == (uint16_t)PARAM_COUNT) {
         *culprit = changed_base(&s->scale, &d->scale);
     }
-    if ((*culprit == (uint16_t)PARAM_COUNT) && s->speed.rc_used && (drive_active_command(d)->mode == DRIVE_MODE_POSITION)) {
+    const drive_mode_t mode = drive_active_command(d)->mode;
+    if ((*culprit == (uint16_t)PARAM_COUNT) && ((s->speed.rc_used && (mode == DRIVE_MODE_POSITION)) ||
+                                                ((s->speed.rc_used || s->observer.used) && (mode == DRIVE_MODE_TORQUE)))) {
         *culprit = PARAM_method; /* as drive_command refuses it the other way round */
     }
     if (*culprit != (uint16_t)PARAM_COUNT) {

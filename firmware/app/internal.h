@@ -94,12 +94,28 @@ uint16_t drive_board_refuses(const drive_params_t *params);
 uint16_t drive_relation_refuses(const drive_params_t *params);
 /** combinations.c: the first parameter of the first rule of combinations.def that the set breaks, or PARAM_COUNT. */
 uint16_t drive_combination_refuses(const drive_params_t *params);
+/** limits.c: no more than this flows when the phases are shorted at over_speed_rad_s, ampere. */
+float drive_short_a(const drive_params_t *params);
 /** limits.c: longest current vector and largest d current; the motor's own voltage at over_speed_rad_s, between two phases. */
 float drive_longest_a(const drive_params_t *params);
 float drive_id_max_a(const drive_params_t *params);
 float drive_emf_v(const drive_params_t *params);
 /** command.c: hand the newest command over again, under the limits in force. */
 void drive_command_again(drive_t *d);
+/** command.c: hand over a command that has been judged. */
+void drive_hand_over(drive_t *d, const drive_command_t *command);
+
+/** state_machine.c: change the state, unless a fault has come. Main loop. */
+void drive_enter(drive_t *d, drive_state_t state);
+/** stop.c: one pass of a run. @return false: the bridge is to go off. Main loop. */
+bool drive_stop_goes_on(drive_t *d);
+/** stop.c: no stop is under way any more. Main loop. */
+void drive_stop_forget(drive_t *d);
+
+/** thermal.c: its share of the setup; one sample, speed interrupt, where it is used; what the heat leaves of the current, main loop. */
+void drive_make_thermal(const drive_params_t *params, const drive_scale_t *scale, drive_thermal_setup_t *setup);
+void drive_heat(drive_t *d);
+void drive_attend_thermal(drive_t *d);
 
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
@@ -155,6 +171,18 @@ void drive_check_motion(drive_t *d);
 void drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
 void drive_position_step(drive_t *d, const drive_command_t *command);
 
+/** A table over the angle: `limit` bounds its values, one of which is `base` in SI units. No grid: there is none. */
+typedef struct {
+    const ctl_grid_t *grid;
+    num_t             limit;
+    float             base;
+} drive_learned_t;
+#define DRIVE_LEARNED_PARTS 3U
+/** memory.c: the learned table of the observer (0), of repetitive control (1), of position control (2). Main loop. */
+drive_learned_t drive_learned(const drive_t *d, uint16_t part);
+/** memory.c: the table in which value @p cell of all of them is, and its place there; no grid beyond the last. Main loop. */
+drive_learned_t drive_learned_cell(const drive_t *d, uint16_t *cell);
+
 /** speed_isr.c: one sample of the speed loop. */
 void drive_speed_step(drive_t *d);
 
@@ -165,6 +193,15 @@ static inline int64_t drive_turns_q32(float turns)
     const float   scaled = cut * 1024.0f;
     const int32_t high = (int32_t)scaled;
     return ((int64_t)high * INT64_C(0x400000)) + (int32_t)((scaled - (float)high) * 4194304.0f);
+}
+
+/** Steps of the ramp of the speed reference; any number, cut to what none of these drives reaches. */
+static inline int64_t drive_ramp_steps(float rad_s)
+{
+    const float   cut = (rad_s < 32000.0f) ? ((rad_s > -32000.0f) ? rad_s : -32000.0f) : 32000.0f;
+    const float   scaled = cut * 65536.0f;
+    const int32_t high = (int32_t)scaled;
+    return ((int64_t)high * INT64_C(64)) + (int32_t)((scaled - (float)high) * 64.0f);
 }
 
 /** A finite number in SI units over its base; the bases of the float build are 1. */
@@ -195,6 +232,13 @@ static inline const drive_set_t *drive_newest(const drive_t *d)
     return (d->next_ready != 0U) ? d->next : ((d->setup == &d->set[0].setup) ? &d->set[0] : &d->set[1]);
 }
 
+/** Something that learns or takes away what is not as the speed loop wants it: not in torque mode. Main loop. */
+static inline bool drive_learns_load(const drive_t *d)
+{
+    const drive_setup_t *const s = &drive_newest(d)->setup;
+    return s->speed.rc_used || s->observer.used;
+}
+
 static inline const drive_command_t *drive_active_command(const drive_t *d) { return &d->command[d->command_at & 1U]; }
 static inline const drive_order_t   *drive_active_order(const drive_t *d) { return &d->order[d->command_at & 1U]; }
 
@@ -202,7 +246,9 @@ static inline const drive_order_t   *drive_active_order(const drive_t *d) { retu
 static inline num_t drive_torque_room(const drive_t *d)
 {
     /* the observer's part comes on top, within what the current interrupt makes of the sum */
-    return d->setup->reference.used ? num_add(d->reference.room, num_abs(d->observer.estimate)) : drive_active_order(d)->iq_max;
+    const drive_order_t *const order = drive_active_order(d);
+    return d->setup->reference.used ? num_add(num_min(d->reference.room, order->room), num_abs(d->observer.estimate))
+                                    : order->iq_max;
 }
 static inline num_t drive_iq_room(const drive_t *d) { return num_min(d->reference.iq_max, drive_active_order(d)->iq_max); }
 

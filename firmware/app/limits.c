@@ -1,6 +1,7 @@
 /* What a parameter may be beside its own range: what the board bears, and what the other parameters leave. Main loop. */
 #include <stddef.h>
 
+#include "control/numeric/num_math.h"
 #include "firmware/app/internal.h"
 #include "hal/hal_limits.h"
 
@@ -18,6 +19,20 @@ float drive_longest_a(const drive_params_t *p)
 float drive_id_max_a(const drive_params_t *p) { return least(p->id_limit_a, drive_longest_a(p)); }
 
 float drive_emf_v(const drive_params_t *p) { return 1.7320508f * (float)p->pole_pairs * p->motor_psi_wb * p->over_speed_rad_s; }
+
+/* In the frame of the rotor the current turns around its final value, w psi / (R + j w L), and comes nearer by exp(-t R / L): after
+ * half a turn it is beyond by exp(-pi R / (w L)), which is less than 1 / (1 + x + x^2 / 2); what flowed before comes on top. With two
+ * inductances the worse of each. */
+float drive_short_a(const drive_params_t *p)
+{
+    const float w = (float)p->pole_pairs * p->over_speed_rad_s;
+    const float low = w * least(p->motor_ld_h, p->motor_lq_h);
+    const float high = w * ((p->motor_ld_h > p->motor_lq_h) ? p->motor_ld_h : p->motor_lq_h);
+    const float r = p->motor_resistance_ohm;
+    const float impedance = num_to_float(num_sqrt(num_from_float(1.0f + ((r / low) * (r / low))))) * low;
+    const float x = 3.1415927f * r / high;
+    return ((w * p->motor_psi_wb / impedance) * (1.0f + (1.0f / (1.0f + x + (0.5f * x * x))))) + drive_longest_a(p);
+}
 
 /* The board's limit of a parameter, or the end of its range where the board has none. */
 static float most(const hal_limits_t *board, uint16_t param)
@@ -79,6 +94,8 @@ static void narrow(const drive_params_t *p, uint16_t param, float *low, float *h
         break;
     case PARAM_iq_limit_a:
     case PARAM_align_current_a:
+    case PARAM_motor_continuous_a:
+    case PARAM_bridge_continuous_a:
         *high = least(*high, p->over_current_a);
         break;
     case PARAM_voltage_limit_v:
@@ -132,7 +149,8 @@ uint16_t drive_relation_refuses(const drive_params_t *p)
     static const uint16_t RELATED[] = {PARAM_under_voltage_v,    PARAM_iq_limit_a,          PARAM_align_current_a,
                                        PARAM_voltage_limit_v,    PARAM_profile_speed_rad_s, PARAM_current_offset_a_a,
                                        PARAM_current_offset_b_a, PARAM_current_offset_c_a,  PARAM_current_gain_a,
-                                       PARAM_current_gain_b,     PARAM_current_gain_c};
+                                       PARAM_current_gain_b,     PARAM_current_gain_c,      PARAM_motor_continuous_a,
+                                       PARAM_bridge_continuous_a};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
         if (!fits(p, RELATED[k])) {
             return RELATED[k];

@@ -104,6 +104,9 @@ static bool state_is_kept(const drive_t *d)
     if (state == DRIVE_FAULT) {
         return d->fault != FAULT_none;
     }
+    if (state == DRIVE_SHORT) {
+        return d->kept.bridge && (d->stopping.how == DRIVE_STOP_SHORT);
+    }
     return d->kept.bridge ? drive_state_is_armed(state) : ((unsigned)state <= (unsigned)DRIVE_READY);
 }
 

@@ -285,8 +285,9 @@ void drive_check_motion(drive_t *d)
         m->stall_samples = 0U;
         return;
     }
-    const voltage_t v = look_at_voltage(d);
-    if (drive_active_command(d)->mode != DRIVE_MODE_CURRENT) {
+    const voltage_t    v = look_at_voltage(d);
+    const drive_mode_t mode = drive_active_command(d)->mode;
+    if ((mode == DRIVE_MODE_SPEED) || (mode == DRIVE_MODE_POSITION)) {
         const bool at_limit = num_abs(torque) > num_mul(AT_LIMIT_SHARE, drive_iq_room(d));
         if (d->setup->motion.samples != 0U) {
             const bool  forwards = torque > (num_t)0;

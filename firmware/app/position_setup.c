@@ -97,17 +97,18 @@ uint16_t drive_make_position(const drive_params_t *p, const drive_scale_t *scale
     q->speed_per_rad = drive_number(scale->inv_speed / ts_s);
     q->feed_speed = (p->position_velocity_ff != 0U) || (q->method == DRIVE_POSITION_RDC);
     q->cells = p->position_cells;
-    q->ilc.gain = drive_number(p->ilc_gain);
+    q->ilc.gain = (p->observer_hold != 0U) ? (num_t)0 : drive_number(p->ilc_gain);
     q->ilc.lead = p->ilc_lead;
     q->ilc.limit = NUM_C(4.0f);
 #ifndef EVENSPIN_FIXED
     q->ilc.limit = p->over_speed_rad_s;
 #endif
-    q->learn.gain = drive_number(p->rdc_learn_gain);
+    q->learn.gain = (p->observer_hold != 0U) ? (num_t)0 : drive_number(p->rdc_learn_gain);
     q->learn.lead = LEARN_LEAD;
     q->learn.limit = drive_number(p->iq_limit_a * scale->inv_current);
     q->src.lambda = (angle_t)drive_turns_q32(p->src_period_turn);
     q->src.limit = q->ilc.limit;
+    q->src.hold = p->observer_hold != 0U;
     uint16_t unused = PARAM_COUNT; /* a method that is not asked for may be beyond the numeric */
     q->src.omega_half_ts = drive_fitted(p->src_cutoff_per_rad * scale->speed_rad_s * ts_s * 0.5f, PARAM_src_cutoff_per_rad,
                                         (q->method == DRIVE_POSITION_SRC) ? &bad : &unused);

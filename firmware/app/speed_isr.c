@@ -1,4 +1,6 @@
 /* The 1 kHz loop: in its own interrupt, or inside the current interrupt (parameter speed_inline). */
+#include <stddef.h>
+
 #include "firmware/app/internal.h"
 
 static num_t measure_speed(drive_t *d)
@@ -62,6 +64,38 @@ static inline num_t model_torque(drive_t *d, num_t ref)
     return known;
 }
 
+/* The reference on its way to the speed asked for: from the speed there is when speed mode or the ramp begins. */
+static float ramped(drive_t *d, const ctl_ramp_params_t *ramp, const drive_command_t *cmd)
+{
+    drive_speed_t *const s = &d->speed;
+    const int64_t        target = drive_active_order(d)->speed;
+    if (!s->ramping) {
+        ctl_ramp_reset(&s->ramp, drive_ramp_steps(drive_si(s->meas, d->scale.speed_rad_s)));
+        s->ramping = true;
+    }
+    const int64_t at = ctl_ramp_step_unchecked(ramp, &s->ramp, target);
+    return (at == target) ? cmd->speed_ref_rad_s : (ctl_float_of_long(at) * (1.0f / DRIVE_RAMP_STEPS));
+}
+
+/* Torque as it is asked for between two limits of the speed. */
+static void follow_torque(drive_t *d, const drive_command_t *cmd)
+{
+    drive_speed_t *const             s = &d->speed;
+    const drive_speed_setup_t *const setup = &d->setup->speed;
+    const drive_order_t *const       order = drive_active_order(d);
+    const ctl_speed_bound_params_t   p = {setup->pi.kp, setup->pi.ki_ts, setup->follow};
+    const num_t                      high = num_mul(num_sub(order->speed_limit, s->meas), setup->error_scale);
+    const num_t                      low = num_mul(num_sub(num_neg(order->speed_limit), s->meas), setup->error_scale);
+    if (!s->bounded) {
+        s->bound.x = s->pi.state.x; /* the torque of speed or position mode */
+        s->bounded = true;
+    }
+    s->ref_rad_s = cmd->speed_ref_rad_s;
+    s->error = (order->iq < (num_t)0) ? low : high;
+    s->iq_ref = ctl_speed_bound_step(&p, &s->bound, order->iq, low, high, drive_torque_room(d));
+    ctl_pi_reset(&s->pi, s->iq_ref); /* speed mode goes on with this torque */
+}
+
 static inline void step(drive_t *d)
 {
     const drive_command_t *const cmd = drive_active_command(d);
@@ -73,6 +107,8 @@ static inline void step(drive_t *d)
     check_over_speed(d);
     if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_POSITION)) {
         drive_position_step(d, cmd);
+        s->ramping = false;
+        s->bounded = false;
         s->correction = (num_t)0;
         s->followed = s->meas;
         return;
@@ -80,13 +116,26 @@ static inline void step(drive_t *d)
     d->position.active = false;
     s->fed = (num_t)0;
     if ((d->state != DRIVE_RUN) || (cmd->mode != DRIVE_MODE_SPEED)) {
-        ctl_pi_reset(&s->pi, (num_t)0); /* entering current mode clears the controller */
-        s->iq_ref = (num_t)0;
         s->correction = (num_t)0;
+        s->ramping = false;
         s->followed = s->meas; /* speed mode begins with the speed there is */
+        if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_TORQUE)) {
+            follow_torque(d, cmd);
+        } else {
+            s->bounded = false;
+            ctl_pi_reset(&s->pi, (num_t)0); /* entering current mode clears the controller */
+            s->iq_ref = (num_t)0;
+        }
         return;
     }
-    s->ref_rad_s = cmd->speed_ref_rad_s;
+    const uint16_t how = drive_active_order(d)->ramp;
+    s->bounded = false;
+    if (how != DRIVE_RAMP_NONE) {
+        s->ref_rad_s = ramped(d, (how == DRIVE_RAMP_STOP) ? &d->setup->speed.stop_ramp : &d->setup->speed.ramp, cmd);
+    } else {
+        s->ref_rad_s = cmd->speed_ref_rad_s;
+        s->ramping = false;
+    }
     const num_t ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
     d->motion.asked = ref;
 
@@ -109,6 +158,9 @@ void drive_speed_step(drive_t *d)
     step(d);
     if (d->setup->reference.used) {
         drive_refer_currents(d);
+    }
+    if (d->setup->thermal.used) {
+        drive_heat(d);
     }
 }
 

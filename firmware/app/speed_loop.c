@@ -3,6 +3,26 @@
 #include "firmware/app/internal.h"
 #include "hal/hal_clock.h"
 
+/* @param per_sample  in rad/s; 0: 0, and one step at least for anything else */
+static int64_t ramp_steps(float per_sample, uint16_t param, uint16_t *culprit)
+{
+    const float most = (float)CTL_RAMP_STEP_MAX / DRIVE_RAMP_STEPS; /* 512 rad/s in a sample */
+    if (!(per_sample < most) && (*culprit == (uint16_t)PARAM_COUNT)) {
+        *culprit = param;
+    }
+    const int64_t steps = drive_ramp_steps((per_sample < most) ? per_sample : 0.0f);
+    return ((per_sample > 0.0f) && (steps == 0)) ? 1 : steps;
+}
+
+static void make_ramp(const drive_params_t *p, float ts_s, drive_speed_setup_t *s, uint16_t *culprit)
+{
+    s->ramp.rate = ramp_steps(p->speed_ramp_rad_s2 * ts_s, PARAM_speed_ramp_rad_s2, culprit);
+    s->ramp.change = ramp_steps(p->speed_jerk_rad_s3 * ts_s * ts_s, PARAM_speed_jerk_rad_s3, culprit);
+    s->stop_ramp.rate = ramp_steps(p->stop_ramp_rad_s2 * ts_s, PARAM_stop_ramp_rad_s2, culprit);
+    s->stop_ramp.change = s->ramp.change;
+    s->ramps = p->speed_ramp_rad_s2 > 0.0f;
+}
+
 uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, drive_speed_setup_t *s)
 {
     const float ts_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
@@ -24,6 +44,7 @@ uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, d
     s->lead_rad = num_from_float(((0.5f * ts_s) + (p->observer_actuation_samples / (float)DRIVE_PWM_HZ)) * scale->speed_rad_s);
     s->between = (uint16_t)(p->speed_divider - 1U);
     s->inlined = p->speed_inline != 0U;
+    make_ramp(p, ts_s, s, &culprit);
 
     s->source = (drive_speed_source_t)p->speed_source;
     s->mt.sample_cyc = (hal_clock_hz() / DRIVE_PWM_HZ) * p->speed_divider;
@@ -59,6 +80,6 @@ void drive_rest_speed(drive_speed_t *v, const drive_speed_setup_t *s)
     ctl_pi_reset(&v->pi, (num_t)0);
     ctl_mt_reset(&v->mt);
     if (s->rc_used) {
-        ctl_rc_reset(&v->rc);
+        ctl_rc_reset(&v->rc, true); /* what was learned over the angle survives a stop */
     }
 }

@@ -50,6 +50,7 @@ uint16_t drive_make_repetitive(const drive_params_t *p, const drive_scale_t *sca
     s->rc.limit = num_from_float(p->rc_limit_unit / scale->error_unit * ((s->rc.fal_at == CTL_RC_FAL_OUTPUT) ? fal_scale : 1.0f));
     s->rc.freeze_above = num_from_float(p->rc_freeze_above_unit / scale->error_unit);
     s->rc.freeze_samples = p->rc_freeze_samples;
+    s->rc.hold = p->observer_hold != 0U;
     s->rc_capacity = (p->rc_memory == (uint16_t)CTL_RC_ANGLE) ? p->rc_cells : (uint16_t)DRIVE_RC_CAPACITY;
     if (s->rc_used) {
         s->rc_period_scale =

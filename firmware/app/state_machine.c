@@ -8,7 +8,7 @@
 
 /* The current interrupt may have tripped since the state was read, even between arming and here. It writes `fault`
  * first and `state` after it, this in the opposite order: whoever comes last leaves FAULT. */
-static void enter(drive_t *d, drive_state_t state)
+void drive_enter(drive_t *d, drive_state_t state)
 {
     d->state = state;
     if (d->fault != FAULT_none) {
@@ -47,7 +47,7 @@ static void disarm(drive_t *d)
 static void finish_start_up(drive_t *d)
 {
     d->started_up = true;
-    enter(d, DRIVE_READY);
+    drive_enter(d, DRIVE_READY);
 }
 
 static bool too_large(float x, float limit) { return !((x <= limit) && (x >= -limit)); }
@@ -84,7 +84,7 @@ static void finish_alignment(drive_t *d)
 {
     disarm(d);
     if (d->fault != FAULT_none) {
-        enter(d, DRIVE_FAULT); /* one that came just now */
+        drive_enter(d, DRIVE_FAULT); /* one that came just now */
         return;
     }
     const drive_align_result_t found = drive_align_judge(d);
@@ -97,19 +97,19 @@ static void finish_alignment(drive_t *d)
     d->zero.found = true;
     d->zero.pole_pairs = d->setup->tracking.pole_pairs;
     d->zero.reversed = d->setup->tracking.encoder_reversed;
-    enter(d, DRIVE_READY); /* where the start still waits */
+    drive_enter(d, DRIVE_READY); /* where the start still waits */
 }
 
 static void align(drive_t *d)
 {
     if (d->stop_wanted) {
         disarm(d);
-        enter(d, DRIVE_READY);
+        drive_enter(d, DRIVE_READY);
     } else if (d->align.phase == (uint16_t)DRIVE_ALIGN_DONE) {
         finish_alignment(d);
     } else if ((d->align.phase == (uint16_t)DRIVE_ALIGN_RESTS) && arm(d)) {
         drive_align_pull(d);
-        enter(d, DRIVE_ALIGN);
+        drive_enter(d, DRIVE_ALIGN);
     } else {
         /* the current interrupt is at it */
     }
@@ -129,7 +129,7 @@ static void leave_fault(drive_t *d)
     d->lost_samples = 0U;
     d->bad_samples = 0U;
     d->tracking.jump_periods = 0U;
-    enter(d, d->started_up ? DRIVE_READY : DRIVE_INIT);
+    drive_enter(d, d->started_up ? DRIVE_READY : DRIVE_INIT);
 }
 
 /* The electrical zero that an alignment has found belongs to the pole pairs and the direction that it was found with. */
@@ -154,12 +154,12 @@ static void wait_for_start(drive_t *d)
     }
     if (!drive_zero_is_known(d)) {
         drive_align_begin(d);
-        enter(d, DRIVE_ALIGN);
+        drive_enter(d, DRIVE_ALIGN);
         return; /* the start waits */
     }
     d->start_wanted = false;
     if (arm(d)) {
-        enter(d, DRIVE_RUN);
+        drive_enter(d, DRIVE_RUN);
         drive_restart_timing(d); /* the figures of a run are not those of the start-up before it */
     }
 }
@@ -200,7 +200,7 @@ void drive_background(drive_t *d)
             d->sum_b_a = 0.0f;
             d->sum_c_a = 0.0f;
             d->sum_count = 0U;
-            enter(d, DRIVE_OFFSET_CALIBRATION);
+            drive_enter(d, DRIVE_OFFSET_CALIBRATION);
         } else {
             finish_start_up(d);
         }
@@ -217,10 +217,10 @@ void drive_background(drive_t *d)
         wait_for_start(d);
         break;
     case DRIVE_RUN:
-        d->start_wanted = false;
-        if (d->stop_wanted) {
+    case DRIVE_SHORT:
+        if (d->stop_wanted || !drive_stop_goes_on(d)) {
             disarm(d);
-            enter(d, DRIVE_READY);
+            drive_enter(d, DRIVE_READY);
         }
         break;
     case DRIVE_FAULT:
@@ -236,10 +236,12 @@ void drive_background(drive_t *d)
     d->stop_wanted = false;
     d->clear_wanted = false;
     if (!drive_is_armed(d)) {
+        drive_stop_forget(d);
         drive_command_nothing(d); /* what was commanded last does not act any more */
     }
     attend_observer(d);
     drive_attend_correction(d);
+    drive_attend_thermal(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)
@@ -258,7 +260,6 @@ void drive_init(drive_t *d, const drive_params_t *params)
 }
 
 void drive_start(drive_t *d) { d->start_wanted = true; }
-void drive_stop(drive_t *d) { d->stop_wanted = true; }
 void drive_clear_fault(drive_t *d) { d->clear_wanted = true; }
 void drive_home(drive_t *d) { d->home_wanted = true; }
 void drive_restart_timing(drive_t *d) { timing_restart(&d->timing); }

@@ -14,7 +14,10 @@ static inline drive_fault_t drive_fault(const drive_t *d) { return d->fault; }
 /** FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows. */
 static inline uint16_t drive_fault_detail(const drive_t *d) { return d->fault_detail; }
 /** Whether current may flow in this state. */
-static inline bool drive_state_is_armed(drive_state_t state) { return (state == DRIVE_RUN) || (state == DRIVE_ALIGN); }
+static inline bool drive_state_is_armed(drive_state_t state)
+{
+    return (state == DRIVE_RUN) || (state == DRIVE_ALIGN) || (state == DRIVE_SHORT);
+}
 static inline bool drive_is_armed(const drive_t *d) { return drive_state_is_armed(d->state); }
 /** The bridge is off, and nothing is being measured: what takes long may be done. */
 static inline bool drive_is_idle(const drive_t *d)

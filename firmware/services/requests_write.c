@@ -282,8 +282,8 @@ link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_
     c.iq_ref_a = codec_get_f32(in);
     c.target_turns = codec_get_i32(in);
     c.target_rad = codec_get_f32(in);
-    if (mode > (uint16_t)DRIVE_MODE_POSITION) {
-        return services_refuse(s, LINK_NO_range, 0U, 0.0f, (float)DRIVE_MODE_POSITION);
+    if (mode > (uint16_t)DRIVE_MODE_TORQUE) {
+        return services_refuse(s, LINK_NO_range, 0U, 0.0f, (float)DRIVE_MODE_TORQUE);
     }
     c.mode = (drive_mode_t)mode;
     float          limit = TWO_PI;

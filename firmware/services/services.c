@@ -124,17 +124,22 @@ const drive_params_t *services_params(const services_t *s)
     return drive_newest_params(d);
 }
 
-void services_disarm(services_t *s)
+static void forget(services_t *s)
 {
-    drive_stop(s->setup.drive);
     s->session.armed = false;
     s->session.started = false;
     s->session.by_itself = false;
 }
 
+void services_disarm(services_t *s)
+{
+    drive_stop_by(s->setup.drive, DRIVE_STOP_COAST);
+    forget(s);
+}
+
 /* ---- watching the drive ------------------------------------------------------------------------------------------------ */
 
-/* A client that let go: off, and no reference that the next start would run to. */
+/* A client that let go: off as timeout_action says, and no reference that the next start would run to. */
 static void check_timeout(services_t *s)
 {
     session_t *const n = &s->session;
@@ -149,8 +154,15 @@ static void check_timeout(services_t *s)
     stop.speed_ref_rad_s = 0.0f;
     stop.id_ref_a = 0.0f;
     stop.iq_ref_a = 0.0f;
-    (void)drive_command(d, &stop);
-    services_disarm(s);
+    const drive_stop_word_t how = (drive_stop_word_t)services_params(s)->timeout_action;
+    if (how == DRIVE_STOP_COAST) {
+        (void)drive_command(d, &stop);
+    }
+    drive_stop_by(d, how);
+    if (how != DRIVE_STOP_COAST) {
+        (void)drive_command(d, &stop); /* after it, so that the ramp does not begin with a step */
+    }
+    forget(s);
     n->timed_out = true;
     n->event_wanted = true;
 }
@@ -160,9 +172,7 @@ static void watch(services_t *s)
     const drive_state_t state = drive_state(s->setup.drive);
     const drive_fault_t fault = drive_fault(s->setup.drive);
     if (fault != FAULT_none) {
-        s->session.armed = false;
-        s->session.started = false;
-        s->session.by_itself = false;
+        forget(s);
     }
     if ((state != s->seen_state) || (fault != s->seen_fault)) {
         s->session.event_wanted = true;

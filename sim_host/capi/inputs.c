@@ -181,6 +181,16 @@ bool capi_reference_fits(es_sim_t *s)
                         "the repetitive controller there";
         return false;
     }
+    const bool rc = s->drive.setup->speed.rc_used;
+    if ((rc || s->drive.setup->observer.used) && asks_for(s, DRIVE_MODE_TORQUE)) {
+        const uint16_t by = (rc || (s->params.method >= (uint16_t)DRIVE_METHOD_DOB)) ? PARAM_method : PARAM_disturbance_observer;
+        (void)capi_refuse_with(&s->error, ES_COMBINATION, "param", params_info(by)->name, (double)params_get(&s->params, by),
+                               "control_mode");
+        s->error.min = (double)DRIVE_MODE_TORQUE;
+        s->error.rule =
+            "it learns or takes away what keeps the speed from its reference, and in torque mode that is the load; use pi";
+        return false;
+    }
     const capi_track_t *const id = &s->input[INPUT_id_ref_a];
     for (int k = 0; s->drive.setup->reference.used && !asks_for(s, DRIVE_MODE_CURRENT) && (k < id->count); k++) {
         if (id->value[k] != 0.0) { /* mtpa or field_weakening makes it */
@@ -189,7 +199,7 @@ bool capi_reference_fits(es_sim_t *s)
             return false;
         }
     }
-    const bool                speed_mode = asks_for(s, DRIVE_MODE_SPEED);
+    const bool                speed_mode = asks_for(s, DRIVE_MODE_SPEED) || asks_for(s, DRIVE_MODE_TORQUE);
     const capi_track_t *const ref = &s->input[INPUT_speed_ref_rad_s];
     const double              limit = (double)s->params.over_speed_rad_s;
     for (int k = 0; speed_mode && (k < ref->count); k++) {

@@ -167,7 +167,8 @@ void test_memory_save_cut_off_anywhere_leaves_the_older_one_or_the_new_one(void)
     TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(1.0), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
     older = flash.cells;
-    const int32_t steps = 1 + 1 + 2 + ((int32_t)CELLS / 2) + 3; /* erase, page, head, values, trailer, commit, confirm */
+    const int32_t steps =
+        1 + 1 + 2 + ((int32_t)CELLS / 2) + 1 + 3; /* erase, page, head, which tables and values, trailer, commit, confirm */
     for (int32_t after = 0; after <= steps; after++) {
         flash.cells = older;
         power_up(DRIVE_METHOD_ARO);
@@ -218,7 +219,7 @@ void test_memory_board_without_storage_is_unsupported(void)
 void test_memory_storage_as_large_as_the_table_will_do_and_a_smaller_one_is_not_touched(void)
 {
     flash.pages = 2U;
-    flash.page_words = 4U + 8U + (2U * CELLS) + 12U;
+    flash.page_words = 4U + 8U + (2U * CELLS) + 4U + 12U; /* which tables: two words, padded to a block */
     TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(2.0), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
     TEST_ASSERT_TRUE(drive_memory_clear(&drive));
@@ -266,13 +267,171 @@ void test_memory_restore_that_cannot_read_leaves_the_table(void)
     }
 }
 
+/* ---- every method that learns over the angle --------------------------------------------------------------------------- */
+
+typedef struct {
+    const char *name;
+    uint16_t    method, rc_memory, position_method;
+    float       learn_gain;
+    uint16_t    cells;
+    double      limit; /* of its values */
+} learner_t;
+
+/* bench_params: over_speed 650 rad/s, iq_limit 10 A; rc_limit_unit and the sizes are set below */
+static const learner_t LEARNERS[] = {
+    {"aro", DRIVE_METHOD_ARO, CTL_RC_KEEP, DRIVE_POSITION_PPI, 0.0f, CELLS, 10.0},
+    {"crc, angle", DRIVE_METHOD_CRC, CTL_RC_ANGLE, DRIVE_POSITION_PPI, 0.0f, 128U, 50.0},
+    {"forc, angle", DRIVE_METHOD_FORC, CTL_RC_ANGLE, DRIVE_POSITION_PPI, 0.0f, 128U, 50.0},
+    {"fal-forc, angle", DRIVE_METHOD_FAL_FORC, CTL_RC_ANGLE, DRIVE_POSITION_PPI, 0.0f, 128U, 50.0},
+    {"silc", DRIVE_METHOD_PI, CTL_RC_KEEP, DRIVE_POSITION_SILC, 0.0f, 100U, 600.0},
+    {"src", DRIVE_METHOD_PI, CTL_RC_KEEP, DRIVE_POSITION_SRC, 0.0f, 100U, 600.0},
+    {"rdc", DRIVE_METHOD_PI, CTL_RC_KEEP, DRIVE_POSITION_RDC, 0.3f, 100U, 10.0},
+    {"rdc that does not learn", DRIVE_METHOD_PI, CTL_RC_KEEP, DRIVE_POSITION_RDC, 0.0f, 0U, 10.0},
+    {"crc, time", DRIVE_METHOD_CRC, CTL_RC_KEEP, DRIVE_POSITION_PPI, 0.0f, 0U, 50.0},
+    {"fal-forc, time, cleared", DRIVE_METHOD_FAL_FORC, CTL_RC_CLEAR, DRIVE_POSITION_PPI, 0.0f, 0U, 50.0},
+    {"ro", DRIVE_METHOD_RO, CTL_RC_KEEP, DRIVE_POSITION_PPI, 0.0f, 0U, 10.0},
+};
+
+static void start_learner(const learner_t *of)
+{
+    drive_params_t p = bench_params();
+    p.method = of->method;
+    p.rc_memory = of->rc_memory;
+    p.position_method = of->position_method;
+    p.rdc_learn_gain = of->learn_gain;
+    p.rc_cells = 128U;
+    p.rc_limit_unit = 50.0f;
+    p.position_cells = 100U;
+    p.over_speed_rad_s = 600.0f;
+    drive_init(&drive, &p);
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(DRIVE_READY, drive.state, of->name);
+}
+
+static const float *scaled(double size, uint16_t cells)
+{
+    for (uint16_t i = 0U; i < cells; i++) {
+        table[i] = (float)(size * cos(TWO_PI * 3.0 * i / cells));
+    }
+    return table;
+}
+
+/* half of 2^-16 of a save, and a step of 6e-8 of at most 150 rad/s or 60 units; float: 24 bits */
+static void assert_scaled(double size, uint16_t cells, const char *text)
+{
+    TEST_ASSERT_EQUAL_UINT16_MESSAGE(cells, drive_memory_read(&drive, back, CELLS), text);
+    for (uint16_t i = 0U; i < cells; i++) {
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.5e-5, size * cos(TWO_PI * 3.0 * i / cells), (double)back[i], text);
+    }
+}
+
+void test_memory_of_every_method_that_learns_over_the_angle_is_read_written_saved_restored_and_cleared(void)
+{
+    for (size_t k = 0; k < COUNT_OF(LEARNERS); k++) {
+        const learner_t *const of = &LEARNERS[k];
+        start_learner(of);
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(of->cells, drive_memory_cells(&drive), of->name);
+        if (of->cells == 0U) {
+            TEST_ASSERT_FALSE_MESSAGE(drive_memory_write(&drive, scaled(1.0, 100U), 100U), of->name);
+            TEST_ASSERT_EQUAL_INT_MESSAGE(HAL_UNSUPPORTED, drive_memory_save(&drive), of->name);
+            TEST_ASSERT_EQUAL_INT_MESSAGE(HAL_UNSUPPORTED, drive_memory_restore(&drive), of->name);
+            continue;
+        }
+        TEST_ASSERT_TRUE_MESSAGE(drive_memory_write(&drive, scaled(2.0, of->cells), of->cells), of->name);
+        assert_scaled(2.0, of->cells, of->name);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(HAL_OK, drive_memory_save(&drive), of->name);
+        TEST_ASSERT_TRUE(drive_memory_clear(&drive));
+        assert_scaled(0.0, of->cells, of->name);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(HAL_OK, drive_memory_restore(&drive), of->name);
+        assert_scaled(2.0, of->cells, of->name);
+    }
+}
+
+void test_memory_of_every_method_is_bounded_by_its_limit(void)
+{
+    for (size_t k = 0; k < COUNT_OF(LEARNERS); k++) {
+        const learner_t *const of = &LEARNERS[k];
+        if (of->cells > 0U) {
+            start_learner(of);
+            TEST_ASSERT_TRUE_MESSAGE(drive_memory_write(&drive, scaled(of->limit, of->cells), of->cells), of->name);
+            (void)scaled(1.0, of->cells);
+            table[of->cells - 1U] = (float)(-1.001 * of->limit);
+            TEST_ASSERT_FALSE_MESSAGE(drive_memory_write(&drive, table, of->cells), of->name);
+            table[of->cells - 1U] = (float)NAN;
+            TEST_ASSERT_FALSE_MESSAGE(drive_memory_write(&drive, table, of->cells), of->name);
+            (void)drive_memory_read(&drive, back, CELLS);
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5 * of->limit, of->limit, (double)back[0],
+                                              of->name); /* nothing of it was taken */
+        }
+    }
+}
+
+void test_memory_over_the_angle_survives_a_stop_and_a_start(void)
+{
+    for (size_t k = 1; k <= 6; k++) {
+        const learner_t *const of = &LEARNERS[k];
+        start_learner(of);
+        TEST_ASSERT_TRUE(drive_memory_write(&drive, scaled(2.0, of->cells), of->cells));
+        for (int run = 0; run < 2; run++) {
+            drive_start(&drive);
+            drive_background(&drive);
+            TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+            drive_stop(&drive);
+            drive_background(&drive);
+        }
+        assert_scaled(2.0, of->cells, of->name);
+    }
+}
+
+/* as many values: of silc, in rad/s, and of rdc, in ampere */
+void test_memory_of_another_method_is_not_restored(void)
+{
+    start_learner(&LEARNERS[4]);
+    TEST_ASSERT_TRUE(drive_memory_write(&drive, scaled(2.0, 100U), 100U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
+    for (size_t k = 5; k <= 6; k++) {
+        start_learner(&LEARNERS[k]);
+        TEST_ASSERT_TRUE(drive_memory_write(&drive, scaled(1.0, 100U), 100U));
+
+        TEST_ASSERT_EQUAL_INT(HAL_STALE, drive_memory_restore(&drive));
+        assert_scaled(1.0, 100U, LEARNERS[k].name);
+    }
+}
+
+void test_memory_of_two_methods_is_one_table_after_the_other(void)
+{
+    learner_t both = LEARNERS[2];
+    start_learner(&both);
+    drive_params_t p = *drive.params;
+    p.disturbance_observer = DRIVE_OBSERVER_ARO;
+    p.aro_cells = 64U;
+    drive_init(&drive, &p);
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_UINT16(64U + 128U, drive_memory_cells(&drive));
+    for (uint16_t i = 0U; i < (64U + 128U); i++) {
+        table[i] = (i < 64U) ? 3.0f : 20.0f; /* ampere within 10, then units within 50 */
+    }
+    TEST_ASSERT_TRUE(drive_memory_write(&drive, table, 64U + 128U));
+    TEST_ASSERT_DOUBLE_WITHIN(
+        1e-5, 3.0, (double)num_to_float(drive.observer.observer.state.memory.state.grid.cell[63]) * drive.scale.current_a);
+    TEST_ASSERT_DOUBLE_WITHIN(2.5e-5, 20.0, (double)num_to_float(drive.speed.rc.state.turn.cell[0]) * drive.scale.error_unit);
+    table[0] = 20.0f;
+    TEST_ASSERT_FALSE(drive_memory_write(&drive, table, 64U + 128U));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
+    TEST_ASSERT_TRUE(drive_memory_clear(&drive));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_restore(&drive));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 3.0, (double)drive_memory_cell(&drive, 63U));
+    TEST_ASSERT_DOUBLE_WITHIN(2.5e-5, 20.0, (double)drive_memory_cell(&drive, 64U));
+}
+
 /* ---- what is stored ---------------------------------------------------------------------------------------------------- */
 
 void test_memory_is_stored_in_parts_of_an_ampere_whatever_the_numeric(void)
 {
     TEST_ASSERT_TRUE(drive_memory_write(&drive, wave(2.5), CELLS));
     TEST_ASSERT_EQUAL_INT(HAL_OK, drive_memory_save(&drive));
-    const uint16_t *const stored = &flash.cells.word[0][4U + 8U]; /* behind the block of the page, and the head */
+    const uint16_t *const stored =
+        &flash.cells.word[0][4U + 8U + 2U]; /* behind the block of the page, the head, and which tables */
     for (uint16_t i = 0U; i < CELLS; i++) {
         const uint32_t word = ((uint32_t)stored[2U * i] << 16) | stored[(2U * i) + 1U];
         /* half of 2^-16 A, and a step of 6e-8 of 10 A */

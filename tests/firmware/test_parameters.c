@@ -265,7 +265,11 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_current_offset_max_a,
                                     PARAM_current_gain_max,
                                     PARAM_dead_time_s,
-                                    PARAM_dead_time_soft_a};
+                                    PARAM_dead_time_soft_a,
+                                    PARAM_motor_continuous_a,
+                                    PARAM_motor_thermal_s,
+                                    PARAM_bridge_continuous_a,
+                                    PARAM_bridge_thermal_s};
     for (uint16_t k = 0U; k < (uint16_t)PARAM_COUNT; k++) {
         bool listed = false;
         for (size_t i = 0; i < COUNT_OF(REST); i++) {

@@ -288,6 +288,23 @@ static void provoke_memory_changed(void)
     drive_background(&drive);
 }
 
+/* A current that flows whatever the drive asks for, twice what the part bears for ever. */
+static void overload(float motor_a, float bridge_a)
+{
+    drive_params_t p = bench_params();
+    p.motor_continuous_a = motor_a;
+    p.motor_thermal_s = 1.0f;
+    p.bridge_continuous_a = bridge_a;
+    p.bridge_thermal_s = 1.0f;
+    bench_run_with(&p);
+    bench_currents(0.0, 10.0, 0.0);
+    for (int k = 0; (k < 1000) && (drive.state == DRIVE_RUN); k++) {
+        bench_live(10U);
+    }
+}
+static void provoke_motor_overload(void) { overload(5.0f, 0.0f); }
+static void provoke_bridge_overload(void) { overload(0.0f, 5.0f); }
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_align_turning] = provoke_align_turning,
@@ -328,6 +345,8 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_processor_memory] = provoke_processor_memory,
     [FAULT_start_turning] = provoke_start_turning,
     [FAULT_memory_changed] = provoke_memory_changed,
+    [FAULT_motor_overload] = provoke_motor_overload,
+    [FAULT_bridge_overload] = provoke_bridge_overload,
 };
 
 /* The board is well again. */

@@ -148,6 +148,86 @@ void test_speed_isr_reference_shows_in_telemetry(void)
     TEST_ASSERT_EQUAL_FLOAT(15.708f, telemetry_read(&drive, SIGNAL_speed_ref_rad_s));
 }
 
+/* ---- ramp ----------------------------------------------------------------------------------------------------------- */
+
+static double ref(void) { return (double)telemetry_read(&drive, SIGNAL_speed_ref_rad_s); }
+
+void test_speed_isr_reference_goes_to_the_speed_asked_for_at_the_acceleration_set(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_ramp_rad_s2 = 200.0f;
+    run_inline(p);
+    bench_command(DRIVE_MODE_SPEED, 5.05, 0.0, 0.0);
+    for (int k = 1; k <= 40; k++) { /* 0.2 rad/s in each sample of 1 ms, from the rotor's 0 */
+        bench_period();
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, (0.2 * k < 5.05) ? (0.2 * k) : 5.05, ref(), at("sample %d", k));
+        bench_periods(9U);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(5.05f, telemetry_read(&drive, SIGNAL_speed_ref_rad_s)); /* as it was commanded, bit for bit */
+}
+
+void test_speed_isr_jerk_makes_the_ramp_an_s_curve(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_ramp_rad_s2 = 200.0f;
+    p.speed_jerk_rad_s3 = 20000.0f; /* 10 ms until the acceleration is there */
+    run_inline(p);
+    bench_command(DRIVE_MODE_SPEED, -6.0, 0.0, 0.0);
+    double before = 0.0;
+    double steps = 0.0;
+    int    samples = 0;
+    while ((ref() > -6.0) && (samples < 100)) {
+        bench_periods(10U);
+        samples++;
+        const double step = ref() - before;
+        TEST_ASSERT_TRUE_MESSAGE(fabs(step) < 0.2 + 1e-5, at("acceleration in sample %d", samples));
+        TEST_ASSERT_TRUE_MESSAGE(fabs(step - steps) < 0.02 + 1e-5, at("jerk in sample %d", samples));
+        steps = step;
+        before = ref();
+    }
+    /* 6 / 200 s and 200 / 20000 s, less the sample in which it would stand; at most one more, since the steps are whole numbers */
+    TEST_ASSERT_INT_WITHIN(1, 30 + 10 - 1, samples);
+}
+
+/* 2 rad/s: the tracking filter is about to find out that the rotor of the bench does not turn any more */
+void test_speed_isr_ramp_begins_at_the_speed_there_is(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_ramp_rad_s2 = 100.0f;
+    p.speed_source = DRIVE_SPEED_PLL;
+    run_inline(p);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 0.0);
+    bench_spin(50.0, 1.0);
+    bench_periods(10U);
+    const double there = speed();
+    bench_command(DRIVE_MODE_SPEED, 300.0, 0.0, 0.0);
+    speed_period();
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, there + 0.1, ref(), at("speed %g", there));
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 0.0);
+    speed_period();
+    const double later = speed();
+    bench_command(DRIVE_MODE_SPEED, 300.0, 0.0, 0.0);
+    speed_period();
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, later + 0.1, ref(), "again, not from where the ramp was");
+}
+
+void test_speed_isr_ramp_steeper_than_its_numbers_and_jerk_without_ramp_are_refused(void)
+{
+    drive_params_t p = bench_params();
+    p.speed_ramp_rad_s2 = 1.0e5f;
+    p.speed_divider = 52U; /* 520 rad/s in a sample; 512 fit */
+    drive_init(&drive, &p);
+    TEST_ASSERT_EQUAL_INT(FAULT_configuration, drive.fault);
+    TEST_ASSERT_EQUAL_UINT16(PARAM_speed_ramp_rad_s2, drive.fault_detail);
+    p.speed_divider = 51U;
+    drive_init(&drive, &p);
+    TEST_ASSERT_EQUAL_INT(FAULT_none, drive.fault);
+    p.speed_ramp_rad_s2 = 0.0f;
+    p.speed_jerk_rad_s3 = 1.0f;
+    drive_init(&drive, &p);
+    TEST_ASSERT_EQUAL_UINT16(PARAM_speed_jerk_rad_s3, drive.fault_detail);
+}
+
 /* ---- inline or in its own interrupt --------------------------------------------------------------------------------- */
 
 void test_speed_isr_inline_output_acts_in_the_same_period(void)

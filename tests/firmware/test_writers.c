@@ -113,6 +113,9 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.mtpa = (uint16_t)(position_method & 1U);
     p.field_weakening = (uint16_t)(method & 1U);
     p.link_withstand_v = 100.0f;
+    p.motor_continuous_a = 5.0f;
+    p.speed_ramp_rad_s2 = (float)(method & 1U) * 100.0f;
+    p.stop_action = DRIVE_STOP_RAMP;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -149,6 +152,11 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
         from_main(start);
         periods(300U);
     }
+    from_main(stop); /* down a ramp, and withdrawn */
+    from_main(background);
+    periods(60U);
+    from_main(start);
+    from_main(background);
     bench.edge_status = ((method & 1U) != 0U) ? HAL_SENSOR_FAULT : HAL_OK; /* a fault that the speed interrupt finds, */
     periods(30U);
     bench.edge_status = HAL_OK;
@@ -219,6 +227,9 @@ static const member_t MEMBERS[] = {
     MEMBER(fault_detail, MAIN | REST),
     MEMBER(started_up, REST),
     MEMBER(permitted, MAIN | REST),
+    MEMBER(stopping, MAIN | REST),
+    MEMBER(thermal.share, MAIN | REST),
+    MEMBER(thermal, SPEED),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */
     MEMBER(sample, CURRENT),
     MEMBER(ia_a, CURRENT),

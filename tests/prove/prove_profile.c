@@ -2,6 +2,7 @@
 #include "tests/prove/any.h"
 
 #include "control/position/profile.c"
+#include "control/position/ramp.c"
 
 static int64_t any_i64(void) { return (int64_t)(((uint64_t)any_u32() << 32) | any_u32()); }
 static int64_t any_step(int64_t low)

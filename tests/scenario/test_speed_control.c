@@ -133,6 +133,38 @@ void test_coast_in_current_mode_follows_the_friction(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-4 * w0, w0 * exp(-7.06e-5 / inertia), rig_read("true_speed_rad_s"));
 }
 
+/* 300 rad/s along a ramp of 2000 rad/s^2 and 40000 rad/s^3: 0.15 s and 0.05 s. The torque is that of the inertia. */
+void test_speed_ramp_of_the_machine_takes_the_time_of_the_s_curve_and_the_current_of_its_inertia(void)
+{
+    rig_param("speed_ramp_rad_s2", 2000.0);
+    rig_param("speed_jerk_rad_s3", 40000.0);
+    rig_model("viscous_nms", 0.0);
+    rig_input("speed_ref_rad_s", 300.0);
+    rig_start();
+    double top = 0.0;
+    double most = 0.0;
+    for (int k = 0; k < 4000; k++) {
+        rig_run(1);
+        top = fmax(top, rig_read("true_speed_rad_s"));
+        most = fmax(most, rig_read("iq_ref_a"));
+        if (k == 1000) { /* the 101st sample: steps of 0.04 0.08 .. 2 rad/s in the first 50: 51 rad/s; then of 2 rad/s */
+            TEST_ASSERT_DOUBLE_WITHIN(0.01, 51.0 + 2.0 * 51.0, rig_read("speed_ref_rad_s"));
+        }
+        if (k == 1950) {
+            TEST_ASSERT_TRUE(rig_read("speed_ref_rad_s") < 300.0 - 0.1);
+        }
+        if (k == 2010) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-4, 300.0, rig_read("speed_ref_rad_s"));
+        }
+    }
+    /* 7.06e-5 kg m^2 2000 rad/s^2 / 0.0384 N m/A = 3.68 A and what the loop swings beyond; without a ramp it is at 10 A */
+    TEST_ASSERT_TRUE_MESSAGE((most > 3.6) && (most < 5.0), at("most %g A", most));
+    /* the ideal loop answers a change of the acceleration a with an error of a / omega_0 exp(-zeta acos(zeta) / sqrt(1 - zeta^2)) at
+     * most: 17.7 rad/s; the jerk makes it less, the dead time more */
+    TEST_ASSERT_TRUE_MESSAGE(top < 300.0 + 17.7, at("top %g rad/s", top));
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+}
+
 static double load_dip(double method)
 {
     rig_new();

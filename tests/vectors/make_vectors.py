@@ -172,7 +172,7 @@ def array(name: str, octets: bytes) -> str:
 
 
 def header(table: dict) -> str:
-    out = ["/* Made from tests/vectors/protocol.json by the build. */\n#include <stdint.h>\n\n"]
+    out = ["/* Made from tests/vectors/protocol.json by the build. */\n#pragma once\n#include <stdint.h>\n\n"]
     out.append("typedef struct {\n    const char *name;\n    uint16_t type, seq;\n    uint32_t crc;\n    const "
                "uint16_t *payload, *wire;\n    uint16_t payload_count, wire_count;\n} vector_frame_t;\n")  # fmt: skip
     rows = []

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from evenspin.design.aro import Chain, Mechanics, Memory, convergence, gain_of, place_speed_poles, polynomial_17
+from evenspin.design.aro_separation import off_product, separation_error, whole_loop
 from evenspin.errors import InputError
 
 TS = 1e-4
@@ -180,3 +181,36 @@ def test_bad_input_is_one_line_that_names_the_culprit(evenspin, words, reported)
 def test_mechanics_that_are_not_numbers_are_refused():
     with pytest.raises(InputError, match="inertia_kgm2"):
         Mechanics(math.nan, 0.0, TS)
+
+
+# ---- separation principle ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("gain", "forgetting"), [(0.05, 1.0), (0.3, 0.95), (1.9, 1.0)])
+def test_memory_and_speed_loop_keep_their_poles_beside_each_other(gain, forgetting):
+    """Equation 15 for 2 N + 3 = 203 states; rounding of a determinant of that size is some 1e-10."""
+    memory, speed = Memory(200, gain, forgetting, RIG2.a23), place_speed_poles(RIG2, PAPER, 16.0)
+
+    assert separation_error(RIG2, memory, speed) < 1e-8
+
+
+def test_the_poles_of_the_whole_loop_are_those_of_its_parts():
+    """By eigenvalues, with few cells: N on the unit circle, N of the memory, three of the speed loop."""
+    cells = 6
+    memory, speed = Memory(cells, 0.4, 0.9, RIG2.a23), place_speed_poles(RIG2, PAPER, 40.0)
+
+    poles = np.linalg.eigvals(whole_loop(RIG2, memory, speed, cells))
+
+    circle = np.exp(2j * np.pi * np.arange(cells) / cells)
+    parts = np.concatenate([circle, 0.5 ** (1.0 / cells) * circle, speed.roots])  # 0.9 - 0.4 is left after a turn
+    apart = np.abs(poles[:, None] - parts[None, :])
+    assert apart.min(axis=0).max() < 1e-6  # a double root errs by the root of the rounding
+
+
+def test_a_loop_in_which_the_observer_saw_the_speed_controller_would_not_separate():
+    cells = 20
+    memory, speed = Memory(cells, 0.05, 1.0, RIG2.a23), place_speed_poles(RIG2, PAPER, 16.0)
+    phi = whole_loop(RIG2, memory, speed, cells)
+    phi[-1, 1] = memory.observer_gain * RIG2.a23  # T_ref is not subtracted from what it measures
+
+    assert off_product(phi, RIG2, memory, speed, cells) > 1e-3

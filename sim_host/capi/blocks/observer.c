@@ -71,7 +71,7 @@ static int start(void *self, const double *p, num_t *memory, int count)
                    capi_in(LIMIT_NM)},
         .age_half = (p[AGE] > 0.0) ? (uint16_t)(2.0 * p[AGE] + 0.5) : ctl_meter_age_half(&m),
         .ahead = m.actuation,
-        .rad_per_speed = capi_signal_in(p[TS]),
+        .rad_per_64 = capi_signal_in(64.0 * p[TS]),
         .fast_gain = capi_signal_in(p[GAIN]),
     };
     return capi_refused(ctl_observer_init(&made->observer, &o, memory, (uint16_t)count), PARAM_OF,

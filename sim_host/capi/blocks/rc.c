@@ -73,7 +73,7 @@ static void reset(void *self, const double *in, double *out)
 {
     (void)in;
     (void)out;
-    ctl_rc_reset(self);
+    ctl_rc_reset(self, false);
 }
 
 static void rejected(void *self, const double *in, double *out)

@@ -1,15 +1,17 @@
-/* control/memory/kept_order.c: one order of a learned waveform stays as it was, the others are not touched. */
+/* control/memory/kept_order.c: one order of a learned waveform and its neighbours stay as they were, the others are not touched. */
 #include "tests/support/numeric.h"
 
 #include "control/memory/kept_order.h"
 
 #define CELLS 90U
+#define MANY 2048U
 #define GUARD 2U
 #define ORDER 28U
 #define LIMIT 2.0
 #define PER_CALL 7U
 
 static num_t            memory[CELLS + GUARD];
+static num_t            many[MANY];
 static ctl_grid_t       grid;
 static ctl_kept_order_t kept;
 static uint16_t         at_cell;
@@ -51,6 +53,15 @@ static void go(uint16_t order, double turns, int way)
     }
 }
 
+/* All calls until it is known. */
+static void begin(uint16_t order)
+{
+    for (uint16_t k = 0U; k < CTL_KEPT_ORDERS; k++) {
+        ctl_kept_order_step(&kept, &grid, order, at_cell, num_of(LIMIT));
+        TEST_ASSERT_EQUAL_UINT16(((k + 1U) == CTL_KEPT_ORDERS) ? order : 0U, kept.known);
+    }
+}
+
 /* Sums of CELLS products of two values within 1: some 1e-7 each in float, half a step each in fixed point. */
 static double bound(void) { return per_numeric(2e-6, CELLS * FIXED_STEP); }
 
@@ -70,15 +81,17 @@ static void fill(void)
     add(ORDER, 0.2, 1.1);
 }
 
-void test_ctl_kept_order_takes_out_what_its_order_has_gathered_once_a_turn_and_nothing_else(void)
+void test_ctl_kept_order_takes_out_what_its_order_and_the_two_beside_it_have_gathered_once_a_turn_and_nothing_else(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         fill();
-        ctl_kept_order_step(&kept, &grid, ORDER, at_cell, num_of(LIMIT));
+        begin(ORDER);
         TEST_ASSERT_EQUAL_UINT16(ORDER, kept.known);
         for (int turn = 0; turn < 20; turn++) {
             add(ORDER, 0.3, 0.4 * turn);
+            add(ORDER - 1U, 0.2, 0.3 * turn);
+            add(ORDER + 1U, 0.1, 0.2 * turn);
             go(ORDER, 1.2, way);
             assert_wave(at("way %d, turn %d", way, turn));
             go(ORDER, 0.85, way);
@@ -89,7 +102,7 @@ void test_ctl_kept_order_takes_out_what_its_order_has_gathered_once_a_turn_and_n
 void test_ctl_kept_order_waits_for_a_whole_turn(void)
 {
     fill();
-    ctl_kept_order_step(&kept, &grid, ORDER, at_cell, num_of(LIMIT));
+    begin(ORDER);
     add(ORDER, 0.3, 0.0);
     const num_t before = grid.cell[0];
 
@@ -98,22 +111,22 @@ void test_ctl_kept_order_waits_for_a_whole_turn(void)
     go(ORDER, 0.9, 1);
 
     ASSERT_NUM_WITHIN(0.0, value_of(before), grid.cell[0]);
-    go(ORDER, 0.2, 1);
+    go(ORDER, 0.35, 1);
     assert_wave("after it");
 }
 
 void test_ctl_kept_order_of_another_order_begins_anew(void)
 {
     fill();
-    ctl_kept_order_step(&kept, &grid, 27U, at_cell, num_of(LIMIT));
+    begin(20U);
     add(ORDER, -0.1, 1.1);
-    ctl_kept_order_step(&kept, &grid, ORDER, at_cell, num_of(LIMIT)); /* from here on 0.1 is what is kept */
+    begin(ORDER); /* from here on 0.1 is what is kept */
     add(ORDER, 0.1, 1.1);
-    add(27.0, 0.05, 0.3);
+    add(20.0, 0.05, 0.3);
 
     go(ORDER, 1.2, 1);
 
-    add(27.0, -0.05, 0.3);
+    add(20.0, -0.05, 0.3);
     add(ORDER, 0.1, 1.1);
     assert_wave("kept since the second one");
 }
@@ -124,7 +137,7 @@ void test_ctl_kept_order_that_the_cells_cannot_hold_is_not_known_and_changes_not
     for (size_t k = 0; k < COUNT_OF(NONE); k++) {
         setUp();
         fill();
-        ctl_kept_order_step(&kept, &grid, ORDER, at_cell, num_of(LIMIT));
+        begin(ORDER);
         go(NONE[k], 2.2, 1);
 
         TEST_ASSERT_EQUAL_UINT16(0U, kept.known);
@@ -136,7 +149,7 @@ void test_ctl_kept_order_that_the_cells_cannot_hold_is_not_known_and_changes_not
 
 void test_ctl_kept_order_leaves_no_cell_beyond_the_limit(void)
 {
-    ctl_kept_order_step(&kept, &grid, ORDER, at_cell, num_of(LIMIT));
+    begin(ORDER);
     add(ORDER, 3.0, 0.0);
     for (uint16_t i = 0U; i < CELLS; i++) { /* cut, as learning leaves it: other orders come with it */
         grid.cell[i] = num_clamp(grid.cell[i], num_of(-LIMIT), num_of(LIMIT));
@@ -144,5 +157,30 @@ void test_ctl_kept_order_leaves_no_cell_beyond_the_limit(void)
     go(ORDER, 5.0, 1);
     for (uint16_t i = 0U; i < CELLS; i++) {
         TEST_ASSERT_TRUE(fabs(value_of(grid.cell[i])) <= LIMIT);
+    }
+}
+
+/* What fixed point holds ends at 128, and a memory has up to 2048 cells. */
+void test_ctl_kept_order_is_kept_with_any_number_of_cells(void)
+{
+    static const uint16_t CELLS_OF[] = {91U, 127U, 128U, 129U, 200U, 720U, MANY};
+    for (size_t k = 0; k < COUNT_OF(CELLS_OF); k++) {
+        const uint16_t cells = CELLS_OF[k];
+        ctl_kept_order_clear(&kept);
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_grid_init(&grid, many, cells).status);
+        begin(5U);
+        for (uint16_t i = 0U; i < cells; i++) { /* 12th order stays, 5th has been gathered */
+            grid.cell[i] = num_of((0.5 * cos(TWO_PI * ((12U * i) % cells) / cells)) +
+                                  (0.3 * cos((TWO_PI * ((5U * i) % cells) / cells) + 1.0)));
+        }
+        for (uint16_t moved = 0U; moved <= (2U * cells); moved = (uint16_t)(moved + (cells / 4U))) {
+            ctl_kept_order_step(&kept, &grid, 5U, (uint16_t)((moved + (cells / 4U)) % cells), num_of(LIMIT));
+        }
+        /* each term of a sum is within half a step of a product and the error of a sine, and 2 / cells is cut to a step: 0.3 of cells / 2 */
+        const double within = per_numeric(2e-6, (0.15 * cells * FIXED_STEP) + (cells * FIXED_STEP) + 1e-6);
+        for (uint16_t i = 0U; i < cells; i++) {
+            ASSERT_NUM_WITHIN_AT(within, 0.5 * cos(TWO_PI * ((12U * i) % cells) / cells), grid.cell[i],
+                                 at("cell %u of %u", (unsigned)i, (unsigned)cells));
+        }
     }
 }

@@ -27,7 +27,7 @@ static ctl_observer_params_t params_of(ctl_observer_kind_t kind)
                    .limit = num_of(5.0)},
         .age_half = 21U,
         .ahead = num_of(1.5),
-        .rad_per_speed = num_of(TS_S * SPEED_UNIT),
+        .rad_per_64 = num_of(64.0 * TS_S * SPEED_UNIT),
         .fast_gain = num_of(0.5),
         .rest_turns = num_of(1.125),
         .rest_samples = 300U,
@@ -1001,6 +1001,25 @@ void test_ctl_observer_target_tells_the_rounding_of_two_encoders_from_torque_ove
     }
 }
 
+/* A part in a million of the angle per sample is an eighth of an order here, and half of that would be too much. */
+void test_ctl_observer_target_knows_the_order_of_the_rounding_in_any_unit_of_speed(void)
+{
+    static const double UNITS[] = {25.0, 87.3, 140.7, 150.0, 162.5};
+    static const double RPM[] = {600.0, 1250.0, 1850.0, 2000.0, 15000.0 / 7.0, 2500.0};
+    for (size_t u = 0; u < COUNT_OF(UNITS); u++) {
+        ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
+        p.encoder_counts = ENCODER;
+        p.sync_band = num_of(0.14);
+        p.rad_per_64 = num_of(64.0 * TS_S * UNITS[u]);
+        start(&p);
+        for (size_t k = 0; k < COUNT_OF(RPM); k++) {
+            TEST_ASSERT_EQUAL_INT(1, expected_synchronous(RPM[k], ENCODER, 0.14));
+            ctl_observer_target(&observer, num_of(RPM[k] * RAD_S_PER_RPM / UNITS[u]));
+            TEST_ASSERT_TRUE_MESSAGE(observer.state.synchronous, at("%g rpm, unit of %g rad/s", RPM[k], UNITS[u]));
+        }
+    }
+}
+
 void test_ctl_observer_target_band_limits_the_folded_frequency(void)
 {
     start_with_encoder(ENCODER, 0.0932);
@@ -1081,6 +1100,13 @@ void test_ctl_observer_at_a_synchronous_speed_learns_all_but_the_order_of_the_ro
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.4, learned_at_2000_rpm(28U, 1));
 }
 
+static void keep_rounding(void)
+{
+    for (uint16_t k = 0U; k < CTL_KEPT_ORDERS; k++) { /* calls until it is known */
+        ctl_observer_keep_rounding(&observer);
+    }
+}
+
 /* Rounding of order 28: 50 points take it for order 22 (50 - 28), 40 for order 12 (28 mod 40, turned round), 28 for the mean. */
 void test_ctl_observer_with_fewer_points_than_the_rounding_has_waves_keeps_the_order_for_which_they_take_it(void)
 {
@@ -1091,7 +1117,7 @@ void test_ctl_observer_with_fewer_points_than_the_rounding_has_waves_keeps_the_o
         start_with_encoder(ENCODER, 0.1);
         observer.state.memory.state.grid.cells = CASES[i].cells;
         TEST_ASSERT_TRUE(is_synchronous(2000.0));
-        ctl_observer_keep_rounding(&observer);
+        keep_rounding();
         TEST_ASSERT_EQUAL_UINT16_MESSAGE(CASES[i].order, observer.state.kept.order, at("%u points", (unsigned)CASES[i].cells));
         TEST_ASSERT_EQUAL(CASES[i].order == 0U, is_synchronous(2000.0));
     }
@@ -1102,7 +1128,7 @@ void test_ctl_observer_rests_where_the_rounding_is_a_slow_drift(void)
     start_with_encoder(ENCODER, 0.1);
     const double whole = 60.0 * 10000.0 * 400.0 / 131072.0; /* 400 counts a sample, 1831 r/min */
     TEST_ASSERT_TRUE(is_synchronous(whole));
-    ctl_observer_keep_rounding(&observer);
+    keep_rounding();
     TEST_ASSERT_TRUE(is_synchronous(whole));
 }
 
@@ -1111,11 +1137,11 @@ void test_ctl_observer_forgets_what_it_kept_at_another_speed_and_at_a_reset(void
     start_with_encoder(ENCODER, 0.1);
     for (int k = 0; k < 2; k++) {
         TEST_ASSERT_TRUE(is_synchronous(2000.0));
-        ctl_observer_keep_rounding(&observer);
+        keep_rounding();
         TEST_ASSERT_FALSE(is_synchronous(2000.0));
         if (k == 0) {
             TEST_ASSERT_FALSE(is_synchronous(1999.3));
-            ctl_observer_keep_rounding(&observer);
+            keep_rounding();
         } else {
             ctl_observer_reset(&observer, true);
         }
@@ -1438,7 +1464,7 @@ static num_t *gain_in(ctl_observer_params_t *p) { return &p->memory.gain; }
 static num_t *forgetting_in(ctl_observer_params_t *p) { return &p->memory.forgetting; }
 static num_t *limit_in(ctl_observer_params_t *p) { return &p->memory.limit; }
 static num_t *ahead_in(ctl_observer_params_t *p) { return &p->ahead; }
-static num_t *rad_in(ctl_observer_params_t *p) { return &p->rad_per_speed; }
+static num_t *rad_in(ctl_observer_params_t *p) { return &p->rad_per_64; }
 static num_t *fast_in(ctl_observer_params_t *p) { return &p->fast_gain; }
 static num_t *rest_torque_in(ctl_observer_params_t *p) { return &p->rest_torque; }
 static num_t *rest_turns_in(ctl_observer_params_t *p) { return &p->rest_turns; }

@@ -329,6 +329,29 @@ void test_ctl_src_output_is_bounded_for_any_input(void)
     TEST_ASSERT_TRUE(src.state.rejected > 100U);
 }
 
+void test_ctl_src_on_hold_writes_nothing_and_goes_on_acting(void)
+{
+    angle_t theta = 0U;
+    for (int k = 0; k < 3 * (int)CELLS; k++, theta += STEP) {
+        (void)step(theta, SPEED, sin(TWO_PI * k / 16.0));
+    }
+    num_t kept[CELLS];
+    for (uint16_t i = 0U; i < CELLS; i++) {
+        kept[i] = memory[i];
+    }
+    ctl_src_params_t p = src.params;
+    p.hold = true;
+    src.params = p;
+    double largest = 0.0;
+    for (int k = 0; k < 3 * (int)CELLS; k++, theta += STEP) {
+        largest = fmax(largest, fabs(step(theta, SPEED, 1.0)));
+    }
+    TEST_ASSERT_TRUE(largest > 0.01);
+    for (uint16_t i = 0U; i < CELLS; i++) {
+        ASSERT_NUM_WITHIN_AT(0.0, value_of(kept[i]), memory[i], at("cell %u", (unsigned)i));
+    }
+}
+
 void test_ctl_src_reset_forgets_all_but_the_count(void)
 {
     for (uint32_t k = 0U; k < 200U; k++) {

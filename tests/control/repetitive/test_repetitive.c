@@ -868,7 +868,7 @@ void test_ctl_rc_reset_forgets_what_was_learned_but_not_what_was_counted(void)
         (void)ctl_rc_step(&rc, NOT_FINITE[0], period_of(1.0), 0U);
         (void)step(60.0, 20.5);
 
-        ctl_rc_reset(&rc);
+        ctl_rc_reset(&rc, false);
 
         TEST_ASSERT_EQUAL_UINT16(0U, rc.state.frozen);
         for (int k = 0; k < 100; k++) {
@@ -877,6 +877,51 @@ void test_ctl_rc_reset_forgets_what_was_learned_but_not_what_was_counted(void)
         }
         TEST_ASSERT_EQUAL_UINT32(1U, rc.state.rejected);
         TEST_ASSERT_EQUAL_UINT32(1U, rc.state.cut_periods);
+    }
+}
+
+/* Over time it is forgotten all the same: the samples of before belong to another time. */
+void test_ctl_rc_reset_that_keeps_keeps_what_was_learned_over_the_angle_alone(void)
+{
+    for (int mode = CTL_RC_KEEP; mode <= CTL_RC_ANGLE; mode++) {
+        ctl_rc_params_t p = valid_params();
+        p.memory = (ctl_rc_memory_t)mode;
+        start(&p);
+        double before = 0.0;
+        for (int k = 0; k < 200; k++) {
+            before = value_of(ctl_rc_step(&rc, num_of(1.0), period_of(20.0), turns(k / 20.0)));
+        }
+        TEST_ASSERT_TRUE(before > 0.1);
+
+        ctl_rc_reset(&rc, true);
+
+        const double after = value_of(ctl_rc_step(&rc, (num_t)0, period_of(20.0), turns(200 / 20.0)));
+        TEST_ASSERT_EQUAL_MESSAGE(mode == CTL_RC_ANGLE, after > (0.9 * before), at("mode %d", mode));
+        TEST_ASSERT_EQUAL_MESSAGE(mode != CTL_RC_ANGLE, after == 0.0, at("mode %d", mode));
+    }
+}
+
+void test_ctl_rc_over_the_angle_on_hold_writes_nothing_and_goes_on_acting(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.memory = CTL_RC_ANGLE;
+    start(&p);
+    for (int k = 0; k < 200; k++) {
+        (void)ctl_rc_step(&rc, num_of(sin(TWO_PI * k / 20.0)), period_of(20.0), turns(k / 20.0));
+    }
+    static num_t kept[CAPACITY];
+    for (uint16_t i = 0U; i < rc.state.turn.cells; i++) {
+        kept[i] = rc.state.turn.cell[i];
+    }
+    p.hold = true;
+    ctl_rc_tune(&rc, &p);
+    double largest = 0.0;
+    for (int k = 200; k < 400; k++) {
+        largest = fmax(largest, fabs(value_of(ctl_rc_step(&rc, num_of(1.0), period_of(20.0), turns(k / 20.0)))));
+    }
+    TEST_ASSERT_TRUE(largest > 0.1);
+    for (uint16_t i = 0U; i < rc.state.turn.cells; i++) {
+        ASSERT_NUM_WITHIN_AT(0.0, value_of(kept[i]), rc.state.turn.cell[i], at("cell %u", (unsigned)i));
     }
 }
 
@@ -892,7 +937,7 @@ void test_ctl_rc_after_a_reset_runs_as_after_init(void)
         for (int k = 0; k < 77; k++) {
             (void)ctl_rc_step(&rc, num_of(noise_next(&noise)), period_of(20.5), turns(k / 20.5));
         }
-        ctl_rc_reset(&rc);
+        ctl_rc_reset(&rc, false);
         TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_init(&fresh, &p, other_memory, CAPACITY).status);
         for (int k = 0; k < 200; k++) {
             const num_t e = num_of(noise_next(&noise));

@@ -126,7 +126,8 @@ static uint16_t accepted(const frame_decoder_t *state, const uint16_t *octets, u
     return n;
 }
 
-static void every_two_bits(const char *name)
+/* @param step  1: every second bit; more: one of so many */
+static void every_two_bits(const char *name, uint16_t step)
 {
     const vector_frame_t *const v = vector(name);
     const uint16_t              bits = (uint16_t)(8U * v->wire_count);
@@ -142,7 +143,7 @@ static void every_two_bits(const char *name)
             (void)frame_decode(&before, wire[i]);
         }
         TEST_ASSERT_EQUAL_UINT16_MESSAGE(0U, accepted(&before, wire, first, v->wire_count), name);
-        for (uint16_t b = (uint16_t)(a + 1U); b < bits; b++) {
+        for (uint16_t b = (uint16_t)(a + 1U); b < bits; b = (uint16_t)(b + step)) {
             flip(wire, b);
             TEST_ASSERT_EQUAL_UINT16_MESSAGE(0U, accepted(&before, wire, first, v->wire_count), name);
             flip(wire, b);
@@ -151,11 +152,21 @@ static void every_two_bits(const char *name)
     }
 }
 
-/* All pairs of bits, delimiter and COBS codes included: 328 bits, 53 thousand pairs. */
-void test_frame_with_any_one_or_two_bits_wrong_is_dropped(void) { every_two_bits("stream"); }
+/* All pairs of bits, delimiter and COBS codes included: 328 bits, 53 thousand pairs. On an emulated AVR a seventh of them. */
+#ifdef __AVR__
+#define SHORT_STEP 7U
+#else
+#define SHORT_STEP 1U
+#endif
+void test_frame_with_any_one_or_two_bits_wrong_is_dropped(void) { every_two_bits("stream", SHORT_STEP); }
 
-/* The longest frame there is: 2048 bits, 2.1 million pairs. */
-void test_frame_of_full_length_with_any_one_or_two_bits_wrong_is_dropped(void) { every_two_bits("longest_random"); }
+/* The longest frame there is: 2048 bits, 2.1 million pairs. With sanitizers, which look at accesses, a ninth of them. */
+#ifdef __SANITIZE_ADDRESS__
+#define LONG_STEP 9U
+#else
+#define LONG_STEP 1U
+#endif
+void test_frame_of_full_length_with_any_one_or_two_bits_wrong_is_dropped(void) { every_two_bits("longest_random", LONG_STEP); }
 
 void test_frame_with_any_one_bit_wrong_is_dropped_and_the_next_delimiter_resynchronises(void)
 {

@@ -383,6 +383,73 @@ void test_session_silence_after_a_start_stops_the_drive_in_half_a_second(void)
     TEST_ASSERT_EQUAL_UINT16(LINK_NO_not_armed, line_refusal(LINK_command));
 }
 
+/* a ramp from 10 rad/s of a shaft that stands still: off after 20 ms at rest, and no reference is left */
+void test_session_silence_ends_in_the_ramp_or_the_short_that_was_chosen_and_is_reported(void)
+{
+    const drive_stop_word_t how[] = {DRIVE_STOP_RAMP, DRIVE_STOP_SHORT};
+    for (size_t k = 0; k < COUNT_OF(how); k++) {
+        line_start();
+        line_defaults.timeout_action = (uint16_t)how[k];
+        line_defaults.motor_resistance_ohm = 100.0f; /* shorted, it drives next to nothing */
+        line_restart();
+        run_at(10.0f);
+        line_run(5010U);
+        TEST_ASSERT_EQUAL_INT((how[k] == DRIVE_STOP_RAMP) ? DRIVE_RUN : DRIVE_SHORT, drive.state);
+        TEST_ASSERT_TRUE(bench.armed);
+        TEST_ASSERT_TRUE(services.session.timed_out);
+        TEST_ASSERT_EQUAL_HEX16(0x08U, line_last(LINK_event)->octet[9] & 0x0DU);
+        line_run(300U);
+        TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+        TEST_ASSERT_FALSE(bench.armed);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.command[drive.command_at & 1U].speed_ref_rad_s);
+        TEST_ASSERT_EQUAL_INT(DRIVE_MODE_SPEED, drive.command[drive.command_at & 1U].mode);
+    }
+}
+
+/* stop as chosen, disarm at once */
+void test_session_disarm_is_at_once_where_a_stop_takes_its_time(void)
+{
+    line_defaults.stop_action = DRIVE_STOP_RAMP;
+    line_restart();
+    run_at(0.0f);
+    line_command(LINK_CMD_stop);
+    line_run(50U);
+    TEST_ASSERT_EQUAL_INT(DRIVE_RUN, drive.state);
+    line_command(LINK_CMD_disarm);
+    line_run(2U);
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state);
+    TEST_ASSERT_FALSE(bench.armed);
+}
+
+static void torque_mode(float speed_limit, float iq)
+{
+    codec_writer_t *const w = line_begin(LINK_setpoint);
+    codec_put_u8(w, DRIVE_MODE_TORQUE);
+    codec_put_f32(w, speed_limit);
+    codec_put_f32(w, 0.0f);
+    codec_put_f32(w, iq);
+    codec_put_u32(w, 0U);
+    codec_put_f32(w, 0.0f);
+}
+
+void test_session_torque_mode_is_taken_within_its_limits_and_refused_with_an_observer(void)
+{
+    run_at(0.0f);
+    torque_mode(50.0f, 2.0f);
+    TEST_ASSERT_EQUAL_HEX16(LINK_setpoint + LINK_ANSWER, line_ask());
+    line_run(20U);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, telemetry_read(&drive, SIGNAL_iq_ref_a));
+    torque_mode(50.0f, 10.5f); /* iq_limit_a is 10 */
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_range, line_refusal(LINK_setpoint));
+    torque_mode(651.0f, 2.0f); /* over_speed_rad_s is 650 */
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_range, line_refusal(LINK_setpoint));
+    line_defaults.method = DRIVE_METHOD_ARO;
+    line_restart();
+    master();
+    torque_mode(50.0f, 2.0f);
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_range, line_refusal(LINK_setpoint));
+}
+
 void test_session_signs_of_life_keep_the_drive_running(void)
 {
     run_at(0.0f); /* the encoder of this bench stands still */
@@ -425,7 +492,7 @@ void test_session_setpoint_out_of_range_is_refused_with_its_position(void)
     master();
     for (uint16_t bad = 0U; bad < 6U; bad++) {
         codec_writer_t *const w = line_begin(LINK_setpoint);
-        codec_put_u8(w, (bad == 0U) ? 3U : 2U);
+        codec_put_u8(w, (bad == 0U) ? 4U : 2U);
         codec_put_f32(w, (bad == 1U) ? 1.1e6f : 1.0f);
         codec_put_f32(w, (bad == 2U) ? codec_float(UINT32_C(0x7FC00000)) : 0.0f);
         codec_put_f32(w, (bad == 3U) ? codec_float(UINT32_C(0x7F800000)) : 0.0f);

@@ -288,33 +288,41 @@ static void position(void)
 /* ---- the drive ----------------------------------------------------------------------------------------------------- */
 typedef struct {
     const char *current_row, *speed_row;
-    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer, correction, dead, model, weakening;
+    uint16_t    method, deadbeat, position, is_position, rc_memory, cubic, observer, correction, dead, model, weakening, guard;
 } variant_t;
 
+/* of variant_t.guard */
+#define GUARD_RAMP 1U   /* a reference that goes along an S curve all the time */
+#define GUARD_TORQUE 2U /* torque mode, in and out of its limit */
+#define GUARD_HEAT 4U   /* I2t of motor and bridge */
+
 static const variant_t VARIANTS[] = {
-    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr current correction", "speed_isr current correction", 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0},
-    {"current_isr dead time", "speed_isr dead time", 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0},
-    {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
-    {"current_isr field weakening", "speed_isr field weakening", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1},
-    {"current_isr aro field weakening", "speed_isr aro field weakening", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1},
-    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0},
-    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1, 0, 0, 0, 0},
-    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0},
-    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0},
-    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr pi deadbeat", "speed_isr pi deadbeat", 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr current correction", "speed_isr current correction", 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0},
+    {"current_isr dead time", "speed_isr dead time", 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0},
+    {"current_isr speed ramp", "speed_isr speed ramp", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_RAMP},
+    {"current_isr torque mode", "speed_isr torque mode", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_TORQUE},
+    {"current_isr overload", "speed_isr overload", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_HEAT},
+    {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0},
+    {"current_isr field weakening", "speed_isr field weakening", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
+    {"current_isr aro field weakening", "speed_isr aro field weakening", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
+    {"current_isr crc", "speed_isr crc", 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr forc", "speed_isr forc", 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc", "speed_isr fal-forc", 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle", "speed_isr fal-forc angle", 3, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr fal-forc angle dob", "speed_isr fal-forc angle dob", 3, 0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 0},
+    {"current_isr dob", "speed_isr dob", 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro", "speed_isr ro", 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro", "speed_isr aro", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro extended", "speed_isr aro extended", 6, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0},
+    {"current_isr dob deadbeat", "speed_isr dob deadbeat", 4, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr ro deadbeat", "speed_isr ro deadbeat", 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr aro deadbeat", "speed_isr aro deadbeat", 6, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position ppi", "speed_isr position ppi", 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position silc", "speed_isr position silc", 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position src", "speed_isr position src", 0, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0},
+    {"current_isr position rdc", "speed_isr position rdc", 0, 0, 3, 1, 0, 0, 0, 0, 0, 0, 0, 0},
 };
 
 static drive_t drive;
@@ -343,6 +351,15 @@ static void run(const variant_t *v)
     p.current_correction = v->correction;
     p.dead_time_s = (v->dead != 0U) ? 1.0e-6f : 0.0f;
     p.speed_model_ff = v->model;
+    const uint32_t seed_of_the_others = seed; /* a row of its own changes no other row's numbers */
+    if ((v->guard & GUARD_RAMP) != 0U) {
+        p.speed_ramp_rad_s2 = 1000.0f;
+        p.speed_jerk_rad_s3 = 20000.0f;
+    }
+    if ((v->guard & GUARD_HEAT) != 0U) {
+        p.motor_continuous_a = 90.0f;
+        p.bridge_continuous_a = 90.0f;
+    }
     if (v->weakening != 0U) { /* a speed from 5 % below the base speed of this machine to 15 % above */
         p.mtpa = 1U;
         p.field_weakening = 1U;
@@ -384,10 +401,12 @@ static void run(const variant_t *v)
     }
     float turn = 0.0f, speed = 0.0f;
     for (uint32_t k = 0U; k < 20000U; k++) {
-        drive_command_t c = {(v->is_position != 0U) ? DRIVE_MODE_POSITION : DRIVE_MODE_SPEED,
+        drive_command_t c = {(v->is_position != 0U)              ? DRIVE_MODE_POSITION
+                             : ((v->guard & GUARD_TORQUE) != 0U) ? DRIVE_MODE_TORQUE
+                                                                 : DRIVE_MODE_SPEED,
                              100.0f + (float)(k % 40U),
                              0.0f,
-                             0.0f,
+                             ((v->guard & GUARD_TORQUE) != 0U) ? 3.0f : 0.0f,
                              (k < 10000U) ? 20 : -20,
                              1.0f};
         speed = (k < 4000U) ? ((float)k * 0.025f) : (100.0f + (20.0f * sinf((float)k * 0.01f)));
@@ -427,6 +446,9 @@ static void run(const variant_t *v)
             speed_wanted = false;
             MEASURE(v->speed_row, drive_speed_isr(&drive));
         }
+    }
+    if (v->guard != 0U) {
+        seed = seed_of_the_others;
     }
     if (drive.state != DRIVE_RUN) {
         (void)printf("refused %s state %d fault %d detail %u\n", v->current_row, (int)drive.state, (int)drive.fault,

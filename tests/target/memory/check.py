@@ -42,10 +42,18 @@ def stack_words(root: Path) -> int:
 
 
 def capture_words(root: Path) -> dict[str, int]:
-    """The recorders of the RAM build are smaller: what its definitions take away."""
+    """The recorders of the RAM build are smaller: what its definitions make them."""
     build = (root / "firmware/CMakeLists.txt").read_text(encoding="utf-8")
     given = {name: int(value) for name, value in re.findall(r"MAIN_(CAPTURE|BLACK_BOX)_VALUES=(\d+)U", build)}
     return {f"{name.lower()}_memory": 2 * value for name, value in given.items()}
+
+
+def observer_words(root: Path) -> int:
+    """The observer's memory of the RAM build is smaller, too: by so many words, two a number."""
+    build = (root / "firmware/CMakeLists.txt").read_text(encoding="utf-8")
+    header = (root / "firmware/app/drive.h").read_text(encoding="utf-8")
+    full = int(re.search(r"#define DRIVE_OBSERVER_CAPACITY (\d+)U", header)[1])
+    return 2 * (full - int(re.search(r"DRIVE_OBSERVER_CAPACITY=(\d+)U", build)[1]))
 
 
 def regions(command_file: str) -> tuple[dict[str, int], dict[str, list[tuple[str, ...]]]]:
@@ -130,6 +138,7 @@ def main(arguments: list[str]) -> int:
         words = sections | {".stack": given}
         if memory == "ram":
             words |= capture_words(root) | {".TI.ramfunc": sections[".TI.ramfunc"] - sizes.FLASH_API_WORDS}
+            words["drive_memory"] -= observer_words(root)
         text = (root / f"linker/f28379d_{memory}.cmd").read_text(encoding="utf-8")
         rows, faults = fit(memory, text, words, budget["limits"][memory])
         say += [f"{memory}: region, words, used", *rows]

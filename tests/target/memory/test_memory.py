@@ -103,6 +103,13 @@ class Sizes(unittest.TestCase):
 
 
 class Fit(unittest.TestCase):
+    def test_the_observer_of_the_ram_build_takes_two_words_less_for_each_number_it_does_not_hold(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "firmware/app").mkdir(parents=True)
+            (Path(folder) / "firmware/CMakeLists.txt").write_text('"$<x:DRIVE_OBSERVER_CAPACITY=1000U>"')
+            (Path(folder) / "firmware/app/drive.h").write_text("#define DRIVE_OBSERVER_CAPACITY 1500U /**< x */")
+            self.assertEqual(check.observer_words(Path(folder)), 1000)
+
     def test_regions_of_a_command_file(self) -> None:
         length, placed = check.regions(COMMANDS)
         self.assertEqual(length, {"CODE": 0x100, "ROM_A": 0x10, "ROM_B": 0x30})

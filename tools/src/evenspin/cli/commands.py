@@ -52,7 +52,9 @@ COMMANDS = {
         "Find what is missing in a model: evenspin gap CASE_DIR --out DIR, or evenspin gap LOG.csv --out DIR.",
     ),
     "log": Entry("log", "Read a recording of any drive: which column is what, in which unit."),
-    "memory": Entry("memory", "The learned memory of the angle observer (ARO), as a file: show it, clear it."),
+    "memory": Entry(
+        "memory", "What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it."
+    ),
     "motor": Entry("motor", "A motor of your own: from a name plate to a model and a drive."),
     "tune": Entry(
         "tune",

@@ -41,6 +41,7 @@ def design_aro(
     """
     from evenspin.design.aro import as_json
     from evenspin.design.aro_command import Choices, prepare, tables_of
+    from evenspin.design.aro_separation import separation_error
     from evenspin.design.source import calculated_with
     from evenspin.errors import CheckFailedError
     from evenspin.report.plotfile import check_plot_file
@@ -65,7 +66,8 @@ def design_aro(
             write_design(place, found)
         screen.print(str(plot), style="bold")
     if json_file is not None:
-        write_json(as_json(found), json_file)
+        separation = separation_error(found.mechanics, found.memory, found.speed)
+        write_json(as_json(found) | {"separation_error": separation}, json_file)
     if not found.memory.stable:
         ln, bound = found.memory.observer_gain, found.memory.bound
         raise CheckFailedError(f"L_N = {number(ln, 4)}: must be above 0 and below {number(bound, 4)} (2 / a23)")

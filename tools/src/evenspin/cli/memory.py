@@ -1,4 +1,4 @@
-"""`evenspin memory show|clear`: what the angle observer has learned, as a file."""
+"""`evenspin memory show|clear|lines`: what a drive has learned over the angle, as a file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from evenspin.cli.options import JsonFile
 from evenspin.cli.output import check_json_file, console, output_file, write_json
 
-HELP = "The learned memory of the angle observer (ARO), as a file: show it, clear it."
+HELP = "What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it."
 
 app = typer.Typer(no_args_is_help=True, help=HELP)
 
@@ -23,7 +23,7 @@ def register(parent: typer.Typer) -> None:
 
 @app.callback()
 def group() -> None:
-    """The learned memory of the angle observer (ARO), as a file: show it, clear it."""
+    """What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it."""
 
 
 @app.command("show")
@@ -32,17 +32,29 @@ def show(
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Over angle and order: .svg, .png, .pdf.")] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """What was learned: size, mean, strongest mechanical orders; amperes of q current, positive drives forward.
+    """What was learned: size, mean, strongest orders; of aro in amperes of q current, positive drives forward.
 
     Example: `evenspin memory show learned.csv --plot learned.svg`
     """
-    from evenspin.memory import read_table
+    from evenspin.errors import InputError
+    from evenspin.memory import is_learned_file, read_table
     from evenspin.report.plotfile import check_plot_file
     from evenspin.tableview import TableView, number, print_table
 
     check_json_file(json_file)
     if plot is not None:
         check_plot_file(plot)
+    if is_learned_file(file):
+        if plot is not None:
+            raise InputError(
+                "memory show",
+                "--plot",
+                str(plot),
+                "left out: pictures are of the table of aro alone",
+                "--json FILE has the numbers",
+            )
+        _show_learned(file, json_file)
+        return
     drawn = output_file(plot, "--plot", file) if plot is not None else None
     table = read_table(file)
     summary = table.summary()
@@ -70,16 +82,61 @@ def show(
         write_json(summary, json_file)
 
 
+def _show_learned(file: Path, json_file: str | None) -> None:
+    from evenspin.memory import read_learned
+    from evenspin.tableview import TableView, number, print_table
+
+    screen = console(json_file)
+    found = [table.summary() for table in read_learned(file)]
+    for each in found:
+        text = (
+            f"{each['cells']} cells over the {each['turn']} turn; mean {number(each['mean'])}, rms around it "
+            f"{number(each['rms'])}, largest {number(each['largest'])} {each['unit']}."
+        )
+        rows = [(order, number(size)) for order, size in each["orders"].items()]
+        header = (f"{each['turn']} order", each["unit"])
+        print_table(TableView(f"{file}: {each['method']}", text, header, rows, left=0), screen)
+    if json_file is not None:
+        write_json({"tables": found}, json_file)
+
+
+@app.command("lines")
+def lines(
+    file: TableFile,
+    count: Annotated[int, typer.Option(min=1, max=6, help="How many, the strongest first.")] = 6,
+    json_file: JsonFile = None,
+) -> None:
+    """The strongest orders of what aro has learned as lines for rdc and speed_model_ff: [drive] to paste.
+
+    Example: `evenspin memory lines learned.csv --count 4`
+    """
+    from evenspin.memory import read_table
+    from evenspin.memory.lines import drive_text, lines_of
+
+    check_json_file(json_file)
+    found = lines_of(read_table(file), file, count)
+    console(json_file).print(drive_text(found), soft_wrap=True, highlight=False, markup=False)
+    if json_file is not None:
+        write_json(found, json_file)
+
+
 @app.command("clear")
 def clear(file: TableFile) -> None:
     """Set every cell to zero; number of cells and torque constant stay.
 
     Example: `evenspin memory clear learned.csv`
     """
+    from dataclasses import replace
+
     import numpy as np
 
-    from evenspin.memory import AngleTable, read_table, write_table
+    from evenspin.memory import AngleTable, is_learned_file, read_learned, read_table, write_learned, write_table
 
+    if is_learned_file(file):
+        tables = [replace(table, values=np.zeros(len(table.values))) for table in read_learned(file)]
+        write_learned(file, tables)
+        console().print(f"{file}: {sum(len(table.values) for table in tables)} cells, nothing learned")
+        return
     table = read_table(file)
     write_table(file, AngleTable(np.zeros(table.cells), table.torque_per_a_nm))
     console().print(f"{file}: {table.cells} cells, nothing learned")

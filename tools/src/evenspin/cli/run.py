@@ -34,13 +34,15 @@ def run(
     numeric: NumericOption = Numeric.FLOAT,
     seed: Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Instead of the seed in the file.")] = None,
     memory: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="aro: what it knows from the start, a table .csv or .json.")
+        Path | None,
+        typer.Option(metavar="FILE", help="What it has learned over the angle before, a table .csv or .json."),
     ] = None,
     save_memory: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="aro: write what it has learned, a table .csv or .json.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Write what it has learned over the angle: .json, or .csv of aro alone."),
     ] = None,
     freeze_learning: Annotated[
-        bool, typer.Option("--freeze-learning", help="dob, ro, aro: learn nothing; what is known goes on acting.")
+        bool, typer.Option("--freeze-learning", help="Learn nothing; what is known goes on acting.")
     ] = False,
     record: RecordOption = None,
     force: Force = False,
@@ -55,13 +57,12 @@ def run(
     Example: `evenspin run guo2024/first --method fal-forc --out out/first`
     """
     from evenspin.errors import InputError, NativeError
-    from evenspin.memory import write_table
     from evenspin.model.changes import changes_of, parsed_changes
     from evenspin.model.methods import drive_of_word
     from evenspin.model.scenario import scenario_document, scenario_from
     from evenspin.output import OutputFile, OutputFolder
     from evenspin.run import assumed, run_signals, run_tables, summary_of, write_run
-    from evenspin.run.learned import check_saving, learned_table, table_for
+    from evenspin.run.learned import check_saving, learned_tables, save_learned, table_for
     from evenspin.sim import complete, prepare
     from evenspin.sim.progress import progress_bar
     from evenspin.tableview import print_table
@@ -90,7 +91,7 @@ def run(
             log = complete(simulation, setup, run_signals(), bar.update, recorder)
     except NativeError as error:
         raise loaded.locate(error) from None
-    learned = learned_table(setup, simulation)
+    learned = learned_tables(setup, simulation)
     summary = summary_of(setup, log, numeric.value, learned)
     screen = console(STDOUT if as_json else None)
     for view in run_tables(summary):
@@ -109,7 +110,7 @@ def run(
         write_run(folder, setup, log, summary, made.command, learned)
     if saved is not None and learned is not None:
         with saved as place:
-            write_table(place, learned)
+            save_learned(place, learned)
     for path in (save_memory, record):
         if path is not None:
             screen.print(str(path), style="bold")

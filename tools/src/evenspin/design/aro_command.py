@@ -18,6 +18,7 @@ from evenspin.design.aro import (
     gain_of,
     place_speed_poles,
 )
+from evenspin.design.aro_separation import separation_error
 from evenspin.errors import InputError
 from evenspin.model.machine import find_model, load_machine
 from evenspin.native import tables
@@ -105,6 +106,8 @@ def _speed(found: Design) -> TableView:
     for name, roots in (("(17)", speed.roots), ("with all delays", speed.real_roots)):
         for root in _visible(roots, ts_s):
             rows.append((f"root, {name}", _complex(root), f"{_hertz(root, ts_s)}"))
+    off = separation_error(found.mechanics, found.memory, speed)
+    rows.append(("memory and loop together", "each keeps its poles", f"(14), (15): off by {off:.1g}"))
     text = "Delays: torque reference to torque, and the speed filter. Roots faster than 1 kHz are left out."
     return TableView("Speed controller", text, ("", "", ""), rows, left=1)
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -92,13 +93,20 @@ def check_table_file(path: Path, option: str) -> None:
 
 def write_table(path: Path, table: AngleTable) -> None:
     """Write it completely or not at all."""
+    with replaced(path) as staging:
+        _write(staging, table)
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A file beside it that takes its place when it is complete."""
     check_table_file(path, str(path))
     with tempfile.NamedTemporaryFile(
         dir=path.parent, prefix=f".{path.name}.", suffix=path.suffix, delete=False
     ) as file:
         staging = Path(file.name)
     try:
-        _write(staging, table)
+        yield staging
         staging.chmod(0o644)
         os.replace(staging, path)
     finally:

@@ -54,7 +54,7 @@ OTHER_UNITS = {
     "load_brake_a": EventKey("load_brake_nm", "A of q-axis current", _torque_per_a),
 }
 LOADS = {"load_torque_nm", "load_brake_nm"}
-CONTROL = {"current": 0.0, "speed": 1.0, "position": 2.0}
+CONTROL = {"current": 0.0, "speed": 1.0, "position": 2.0, "torque": 3.0}
 
 
 @functools.cache
@@ -77,7 +77,7 @@ def event_schema() -> type[Strict]:
     }
     members["ramp_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
     members["load_rise_s"] = optional(real(0.0, MAX_DURATION_S), f"a time in 0 .. {MAX_DURATION_S:g} s")
-    members["control"] = optional(Literal[*CONTROL], '"current", "speed" or "position"')
+    members["control"] = optional(Literal[*CONTROL], '"current", "speed", "position" or "torque"')
     members["drive"] = optional(drive_schema(), "drive parameters, as in { rc_gain = 0.5 }")
     return pydantic.create_model("Event", __base__=Strict, **members)
 

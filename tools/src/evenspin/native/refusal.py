@@ -12,7 +12,7 @@ from evenspin.native.library import Library
 from evenspin.native.tables import tables
 
 PREFIX = "ES_"  # of the codes in the header
-MODES = ("current", "speed", "position")  # control_mode, the one input that a parameter may not go with
+MODES = ("current", "speed", "position", "torque")  # control_mode, the one input that a parameter may not go with
 LISTS = {
     "model": "model field",
     "param": "drive parameter",

@@ -180,7 +180,11 @@ def _three(found: Found) -> tuple[str, str, str]:
 REFUSED: Mapping[str, Words] = {
     "two_observers": {"method": "dob", "disturbance_observer": "aro"},
     "freeze_in_time": {"method": "forc", "rc_freeze_above_unit": 9.0},
+    "hold_in_time": {"method": "forc", "observer_hold": 1.0},
     "weight_without_integral": {"speed_setpoint_weight": 0.5, "speed_ki_a_per_unit_s": 0.0},
+    "short_at_stop": {"stop_action": "short", "over_current_a": 20.0},
+    "short_at_timeout": {"timeout_action": "short", "over_current_a": 20.0},
+    "jerk_without_ramp": {"speed_jerk_rad_s3": 20000.0, "speed_ramp_rad_s2": 0.0},
     "silc_observer": {"position_method": "silc", "method": "dob"},
     "silc_observer_beside": {"position_method": "silc", "disturbance_observer": "dob"},
     "ro_src": {"position_method": "src", "method": "ro"},

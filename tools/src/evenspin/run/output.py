@@ -12,7 +12,7 @@ from typing import Any
 from evenspin.cycles.compare import TIMING_FILE, timing_columns
 from evenspin.log import LOG_COLUMNS, meta_of, write_case, write_csv
 from evenspin.log.case import write_json
-from evenspin.memory import AngleTable
+from evenspin.memory import AngleTable, Learned
 from evenspin.memory.picture import memory_picture
 from evenspin.model.methods import NONE, method_word, observer_of
 from evenspin.model.scenario_schema import RPM
@@ -41,8 +41,15 @@ def run_signals() -> tuple[str, ...]:
     return tuple(tables().signals)
 
 
-def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable | None = None) -> dict[str, Any]:
-    """The run in numbers, for a script. `learned`: the memory of the angle observer."""
+def _learned(learned: Learned | None) -> Any:
+    """Of the observer alone its table, of other methods a list."""
+    if learned is None or isinstance(learned, AngleTable):
+        return None if learned is None else learned.summary()
+    return [table.summary() for table in learned]
+
+
+def summary_of(setup: Setup, record: Record, numeric: str, learned: Learned | None = None) -> dict[str, Any]:
+    """The run in numbers, for a script. `learned`: what was learned over the angle."""
     pieces = [piece for piece in speed_pieces(setup, record) if piece]
     motions = position_pieces(setup, record) if controls_position(setup) else []
     return {
@@ -60,7 +67,7 @@ def summary_of(setup: Setup, record: Record, numeric: str, learned: AngleTable |
         "rejected_count": int(record["rejected_count"][-1]),
         "observer_innovation": _innovation(setup, record, learned),
         "position_control": controls_position(setup),
-        "memory": learned.summary() if learned is not None else None,
+        "memory": _learned(learned),
         "segments": [plain(piece) for piece in pieces],
         "motions": [plain(piece) for piece in motions],
         "drive": {name: _as_written(name, value) for name, value in setup.drive.items()},
@@ -75,7 +82,7 @@ def write_run(
     record: Record,
     summary: Mapping[str, Any],
     command: str,
-    learned: AngleTable | None = None,
+    learned: Learned | None = None,
 ) -> None:
     """Everything into an existing, empty folder. The tables are written while the pictures are drawn."""
     name = experiment_name(setup)
@@ -97,7 +104,7 @@ def _write_tables(folder: Path, setup: Setup, record: Record, name: str) -> None
 
 
 def page_of(
-    setup: Setup, record: Record, summary: Mapping[str, Any], command: str, learned: AngleTable | None = None
+    setup: Setup, record: Record, summary: Mapping[str, Any], command: str, learned: Learned | None = None
 ) -> Page:
     fault = summary["fault"]
     effects = [f"{name} ({', '.join(f'{k} = {v:g}' for k, v in p.items())})" for name, p in setup.effects.items()]
@@ -116,7 +123,7 @@ def page_of(
         drawn = position_pictures(setup, summary["method"], record)
     else:
         drawn = pictures(setup, [Curve(summary["method"], record)])
-    if learned is not None and not learned.empty:
+    if isinstance(learned, AngleTable) and not learned.empty:
         drawn.append(memory_picture(learned))
     return Page(
         title=setup.name,
@@ -180,9 +187,15 @@ def _notice(setup: Setup) -> str:
     )
 
 
-def _innovation(setup: Setup, record: Record, learned: AngleTable | None) -> float | None:
+def _observer_learned(learned: Learned | None) -> bool:
+    if learned is None or isinstance(learned, AngleTable):
+        return learned is not None and not learned.empty
+    return any(table.method == "aro" and bool(table.values.any()) for table in learned)
+
+
+def _innovation(setup: Setup, record: Record, learned: Learned | None) -> float | None:
     """How far learning has come, 1 nothing, near 0 all; None where nothing is being learned."""
-    if learned is None or learned.empty or setup.drive["observer_hold"]:
+    if not _observer_learned(learned) or setup.drive["observer_hold"]:
         return None
     return float(record["observer_innovation"][-1])
 
