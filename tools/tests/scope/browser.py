@@ -16,6 +16,12 @@ FLAGS = (
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
 )  # fmt: skip
 WAIT_S = 10.0
+# A display of fewer than 60 frames a second: drawing takes most of the processor time of a test.
+FEWER_FRAMES = """
+const everyFrame = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = (draw) => setTimeout(() => everyFrame(draw), 1000 / %d);
+window.cancelAnimationFrame = clearTimeout;
+"""
 
 
 def missing() -> str:
@@ -99,7 +105,8 @@ class Browser:
 
 
 @contextmanager
-def chromium(width: int = 1280, height: int = 800) -> Iterator[Browser]:
+def chromium(width: int = 1280, height: int = 800, frames_hz: int | None = 10) -> Iterator[Browser]:
+    """`frames_hz`: of the display, about; None leaves it as it is."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
@@ -115,6 +122,9 @@ def chromium(width: int = 1280, height: int = 800) -> Iterator[Browser]:
                 "Emulation.setDeviceMetricsOverride",
                 {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
             )
+            if frames_hz is not None:
+                source = {"source": FEWER_FRAMES % frames_hz}
+                driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", source)
             yield Browser(driver)
         finally:
             driver.quit()

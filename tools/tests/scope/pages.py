@@ -16,6 +16,7 @@ from aiohttp import WSMsgType
 from aiohttp.test_utils import TestClient, TestServer
 from evenspin.scope import Feed, make_app
 from evenspin.scope.feed import opener
+from evenspin.scope.server import SCOPE
 
 WAIT_S = 5.0  # the longest that anything here may take; a wait ends when the thing has happened
 
@@ -76,9 +77,19 @@ class Served:
         self.feed = feed
         self.http = http
         self.host = f"127.0.0.1:{http.port}"
+        self.scope = http.app[SCOPE]
+        self.scope.server = http.server.runner.server
+        self.token = self.scope.access.token
+
+    def with_token(self, path: str) -> str:
+        return f"{path}{'&' if '?' in path else '?'}token={self.token}"
+
+    async def get(self, path: str, **options: Any) -> aiohttp.ClientResponse:
+        """As a page does it that was opened with the printed address."""
+        return await self.http.get(self.with_token(path), **options)
 
     async def connect(self, path: str, **options: Any) -> aiohttp.ClientWebSocketResponse:
-        return await self.http.ws_connect(path, headers={"Origin": f"http://{self.host}"}, **options)
+        return await self.http.ws_connect(self.with_token(path), headers={"Origin": f"http://{self.host}"}, **options)
 
     async def page(self, token: str = "") -> Page:
         """`token`: what a page keeps when it is loaded again."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 from browser import Browser, chromium, missing, scope_command
@@ -135,13 +136,19 @@ def test_what_is_shown_can_be_taken_away_as_csv_and_as_a_picture(page: Browser, 
     assert (tmp_path / "live.png").read_bytes()[1:4] == b"PNG"
 
 
-def test_the_page_says_when_the_scope_has_ended_and_finds_the_next_one(browser: Browser, bench) -> None:
+def test_the_page_says_when_the_scope_has_ended_and_that_the_next_one_has_another_address(
+    browser: Browser, bench
+) -> None:
     with scope_command(bench.port) as address:
         browser.driver.get(address)
         browser.until_state("ready")
     browser.until(lambda: "No connection to the scope" in browser.text("#banners"), "the page says so")
     assert not browser.find("#arm").is_enabled()
-    with scope_command(bench.port, http_port=address.rstrip("/").rpartition(":")[2]):
+    port = urlsplit(address).port
+    with scope_command(bench.port, http_port=port) as second:
+        browser.until(lambda: "The scope was started again" in browser.text("#banners"), "the page says what to do")
+        assert second != address and urlsplit(second).port == port
+        browser.driver.get(second)
         browser.until_state("ready")
         browser.until(lambda: browser.text("#banners") == "", "all is well again")
     browser.driver.get("about:blank")

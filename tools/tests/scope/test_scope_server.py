@@ -21,7 +21,7 @@ from virtual_bench import running_bench
 
 def test_only_pages_that_it_served_may_talk_to_it(bench) -> None:
     async def work(served: Served) -> None:
-        get = served.http.get
+        get = served.get
         for host in ("evil.example", "evil.example:80", "10.0.0.1", ""):
             assert (await get("/", headers={"Host": host})).status == 403, host
         for host in (served.host, "localhost:1", "[::1]:1"):
@@ -130,7 +130,7 @@ def test_after_a_stop_no_command_is_shown_or_exported_as_if_it_acted(bench) -> N
         assert "error" not in await page.ask("stop")
         await page.state("ready")
         await asyncio.sleep(0.3)
-        rows = (await (await served.http.get("/export/live.csv?seconds=0.1")).text()).splitlines()
+        rows = (await (await served.get("/export/live.csv?seconds=0.1")).text()).splitlines()
         names = rows[0].split(",")
         for name in ("speed_ref_rad_s", "iq_ref_a", "vq_v"):
             assert {float(row.split(",")[names.index(name)]) for row in rows[1:]} == {0.0}, name
@@ -185,7 +185,7 @@ def test_a_capture_is_triggered_where_it_was_asked_for(bench) -> None:
         assert page.last["capture_layout"]["title"] == "speed_rad_s rises above 15"
         t_s = next(t_s for kind, _, t_s in page.frames if kind == 3)
         np.testing.assert_allclose(t_s, (np.arange(400) - 100) / 10_000.0, atol=1.01e-4)  # a row
-        octets = await (await served.http.get("/export/capture.csv")).read()
+        octets = await (await served.get("/export/capture.csv")).read()
         assert octets.splitlines()[0] == b"t_s,speed_rad_s,iq_a"
         assert len(octets.splitlines()) == 401
         speed = np.array([float(line.split(b",")[1]) for line in octets.splitlines()[1:]])
@@ -244,10 +244,10 @@ def test_a_wrong_capture_is_refused_at_once(bench) -> None:
 
 def test_the_export_is_a_log_that_the_tools_read(bench, tmp_path: Path) -> None:
     async def work(served: Served) -> None:
-        assert (await served.http.get("/export/live.csv")).status == 409  # nothing yet
+        assert (await served.get("/export/live.csv")).status == 409  # nothing yet
         page = await served.page()
         await page.until(lambda: len(page.frames) > 10)
-        answer = await served.http.get("/export/live.csv?seconds=0.1")
+        answer = await served.get("/export/live.csv?seconds=0.1")
         path = tmp_path / "live.csv"
         path.write_bytes(await answer.read())
         assert answer.headers["Content-Disposition"] == 'attachment; filename="live.csv"'

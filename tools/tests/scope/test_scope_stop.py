@@ -88,7 +88,7 @@ def test_a_stop_overtakes_what_the_same_page_has_queued(bench, monkeypatch: pyte
 
 def test_only_pages_that_it_served_may_use_the_way_for_stops(bench) -> None:
     async def work(served: Served) -> None:
-        answer = await served.http.get("/stop", headers={"Origin": "http://evil.example"})
+        answer = await served.get("/stop", headers={"Origin": "http://evil.example"})
         assert answer.status == 403
 
     with_scope(bench.port, work)

@@ -572,6 +572,12 @@ def calibration_toml(done: Calibration, drive: Drive) -> str:
     return tomlkit.dumps(document)
 
 
+def free_file(name: str) -> Path:
+    """Each calibration has a file of its own: the first one says what was there before all of them."""
+    names = (Path(f"calibration-{name}{number}.toml") for number in ("", *(f"-{n}" for n in range(2, 10_000))))
+    return next(path for path in names if not path.exists())
+
+
 def undo(path: Path, drive: Drive) -> dict[str, float]:
     """Put back what a calibration has changed."""
     values = read_config(path, drive)

@@ -381,6 +381,27 @@ class Drive:
         payload = struct.pack("<Bfffif", mode, speed_rad_s, id_a, iq_a, turns, angle_rad)
         return int(Reader(self._ask(Ask.SETPOINT, payload, "setpoint").payload).take("I")[0])
 
+    def torque(self, *, speed_limit_rad_s: float, torque_nm: float | None = None, iq_a: float | None = None) -> int:
+        """A torque, in N m of the motor or as the q current that makes it with no d current, as long as the speed stays
+        within `speed_limit_rad_s` in both directions. N m count by the drive's pole_pairs and motor_psi_wb. Returns
+        the counter.
+
+        Example: `drive.torque(torque_nm=0.05, speed_limit_rad_s=100.0)`
+        """
+        if (torque_nm is None) == (iq_a is None):
+            raise InputError(
+                "torque", "torque_nm", torque_nm, "given without iq_a, or iq_a without it", "give one of the two"
+            )
+        if not speed_limit_rad_s >= 0.0:
+            raise InputError(
+                "torque", "speed_limit_rad_s", speed_limit_rad_s, "0 or more", "the limit acts in both directions"
+            )
+        if iq_a is None:
+            assert torque_nm is not None
+            motor = self.get(("pole_pairs", "motor_psi_wb"))
+            iq_a = torque_nm / (1.5 * motor["pole_pairs"] * motor["motor_psi_wb"])
+        return self.setpoint(Mode.TORQUE, speed_rad_s=speed_limit_rad_s, iq_a=iq_a)
+
     def start(self, *, wait: bool = True, progress: Callable[[State], None] | None = None) -> None:
         """Arm and start. The motor moves from here on. `wait`: until it runs; a fault is a DriveFaultError."""
         self._need_write("start")
@@ -425,7 +446,7 @@ class Drive:
             self.start()
 
     def stop(self) -> None:
-        """Bridge off; the motor coasts."""
+        """End the run as the drive's `stop_action` says, by default at once and coasting; a second stop is at once."""
         self._command("stop")
 
     def stop_at_once(self) -> None:

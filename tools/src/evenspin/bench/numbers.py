@@ -27,12 +27,14 @@ class State(Reported):
     READY = 3
     RUN = 4
     FAULT = 5
+    SHORT = 6
 
 
 class Mode(Reported):
     CURRENT = 0
     SPEED = 1
     POSITION = 2
+    TORQUE = 3
 
 
 class Numeric(Reported):

@@ -66,7 +66,7 @@ def calibrate(
     screen.print(f"{procedure.name}: {procedure.goal}\n{procedure.moves}")
     if dry_run:
         return
-    path = out if out is not None else _free(name)
+    path = out if out is not None else work.free_file(name)
     file = OutputFile(path, origin(), recording=True, force=force)  # restores the values from before
     with connected(port) as drive:
         operator = operator_for(drive.link.transport, lambda request: yes or typer.confirm(request, err=True))
@@ -112,9 +112,3 @@ def calibrate(
         write_json(content, json_file)
     if not done.good:
         raise typer.Exit(1)
-
-
-def _free(name: str) -> Path:
-    """Each calibration has a file of its own: the first one says what was there before all of them."""
-    names = (Path(f"calibration-{name}{number}.toml") for number in ("", *(f"-{n}" for n in range(2, 10_000))))
-    return next(path for path in names if not path.exists())

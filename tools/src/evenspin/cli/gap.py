@@ -323,7 +323,7 @@ def _logs(paths: list[Path], options: _LogOptions, out: Path, as_json: bool, che
     with output as folder, progress_bar("balancing torque", 1.0) as bar:
         several = len(paths) > 1
         places = [
-            path if read is None else keep(read, path, folder, several)
+            path if read is None else keep(read, path, folder, several, options.model is not None)
             for path, read in zip(paths, imported, strict=True)
         ]
         driven = options.model is not None and serves(places, options.model)

@@ -151,7 +151,7 @@ def known_from(model: str) -> Known:
     return Known(nominal.pole_pairs, counts or None)
 
 
-def keep(read: Read, file: Path, folder: Path, several: bool = False) -> Path:
+def keep(read: Read, file: Path, folder: Path, several: bool = False, slow: bool = True) -> Path:
     """Write the log in SI units, and how it was read, into an output folder; `several`: each log has its own map."""
     from evenspin.importer import write_map
 
@@ -160,7 +160,7 @@ def keep(read: Read, file: Path, folder: Path, several: bool = False) -> Path:
         stem = f"{stem}-{sum(1 for _ in folder.glob(f'{stem}*.csv')) + 1}"
     place = folder / f"{stem}.csv"
     write_log(read.columns, place)
-    check_log(place, file)
+    check_log(place, file, slow)
     (folder / (f"{stem}.MAP.toml" if several else "MAP.toml")).write_text(
         write_map(read.mapping, file), encoding="utf-8"
     )
@@ -185,17 +185,19 @@ def write_log(columns: ColumnsBy, place: Path) -> None:
     write_csv(place, names, np.column_stack([columns[name] for name in names]))
 
 
-def check_log(place: Path, file: Path) -> None:
-    """Report contradictions in the data before anything is kept."""
+def check_log(place: Path, file: Path, slow: bool = True) -> None:
+    """Report contradictions in the data before anything is kept. `slow`: as the equations of a model take it."""
     import numpy as np
 
+    from evenspin.balance.log_reader import LEAST_RATE_HZ as FOR_THE_BALANCE
     from evenspin.balance.log_reader import read_log
+    from evenspin.driven.read import LEAST_RATE_HZ
     from evenspin.errors import InputError
     from evenspin.plausible.finding import Finding
     from evenspin.plausible.torque import current_is_reversed
 
     try:
-        log = read_log(place)
+        log = read_log(place, LEAST_RATE_HZ if slow else FOR_THE_BALANCE)
     except InputError as error:
         error.where = file
         raise

@@ -2,7 +2,8 @@
 
 From the drive to the page: `feed` (connects, streams, reconnects), `history` (the last minutes of rows), `session`
 (what a page may ask for), `messages` (the messages), `page` (one open page, and whether it is still there), `control`
-(which page is in control), `stopping` (the path of a stop), `server` (HTTP and websockets), `static/` (the page).
+(which page is in control), `stopping` (the path of a stop), `recording`, `configuring` and `calibrating` (what leaves
+files), `access` (who may talk to it), `server` (HTTP and websockets), `static/` (the page).
 """
 
 from evenspin.scope.feed import Feed

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from evenspin.bench import Drive, Stream
 from evenspin.bench.errors import LinkLostError, NoDeviceError
 from evenspin.bench.messages import DriveState, Event
+from evenspin.bench.stream import Block
 from evenspin.errors import EvenspinError
 from evenspin.scope.history import History
 
@@ -60,6 +61,8 @@ class Feed:
     state: DriveState | None = None
     values: dict[str, float] = field(default_factory=dict)
     connection: Connection = Connection("searching", "Searching for the drive.")
+    on_block: Callable[[Live, Block], None] = lambda *_: None  # what else shall have the rows; must not wait
+    on_lost: Callable[[], None] = lambda: None
 
     def __post_init__(self) -> None:
         self._closing = threading.Event()
@@ -119,6 +122,7 @@ class Feed:
                 text = _text(error)
             finally:
                 self.drive = self.live = self.state = None
+                self.on_lost()
                 drive.close()
             if not self._closing.is_set():
                 self._say("searching", f"{text}. The drive stops by itself; start it again when it is back.")
@@ -151,6 +155,7 @@ class Feed:
             block = live.stream.read(READ_S)
             if block is not None:
                 live.history.append(block.t_s, block.values, gap_before=block.lost_before > 0)
+                self.on_block(live, block)
         if self._silent is not None:
             raise self._silent
 

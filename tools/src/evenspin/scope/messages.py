@@ -88,13 +88,57 @@ class Spectrum(Request):
     axis: Literal["electrical", "mechanical", "hz"] = "electrical"
 
 
+class Config(Request):
+    """A file with parameters: what it changes, or, with `apply`, the change."""
+
+    do: Literal["config"]
+    text: Annotated[str, Field(max_length=60_000)]
+    name: Name = "drive.toml"
+    apply: bool = False
+
+
+class Record(Request):
+    """What is streamed, into a new folder."""
+
+    do: Literal["record"]
+    on: bool = True
+
+
+class Calibrate(Request):
+    """`known`: parameters whose default is right for this motor."""
+
+    do: Literal["calibrate"]
+    name: Name
+    known: Annotated[list[Name], Field(max_length=20)] = []
+
+
+class CalibrateAnswer(Request):
+    """Whether the rotor is locked, or released, as it was asked for."""
+
+    do: Literal["calibrate_answer"]
+    yes: bool
+
+
 class Document(Request):
     do: Literal["document"]
     name: Name
 
 
 AnyRequest = Annotated[
-    TakeControl | Arm | Setpoint | Simple | SetParameters | Watch | ArmCapture | CaptureControl | Spectrum | Document,
+    TakeControl
+    | Arm
+    | Setpoint
+    | Simple
+    | SetParameters
+    | Watch
+    | ArmCapture
+    | CaptureControl
+    | Spectrum
+    | Document
+    | Config
+    | Record
+    | Calibrate
+    | CalibrateAnswer,
     Field(discriminator="do"),
 ]
 _REQUESTS: TypeAdapter[Any] = TypeAdapter(AnyRequest)
@@ -102,7 +146,7 @@ _REQUESTS: TypeAdapter[Any] = TypeAdapter(AnyRequest)
 # What changes what the drive does: only the page in control may. Stop is not here: every page may always stop.
 NEEDS_CONTROL = frozenset(
     {"arm", "setpoint", "start", "clear_fault", "save", "restore", "defaults", "undo", "set", "watch", "capture",
-     "capture_now", "capture_cancel"}
+     "capture_now", "capture_cancel", "config", "record", "calibrate", "calibrate_answer"}
 )  # fmt: skip
 
 

@@ -1,26 +1,21 @@
-"""HTTP and websockets. It serves its own files, and talks to pages that it served, on addresses that it was given.
-
-A browser sends requests on behalf of any page that it shows, so Host and Origin are checked: a page of
-another origin must not move a motor, and another host name that resolves to this machine must not read from it.
-"""
+"""HTTP and websockets. It serves its own files, and talks to pages that it served, on addresses that it was given."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 import json
-import socket
 from collections.abc import AsyncIterator, Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from importlib.resources import files
 from typing import Any
-from urllib.parse import urlsplit
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from evenspin.errors import EvenspinError
+from evenspin.output.origin import Origin
 from evenspin.scope import messages
+from evenspin.scope.access import Access
 from evenspin.scope.control import Control
 from evenspin.scope.feed import Feed, Live
 from evenspin.scope.history import REDUCE_ABOVE_ROWS, reduce_rows
@@ -47,11 +42,12 @@ HEADERS = {
 class Scope:
     """The pages of one drive."""
 
-    def __init__(self, feed: Feed, host: str) -> None:
+    def __init__(self, feed: Feed, access: Access, made: Origin | None = None) -> None:
         self.feed = feed
-        self.session = Session(feed, self._send_from_any_thread)
+        self.access = access
+        self.server: web.Server | None = None  # whose connections are watched
+        self.session = Session(feed, self._send_from_any_thread, made)
         self.control = Control(self._send_roles, self._stop_abandoned)
-        self._hosts = allowed_names(host)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._tasks: set[asyncio.Task[Any]] = set()  # the loop itself holds tasks only weakly
         self._work = ThreadPoolExecutor(4, "scope work")
@@ -105,13 +101,8 @@ class Scope:
 
     # ---- a page
 
-    def _of_this_scope(self, request: web.Request) -> None:
-        origin = urlsplit(request.headers.get("Origin", ""))
-        if origin.scheme != "http" or origin.netloc != request.host:
-            raise web.HTTPForbidden(text="this page was not served by this scope\n")
-
     async def websocket(self, request: web.Request) -> web.StreamResponse:
-        self._of_this_scope(request)
+        self.access.need_own_page(request)
         socket_ = web.WebSocketResponse(
             autoping=False, max_msg_size=messages.MESSAGE_OCTETS, compress=False, writer_limit=1 << 16
         )
@@ -119,7 +110,8 @@ class Scope:
         page = Page(socket_, request.query.get("page", "")[:TOKEN_CHARS], request.transport)
         for message in (
             self.session.link_message(), self.session.drive_message(), self.session.values_message(),
-            self.session.layout_message(), self.session.state_message(),
+            self.session.layout_message(), self.session.state_message(), self.session.recording.said,
+            self.session.calibrating.said,
         ):  # fmt: skip
             if message is not None:
                 page.put(message)
@@ -140,7 +132,7 @@ class Scope:
 
     async def stop_socket(self, request: web.Request) -> web.StreamResponse:
         """A connection for stops alone: nothing that a page has asked for before can stand in front of one."""
-        self._of_this_scope(request)
+        self.access.need_own_page(request)
         socket_ = web.WebSocketResponse(autoping=False, max_msg_size=messages.MESSAGE_OCTETS, compress=False)
         await socket_.prepare(request)
         token = request.query.get("page", "")[:TOKEN_CHARS]
@@ -167,6 +159,8 @@ class Scope:
     async def _watch_pages(self) -> None:
         while True:
             await asyncio.sleep(TICK_S)
+            if self.server is not None:
+                self.access.hang_up_on_strangers(self.server)
             for page in list(self.pages):
                 page.tick()
                 if page.silent_s > (GONE_S if page is self.control.holder else WATCHER_GONE_S) or page.overrun:
@@ -247,10 +241,12 @@ class Scope:
 
     # ---- files
 
-    async def index(self, _: web.Request) -> web.StreamResponse:
+    async def index(self, request: web.Request) -> web.StreamResponse:
+        self.access.need_token(request)
         return web.FileResponse(str(files("evenspin.scope") / "static" / "index.html"))
 
     async def export(self, request: web.Request) -> web.StreamResponse:
+        self.access.need_token(request)
         source = request.match_info["source"]
         try:
             seconds = float(request.query.get("seconds", "10"))
@@ -260,42 +256,28 @@ class Scope:
         headers = {"Content-Disposition": f'attachment; filename="{source}.csv"'}
         return web.Response(body=octets, content_type="text/csv", headers=headers)
 
+    async def export_config(self, request: web.Request) -> web.StreamResponse:
+        self.access.need_token(request)
+        try:
+            text = await asyncio.get_running_loop().run_in_executor(self._work, self.session.config_file)
+        except EvenspinError as error:
+            raise web.HTTPConflict(text=f"{error}\n") from None
+        headers = {"Content-Disposition": 'attachment; filename="drive.toml"'}
+        return web.Response(text=text, content_type="application/toml", headers=headers)
+
     @web.middleware
     async def guard(self, request: web.Request, handler: Any) -> web.StreamResponse:
-        if not self.may_serve(request.host):
-            raise web.HTTPForbidden(text=f"the scope does not answer to the name {request.host!r}\n")
+        self.access.need_name(request)
         return await handler(request)
-
-    def may_serve(self, host: str) -> bool:
-        """Addresses cannot be rebound to this machine by somebody else's name server; names can."""
-        try:
-            name = urlsplit(f"//{host}").hostname or ""
-        except ValueError:
-            return False
-        if name in self._hosts:
-            return True
-        with contextlib.suppress(ValueError):
-            return ipaddress.ip_address(name).is_loopback or "*" in self._hosts
-        return False
-
-
-def allowed_names(host: str) -> frozenset[str]:
-    """Names that the scope answers to; "*": any address in figures."""
-    names = {"localhost", host.lower()}
-    try:
-        local = host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        local = False
-    return frozenset(names if local else names | {"*", socket.gethostname().lower()})
 
 
 async def _harden(_: web.Request, response: web.StreamResponse) -> None:
     response.headers.update(HEADERS)
 
 
-def make_app(feed: Feed, host: str = "127.0.0.1") -> web.Application:
-    """The application; it starts and closes the feed."""
-    scope = Scope(feed, host)
+def make_app(feed: Feed, host: str = "127.0.0.1", made: Origin | None = None) -> web.Application:
+    """The application; it starts and closes the feed. Its token is new. `made`: the command, for what it writes."""
+    scope = Scope(feed, Access(host), made)
     app = web.Application(middlewares=[scope.guard])
     app[SCOPE] = scope
     app.cleanup_ctx.append(scope.run)
@@ -304,6 +286,7 @@ def make_app(feed: Feed, host: str = "127.0.0.1") -> web.Application:
     app.router.add_get("/socket", scope.websocket)
     app.router.add_get("/stop", scope.stop_socket)
     app.router.add_get("/export/{source:live|capture}.csv", scope.export)
+    app.router.add_get("/export/drive.toml", scope.export_config)
     app.router.add_static("/static/", str(files("evenspin.scope") / "static"))
     return app
 

@@ -15,25 +15,32 @@ from typing import Any
 import numpy as np
 
 from evenspin.bench import Capture, Drive, Mode, State
+from evenspin.bench.config import config_toml
 from evenspin.bench.errors import RefusedError
 from evenspin.bench.messages import fault_text
 from evenspin.bench.numbers import Flag
 from evenspin.errors import EvenspinError, InputError
 from evenspin.log import write_csv
 from evenspin.native import Field
+from evenspin.output.origin import Origin
 from evenspin.scope import messages
+from evenspin.scope.calibrating import Calibrating, procedures
 from evenspin.scope.capturing import Capturing
+from evenspin.scope.configuring import changes_of, shown
 from evenspin.scope.feed import Feed
+from evenspin.scope.recording import Recording
 from evenspin.scope.spectrum import lines_of
 
 Message = dict[str, Any]
+# What would disturb a calibration: everything that changes the drive or its stream.
+MOVES = messages.NEEDS_CONTROL - {"calibrate_answer", "calibrate"}
 MODES = {"speed": Mode.SPEED, "current": Mode.CURRENT, "position": Mode.POSITION}
 
 
 class Session:
-    """`send` takes a message for all pages; it is called from any thread."""
+    """`send` takes a message for all pages; it is called from any thread. `made`: the command, for what it writes."""
 
-    def __init__(self, feed: Feed, send: Callable[[Message], None]) -> None:
+    def __init__(self, feed: Feed, send: Callable[[Message], None], made: Origin | None = None) -> None:
         self.feed = feed
         self.send = send
         self.captured: Capture | None = None
@@ -42,6 +49,10 @@ class Session:
         self._before: tuple[Drive, str, dict[str, float]] | None = None  # what a reset of many parameters replaced
         self._changing = threading.Lock()  # one change of the drive at a time; a stop does not wait for it
         self._capturing = Capturing(send, self._take_capture)
+        made = made or Origin("evenspin scope")
+        self.recording = Recording(feed, made, send)
+        self.calibrating = Calibrating(made, send, self._calibrated)
+        feed.on_lost = self._lost
         self._work: Mapping[str, Callable[[Any], Message | None]] = {
             "stop": self._stop,
             "arm": self._arm,
@@ -60,13 +71,19 @@ class Session:
             "capture_cancel": lambda _: self._capturing.cancel(),
             "last_fault": self._last_fault,
             "spectrum": self._spectrum,
+            "config": self._config,
+            "record": lambda request: self.recording.start() if request.on else self.recording.end(),
+            "calibrate": self._calibrate,
+            "calibrate_answer": lambda request: self.calibrating.answer(request.yes),
             "document": lambda request: {"text": self.feed.need_drive().document(request.name)},
         }
-        self._free = frozenset({"stop", "spectrum", "document", "capture_now", "capture_cancel"})
+        self._free = frozenset({"stop", "spectrum", "document", "capture_now", "capture_cancel", "calibrate_answer"})
 
     def do(self, request: Any) -> Message:
         """The answer; a refusal is {"error": text}."""
         try:
+            if self.calibrating.busy and request.do in MOVES:
+                raise RefusedError(f"{request.do}: a calibration is running; stop it first")
             if request.do in self._free:
                 result = self._work[request.do](request)
             else:
@@ -84,10 +101,18 @@ class Session:
 
     def close(self) -> None:
         self._capturing.cancel()
+        self.calibrating.stop()
+        self.calibrating.join(5.0)
+        self.recording.close()
+
+    def _lost(self) -> None:
+        self.calibrating.stop()
+        self.recording.lost()
 
     # ---- moving
 
     def _stop(self, _: Any) -> None:
+        self.calibrating.stop()
         self.feed.need_drive().stop_at_once()
 
     def _arm(self, request: messages.Arm) -> None:
@@ -142,6 +167,40 @@ class Session:
         self._before = None
         self.feed.refresh_values()
         self.send(self.values_message())
+
+    def _config(self, request: messages.Config) -> Message:
+        drive = self.feed.need_drive()
+        changes = changes_of(request.text, request.name, drive)
+        listed = shown(changes, drive)
+        if request.apply and changes:
+            before = drive.get(list(changes))
+            drive.set(changes)
+            self._before = (drive, "load", before)
+            self.feed.refresh_values()
+            self.send(self.values_message())
+        return {"changes": listed}
+
+    def config_file(self) -> str:
+        return config_toml(self.feed.need_drive())
+
+    def _calibrate(self, request: messages.Calibrate) -> Message:
+        if self.recording.on:
+            raise RefusedError("calibrate: it streams signals of its own; end the recording first")
+        return self.calibrating.start(self.feed.need_drive(), request.name, request.known)
+
+    def _calibrated(self, drive: Drive, name: str, before: dict[str, float]) -> None:
+        """A calibration has ended: the signals of the pages come again. `name`: of one that changed parameters."""
+        if drive.link.lost or self.feed.drive is not drive:
+            return
+        try:
+            self.feed.watch(self.feed.signals, self.feed.rate_hz)
+            after = self.feed.refresh_values()
+            changed = {key: value for key, value in before.items() if after.get(key) != value}
+            if name and changed:
+                self._before = (drive, name, changed)
+            self.send(self.values_message())
+        except EvenspinError:
+            return  # the drive was lost just now, and the feed says so
 
     def _read_values(self, _: Any) -> None:
         self.feed.refresh_values()
@@ -215,7 +274,7 @@ class Session:
             "port": drive.port, "pwm_hz": info.pwm_hz, "read_only": drive.read_only_reason,
             "stream_signals": info.stream_signals, "capture_signals": info.recorder_signals,
             "capture_values": info.recorder_values[0] if info.recorder_values else 0,
-            "has_storage": info.has_storage, "timeout_ms": info.timeout_ms,
+            "procedures": procedures(), "has_storage": info.has_storage, "timeout_ms": info.timeout_ms,
             "signals": [{"name": f.name, "unit": f.unit, "doc": f.doc} for f in drive.signals.values()],
             "parameters": [_parameter(f) for f in drive.parameters.values()],
         }  # fmt: skip

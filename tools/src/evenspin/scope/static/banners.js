@@ -19,12 +19,16 @@ export class Banners {
   }
 
   #all() {
-    const { link, state, drive, role, pages, free, connected } = this.scope;
+    const { link, state, drive, role, pages, free, connected, refused } = this.scope;
     const found = [];
     const add = (name, bad, title, text, ...buttons) => found.push({
       key: [name, title, text, this.scope.mayWrite],
       element: () => h("div", { class: bad ? "banner bad" : "banner", "data-banner": name }, h("h2", {}, title), h("p", {}, text), ...buttons),
     });
+    if (refused) {
+      add("server", true, "The scope was started again", "Its address is a new one: open the one that `evenspin scope` printed. The motor was stopped when the scope ended.");
+      return found;
+    }
     if (!connected) {
       add("server", true, "No connection to the scope", "Is `evenspin scope` still running? When it ends, it stops the motor. The page tries again.");
       return found;

@@ -2,6 +2,7 @@
 
 import { $, fill, h, numberField, numberOf, select } from "./dom.js";
 import { number, seconds, withUnit } from "./format.js";
+import { Kept, spread } from "./kept.js";
 import { Panes } from "./panes.js";
 import { extent } from "./plot.js";
 
@@ -35,6 +36,11 @@ export class CaptureView {
     this.title = h("span", { class: "note", id: "capture-title", title: "Drag in the plot to zoom, double click to see all" });
     this.edge = h("label", {}, this.watched, this.kindWord = h("span"), this.level, this.levelUnit);
     this.body = h("div");
+    this.panes = new Panes(this.body, "time from the trigger / ms", { zoom: true, xUnit: "ms", rearranged: () => this.#show() });
+    this.kept = new Kept(() => this.#keep(), () => {
+      this.panes.kept = this.kept.what;
+      this.#show();
+    });
     this.empty = h("div", { class: "empty" }, h("b", {}, "No capture yet"),
       "Choose signals and a trigger, then press Capture (C). The drive records every current-loop period in its own memory.");
     this.element.append(
@@ -42,10 +48,9 @@ export class CaptureView {
       h("div", { class: "bar" }, h("label", {}, "Trigger", this.kind), this.edge,
         h("label", {}, "Rows", this.rows), h("label", {}, "before", this.pre, "%"), this.every, this.duration),
       h("div", { class: "bar" }, this.armButton, h("label", {}, this.repeat, "again and again"), this.now, this.cancel,
-        this.status, h("span", { class: "grow" }), this.title),
-      this.empty, this.body);
+        this.panes.cursors.button, this.kept.button, this.status, h("span", { class: "grow" }), this.title),
+      this.empty, this.body, this.panes.cursors.element, this.kept.element);
     this.body.hidden = true;
-    this.panes = new Panes(this.body, "time from the trigger / ms", { zoom: true });
     scope.on("drive", () => this.#adopt());
     scope.on("theme", () => this.#show());
     scope.on("role", () => this.#adapt());
@@ -133,7 +138,37 @@ export class CaptureView {
     this.panes.draw(record.t, record.columns.map((column) => Array.from(column)), extent([record.t]));
   }
 
-  draw() {
-    if (this.record) this.panes.figures((place) => this.record.columns[place].at(-1));
+  get state() {
+    return {
+      signals: this.names, trigger: this.kind.value, signal: this.watched.value, level: numberOf(this.level) ?? 0,
+      rows: Math.max(2, numberOf(this.rows) ?? 1000), before_pct: numberOf(this.pre) ?? 20, every: Number(this.every.value), repeat: this.repeat.checked,
+      cursors: this.panes.cursors.state, panes: this.panes.arrangement,
+    };
+  }
+
+  set state({ signals, trigger, signal, level, rows, before_pct: before, every, repeat, cursors, panes }) {
+    this.names = signals;
+    for (const [field, value] of [[this.kind, trigger], [this.watched, signal], [this.level, level], [this.rows, rows], [this.pre, before], [this.every, every]]) field.value = String(value);
+    this.repeat.checked = repeat;
+    this.panes.arrangement = panes;
+    this.#adopt();
+    this.#show();
+    this.panes.cursors.state = cursors;
+  }
+
+  #keep() {
+    const { record } = this;
+    if (!record) return null;
+    const by = (make) => Object.fromEntries(record.names.map((name, i) => [name, make(Array.from(record.columns[i]))]));
+    return { x: record.t, columns: by((values) => values), limits: by((values) => extent([values])), spread: by(spread) };
+  }
+
+  draw(now) {
+    const { record } = this;
+    if (!record) return;
+    this.panes.figures((place) => record.columns[place].at(-1));
+    if (!this.kept.due(now)) return;
+    const both = record.names.map((name, i) => ({ name, unit: record.units[i], before: this.kept.what.spread[name]?.rms, now: spread(record.columns[i]).rms }));
+    this.kept.fill("rms about the mean of the record", both.filter(({ before }) => before !== undefined));
   }
 }

@@ -24,10 +24,11 @@ export function parseNumber(text) {
 
 export const withUnit = (text, unit) => (unit ? `${text} ${unit}` : text);
 
-export function seconds(value) {
-  if (value < 1e-3) return `${number(value * 1e6, 3)} µs`;
-  if (value < 1) return `${number(value * 1e3, 3)} ms`;
-  return `${number(value, 3)} s`;
+export function seconds(value, figures = 3) {
+  const size = Math.abs(value);
+  if (size < 1e-3) return `${number(value * 1e6, figures)} µs`;
+  if (size < 1) return `${number(value * 1e3, figures)} ms`;
+  return `${number(value, figures)} s`;
 }
 
 export const isReference = (name) => /_ref(_|$)/.test(name);

@@ -1,10 +1,14 @@
 // The stream as it comes, rolling. Counts the frames that were really drawn.
 
-import { $, h, select } from "./dom.js";
+import { $, fill, h, select } from "./dom.js";
+import { Kept, spread } from "./kept.js";
 import { Panes } from "./panes.js";
+import { extent } from "./plot.js";
+import { BEFORE, Trigger } from "./trigger.js";
 
 const MEAN_S = 0.2;
 const FIGURES_MS = 150;
+const ROLLING = "time before now / s", STANDING = "time from the trigger / s";
 
 export class LiveView {
   constructor(scope) {
@@ -20,12 +24,20 @@ export class LiveView {
     this.rateSelect = select(["100", "200", "500", "1000", "2000"], "1000", (value) => scope.watch(scope.names, Number(value)), { id: "rate" });
     this.note = h("span", { class: "note" });
     this.body = h("div");
+    this.panes = new Panes(this.body, ROLLING, { changed: () => (this.#figuresAt = 0), rearranged: () => (this.#drawn = -1) });
+    this.trigger = new Trigger(() => {
+      this.#standing = null;
+      this.#triggerChanged();
+    });
+    this.kept = new Kept(() => this.#take(), () => {
+      this.panes.kept = this.kept.what;
+      this.#drawn = -1;
+    });
     this.empty = h("div", { class: "empty" });
     this.element.append(
       h("div", { class: "bar" }, this.pauseButton, h("label", {}, "Window", this.windowSelect),
-        h("label", {}, "Rate", this.rateSelect, "Hz"), h("span", { class: "grow" }), this.note),
-      this.empty, this.body);
-    this.panes = new Panes(this.body, "time before now / s");
+        h("label", {}, "Rate", this.rateSelect, "Hz"), this.panes.cursors.button, this.kept.button, this.trigger.element, h("span", { class: "grow" }), this.note),
+      this.empty, this.body, this.panes.cursors.element, this.kept.element);
     scope.on("layout", () => this.rebuild());
     scope.on("theme", () => this.rebuild());
     scope.on("status", () => this.#showEmpty());
@@ -34,12 +46,26 @@ export class LiveView {
 
   #frames;
   #drawn = -1;
+  #standing = null; // the picture of the trigger
+  #origin = NaN; // time at the 0 of the axis
   #figuresAt = 0;
 
   setSeconds(seconds) {
     this.seconds = seconds;
     this.windowSelect.value = String(seconds);
     this.#drawn = -1;
+  }
+
+  get state() {
+    return { seconds: this.seconds, cursors: this.panes.cursors.state, panes: this.panes.arrangement, trigger: this.trigger.settings };
+  }
+
+  set state({ seconds, cursors, panes, trigger }) {
+    this.setSeconds(seconds);
+    this.panes.arrangement = panes;
+    this.rebuild();
+    this.trigger.settings = trigger;
+    this.panes.cursors.state = cursors;
   }
 
   zoom(factor) {
@@ -57,10 +83,21 @@ export class LiveView {
 
   rebuild() {
     const { names, units, rate_hz } = this.scope.layout ?? { names: [], units: [] };
+    fill(this.trigger.signal, names, this.trigger.signal.value || "speed_rad_s");
+    if (this.#standing?.rows.names.join() !== names.join()) this.#standing = null;
     this.panes.show(names.map((name, index) => ({ name, unit: units[index], index })));
+    this.#triggerChanged();
     if (rate_hz) this.rateSelect.value = String(Math.round(rate_hz));
     this.#drawn = -1;
     this.#showEmpty();
+  }
+
+  #triggerChanged() {
+    const { signal, level } = this.trigger.settings;
+    const place = this.scope.names.indexOf(signal);
+    this.trigger.unit.textContent = this.scope.layout?.units[place] ?? "";
+    this.panes.level = this.trigger.on && place >= 0 ? { place, value: level } : null;
+    this.#drawn = -1;
   }
 
   #showEmpty() {
@@ -84,19 +121,53 @@ export class LiveView {
       this.#figures(now); // the cursor may move
       return;
     }
-    const end = this.pausedAt ?? ring.lastTime;
-    const shown = ring.window(end - this.seconds, end, this.panes.resolution, end);
-    this.panes.draw(shown.t, shown.columns, [-this.seconds, 0]);
+    if (this.pausedAt === null) this.#standing = this.trigger.update(ring, this.seconds);
+    const standing = this.#standing;
+    if (!standing || standing.at !== this.#origin || this.#drawn < 0) this.#show(standing);
     this.#drawn = ring.written;
     this.#figures(now);
     this.#count(now);
   }
 
+  #show(standing) {
+    const end = this.pausedAt ?? this.scope.ring.lastTime;
+    this.rows = standing?.rows ?? this.scope.ring;
+    this.#origin = standing?.at ?? end;
+    this.xRange = standing ? [-BEFORE * this.seconds, (1 - BEFORE) * this.seconds] : [-this.seconds, 0];
+    this.panes.setAxis(standing ? STANDING : ROLLING, Boolean(standing));
+    const shown = this.rows.window(this.#origin + this.xRange[0], this.#origin + this.xRange[1], this.panes.resolution, this.#origin);
+    this.panes.draw(shown.t, shown.columns, this.xRange);
+  }
+
   #figures(now) {
     if (now - this.#figuresAt < FIGURES_MS) return;
     this.#figuresAt = now;
-    this.panes.figures((place) => this.scope.ring.mean(this.scope.names[place], MEAN_S));
+    const { ring, names } = this.scope;
+    this.panes.figures((place) => ring.mean(names[place], MEAN_S), (place, t) => this.rows?.at(place, this.#origin + t) ?? NaN);
+    if (this.kept.due(now)) this.#compare();
     this.note.textContent = this.panes.cursorText("s") && `at ${this.panes.cursorText("s")}`;
+  }
+
+  get #shownTimes() {
+    return this.xRange.map((x) => this.#origin + x);
+  }
+
+  #take() {
+    if (!this.rows?.written) return null;
+    const [from, to] = this.#shownTimes;
+    const { t, columns } = this.rows.window(from, to, this.panes.resolution, this.#origin);
+    const names = this.rows.names;
+    const by = (make) => Object.fromEntries(names.map((name, i) => [name, make(i)]));
+    return { x: t, columns: by((i) => columns[i]), limits: by((i) => extent([columns[i]])), spread: by((i) => spread(this.rows.values(i, from, to))) };
+  }
+
+  #compare() {
+    const { names, layout } = this.scope;
+    const columns = names.flatMap((name, i) => {
+      const before = this.kept.what.spread[name];
+      return before ? [{ name, unit: layout.units[i], before: before.rms, now: spread(this.rows.values(i, ...this.#shownTimes)).rms }] : [];
+    });
+    this.kept.fill("rms about the mean of what is shown", columns);
   }
 
   #count(now) {

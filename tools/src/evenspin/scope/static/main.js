@@ -6,13 +6,15 @@ import { $, h } from "./dom.js";
 import { DrivePanel } from "./drive.js";
 import { number, RPM_PER_RAD_S } from "./format.js";
 import { bindKeys } from "./keys.js";
+import { Layouts } from "./layouts.js";
 import { LiveView } from "./live.js";
 import { Parameters } from "./parameters.js";
 import { picture } from "./plot.js";
 import { Ring } from "./ring.js";
 import { Signals } from "./signals.js";
-import { Socket } from "./socket.js";
+import { Socket, withToken } from "./socket.js";
 import { SpectrumView } from "./spectrum.js";
+import { Tools } from "./tools.js";
 import { XyView } from "./xy.js";
 
 const CAPTURE = 3;
@@ -20,6 +22,7 @@ const SLOW_MS = 200;
 
 class Scope extends EventTarget {
   connected = false;
+  refused = false;
   link = { status: "searching", text: "Connecting." };
   drive = null;
   state = null;
@@ -39,11 +42,12 @@ class Scope extends EventTarget {
     const keep = (type, change) => socket.on(type, (message) => { change(message); this.tell(type, message); });
     socket.on("open", () => { this.connected = true; this.tell("status"); });
     socket.on("close", () => { this.connected = false; this.state = null; this.tell("status"); this.tell("state"); });
+    socket.on("refused", () => { this.refused = true; this.tell("status"); });
     keep("drive", (message) => (this.drive = message));
     keep("state", (message) => (this.state = message));
     keep("values", ({ values, undo }) => Object.assign(this, { values, undo }));
     keep("role", ({ role, pages, free }) => Object.assign(this, { role, pages, free }));
-    keep("capture", () => {});
+    for (const type of ["capture", "recording", "calibration"]) keep(type, () => {});
     keep("layout", (message) => this.#newLayout(message));
     socket.on("link", (message) => {
       this.link = message;
@@ -183,8 +187,21 @@ function showView(name) {
   views[name].rebuild?.();
 }
 
+const KEPT_VIEWS = ["live", "capture", "xy", "spectrum"];
+
+const layoutNow = () => ({
+  signals: scope.names, rate_hz: scope.layout.rate_hz, view: shown, ...Object.fromEntries(KEPT_VIEWS.map((name) => [name, views[name].state])),
+});
+
+async function applyLayout(layout) {
+  const same = layout.signals.join() === scope.names.join() && layout.rate_hz === scope.layout?.rate_hz;
+  if (!same) await scope.watch(layout.signals, layout.rate_hz);
+  for (const name of KEPT_VIEWS) views[name].state = layout[name];
+  showView(layout.view);
+}
+
 function showSide(name) {
-  for (const key of ["parameters", "signals"]) $(`side-${key}`).hidden = key !== name;
+  for (const key of ["parameters", "signals", "tools"]) $(`side-${key}`).hidden = key !== name;
   for (const tab of document.querySelectorAll("[data-side]")) tab.setAttribute("aria-selected", tab.dataset.side === name);
 }
 
@@ -196,7 +213,7 @@ function exportCsv() {
     said = "export: there are no rows yet";
     return;
   }
-  h("a", { href: `/export/${source}.csv?seconds=${views.live.seconds}`, download: `${source}.csv` }).click();
+  h("a", { href: withToken(`/export/${source}.csv?seconds=${views.live.seconds}`), download: `${source}.csv` }).click();
 }
 
 function exportPicture() {
@@ -226,21 +243,24 @@ views.live = new LiveView(scope);
 views.capture = scope.capture = new CaptureView(scope);
 views.xy = new XyView(scope);
 views.spectrum = new SpectrumView(scope);
+const layouts = new Layouts(scope, layoutNow, applyLayout);
 const parameters = new Parameters(scope);
 new Signals(scope);
+const tools = new Tools(scope);
 new Banners(scope);
 for (const topic of ["state", "status", "drive"]) scope.on(topic, showHeader);
 for (const tab of document.querySelectorAll("[data-view]")) tab.onclick = () => showView(tab.dataset.view);
 for (const tab of document.querySelectorAll("[data-side]")) tab.onclick = () => showSide(tab.dataset.side);
 $("theme").onclick = otherTheme;
 $("exports").append(
+  h("button", { id: "show-layouts", title: "L: signals, views and cursors by name", onclick: () => layouts.show() }, "Layouts"), " ",
   h("button", { id: "export-csv", title: "E: these rows in the log format", onclick: exportCsv }, "CSV"), " ",
   h("button", { id: "export-png", title: "I: what is shown as a picture", onclick: exportPicture }, "PNG"));
 bindKeys(stop, {
-  start: () => drive.start(), a: () => drive.arm(), p: () => views.live.pause(), c: () => { showView("capture"); views.capture.arm(); },
+  start: () => drive.start(), a: () => drive.arm(), p: () => views.live.pause(), t: () => { showView("live"); views.live.trigger.nextMode(); }, r: () => views.live.trigger.again(), c: () => { showView("capture"); views.capture.arm(); },
   1: () => showView("live"), 2: () => showView("capture"), 3: () => showView("xy"), 4: () => showView("spectrum"),
   "+": () => views.live.zoom(-1), "-": () => views.live.zoom(1), "/": () => { showSide("parameters"); parameters.search.focus(); },
-  g: () => showSide("signals"), s: () => drive.select(), e: exportCsv, i: exportPicture, d: otherTheme,
+  u: () => showSide("tools"), o: () => tools.toggleRecording(), l: () => layouts.show(), k: () => views[shown].kept?.keep(), x: () => (views[shown].panes ?? views[shown]).cursors?.toggle(), g: () => showSide("signals"), s: () => drive.select(), e: exportCsv, i: exportPicture, d: otherTheme,
 });
 showView("live");
 showSide("parameters");

@@ -103,6 +103,14 @@ export function picture(view, title) {
     const place = canvas.getBoundingClientRect();
     pen.drawImage(canvas, place.left - bounds.left, place.top - first + top, place.width, place.height);
   }
+  for (const cursor of view.querySelectorAll(".cursor.shown")) {
+    const place = cursor.getBoundingClientRect();
+    const x = place.left + place.width / 2 - bounds.left, y = place.top - first + top;
+    pen.fillStyle = css("--ink");
+    pen.fillRect(x - 1, y, 2, place.height);
+    pen.font = "700 12px 'DejaVu Sans', sans-serif";
+    pen.fillText(cursor.innerText, x + 4, y + 10);
+  }
   for (const item of view.querySelectorAll(".legend span")) {
     const place = item.getBoundingClientRect();
     pen.fillStyle = getComputedStyle(item.querySelector("i")).borderTopColor;

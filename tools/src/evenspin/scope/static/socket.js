@@ -6,6 +6,11 @@ const ANSWER_MS = 15000;
 const SILENT_MS = 2000; // the server says something several times a second
 const WATCH_MS = 250;
 
+// Of the address that the command printed: whoever does not have it is refused.
+const access = new URLSearchParams(location.search).get("token") ?? "";
+
+export const withToken = (path) => `${path}${path.includes("?") ? "&" : "?"}token=${encodeURIComponent(access)}`;
+
 // The same when this page is loaded again: it keeps its place.
 function pageToken() {
   const token = sessionStorage.getItem("page") ?? Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(36)).join("");
@@ -21,15 +26,19 @@ export class Socket extends EventTarget {
   #heardAt = 0;
 
   open() {
-    const socket = new WebSocket(`ws://${location.host}/socket?page=${pageToken()}`);
+    const socket = new WebSocket(`ws://${location.host}${withToken(`/socket?page=${pageToken()}`)}`);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => this.#tell("open");
+    let opened = false;
+    socket.onopen = () => {
+      opened = true;
+      this.#tell("open");
+    };
     socket.onmessage = ({ data }) => {
       this.#heardAt = performance.now();
       if (typeof data === "string") this.#message(JSON.parse(data));
       else this.#tell("rows", rowsOf(data));
     };
-    socket.onclose = () => this.#lost(socket);
+    socket.onclose = () => this.#lost(socket, opened);
     this.#socket = socket;
     this.#heardAt = performance.now();
     const watch = setInterval(() => {
@@ -42,18 +51,25 @@ export class Socket extends EventTarget {
     if (this.#stops === null) this.#openStops();
   }
 
-  #lost(socket) {
+  #lost(socket, opened = true) {
     if (this.#socket !== socket) return;
     this.#socket = null;
     this.#stops?.close();
     for (const { reject } of this.#waiting.values()) reject(new Error("the connection to the scope was lost"));
     this.#waiting.clear();
     this.#tell("close");
-    setTimeout(() => this.open(), AGAIN_MS);
+    setTimeout(() => (opened ? this.open() : this.#again()), AGAIN_MS);
+  }
+
+  // Not let in: a scope that was started again has another token, and this page says so. Else it tries again.
+  async #again() {
+    const answer = await fetch(withToken("/"), { method: "HEAD", signal: AbortSignal.timeout(SILENT_MS) }).catch(() => null);
+    if (answer?.status === 403) this.#tell("refused");
+    else this.open();
   }
 
   #openStops() {
-    const stops = new WebSocket(`ws://${location.host}/stop?page=${pageToken()}`);
+    const stops = new WebSocket(`ws://${location.host}${withToken(`/stop?page=${pageToken()}`)}`);
     stops.onmessage = ({ data }) => this.#message(JSON.parse(data));
     stops.onclose = () => {
       this.#stops = null;

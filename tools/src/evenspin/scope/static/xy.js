@@ -61,6 +61,22 @@ export class XyView {
     this.rebuild();
   }
 
+  get state() {
+    const { x, y, source, seconds, ripple, square } = this;
+    return { x: x.value, y: y.value, source: source.value, seconds: Number(seconds.value), ripple: ripple.checked, square: square.checked };
+  }
+
+  set state({ x, y, source, seconds, ripple, square }) {
+    this.source.value = source;
+    this.seconds.value = String(seconds);
+    this.ripple.checked = ripple;
+    this.square.checked = square;
+    this.#choices();
+    this.x.value = x;
+    this.y.value = y;
+    this.rebuild();
+  }
+
   rebuild() {
     this.#fit?.destroy();
     this.#fit = null;
