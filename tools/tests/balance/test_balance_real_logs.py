@@ -90,6 +90,7 @@ def test_gaps_in_time_are_said(free_run: Real) -> None:
     assert any("6 gaps in time" in text for text in free_run[0].verdict["repairs"])
 
 
+@pytest.mark.search
 def test_the_model_that_is_written_loads_and_explains_the_log(free_run: Real, tmp_path: Path) -> None:
     path = free_run[1] / "model.toml"
     machine = load_machine(path)
@@ -147,6 +148,7 @@ def test_the_simulated_speed_ripple_is_within_a_quarter_of_the_measured(speed_te
     assert ripple["simulated_without_rad_s_rms"] < 0.05 * ripple["measured_rad_s_rms"]
 
 
+@pytest.mark.search
 def test_without_a_model_the_log_tells_its_own_inertia(free_run: Real, tmp_path: Path) -> None:
     alone = run_balance(recordings.REAL / "speed_test.csv.gz", None, tmp_path).verdict
     swept = free_run[0].verdict["identified"]["inertia.inertia_as2_per_rad"]["value"]
@@ -157,6 +159,7 @@ def test_without_a_model_the_log_tells_its_own_inertia(free_run: Real, tmp_path:
     assert alone["identified"]["inertia.inertia_as2_per_rad"]["value"] == pytest.approx(swept, rel=0.1)
 
 
+@pytest.mark.search
 def test_the_angle_alone_gives_the_same_cogging(speed_test: Real, tmp_path: Path) -> None:
     """Another path to speed and acceleration, through no filter of the drive."""
     columns = recordings.read(recordings.REAL / "speed_test.csv.gz")
@@ -189,6 +192,7 @@ def test_lines_of_a_model_at_another_zero_of_the_angle_do_no_harm(
     assert verdict["gap_before"] < 1.05 * free_run[0].verdict["gap_after"]
 
 
+@pytest.mark.search
 def test_the_model_with_the_orders_explains_the_log_that_gave_them(speed_test: Real, tmp_path: Path) -> None:
     verdict = run_balance(recordings.REAL / "speed_test.csv.gz", speed_test[1] / "model.toml", None).verdict
 

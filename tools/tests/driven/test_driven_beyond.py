@@ -78,6 +78,16 @@ def test_friction_that_is_gone_when_warm_is_no_constant_friction(
     assert written == pytest.approx(constant_nm + 0.15, abs=0.02)  # at the start, from where the term takes it away
 
 
+def test_friction_that_falls_for_longer_than_the_log_is_no_constant_friction_as_far_as_it_could_still_fall(
+    tmp_path: Path,
+) -> None:
+    """Ten seconds of an exponential of 8 s: 29 % are left at the end, more than counts, and on their way to none."""
+    columns = foreign(lambda theta, w, t: np.tanh(w) * 0.3 * np.exp(-t / 8.0))
+    verdict = verdict_of(columns, tmp_path)
+    assert verdict["verdict"] == ["unknown"]
+    assert [term["family"] for term in verdict["empirical"]] == ["time_friction"]
+
+
 @pytest.mark.parametrize(
     "effects", [{}, {"inertia": {"factor": 1.3}}, {"cogging": {"amplitude_nm": 0.06, "order": 18.0}}]
 )

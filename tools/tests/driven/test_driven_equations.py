@@ -29,6 +29,7 @@ ACTING = {
     "misalignment": {"amplitude_nm": 0.1, "phase_rad": 0.4, "second_rel": 0.5, "phase2_rad": 2.0},
     "stribeck_friction": {"torque_nm": 0.1, "speed_rad_s": 10.0},
     "torque_constant": {"factor": 0.9},
+    "two_mass": {"f_res_hz": 15.0, "load_ratio": 0.5, "damping_ratio": 0.04},
     "viscous_friction": {"factor": 2.5},
     "winding_resistance": {"factor": 1.4},
 }
@@ -53,9 +54,10 @@ def test_with_its_own_parameters_an_effect_leaves_what_a_healthy_machine_leaves(
     columns = columns_of(((effect, tuple(ACTING[effect].items())),), speeds=SPEEDS_RAD_S)
     without, with_it = left_of(columns, []), left_of(columns, [(effect, ACTING[effect])])
     # 40 %: other currents and speeds have other noise of rounding. The offset, 20 times the noise of the torque, leaves
-    # 4 % of itself where the speed is not yet steady. What an effect does is three times what is left; a saturation at
+    # 4 % of itself where the speed is not yet steady; so does the twist, by the half row for which no log tells when a
+    # load of this log steps. What an effect does is three times what is left; a saturation at
     # twice the current of this log bends the d axis by a third of its noise.
-    assert np.all(with_it < (2.0 if effect == "current_offset" else 1.4) * healthy), (with_it, healthy)
+    assert np.all(with_it < (2.0 if effect in ("current_offset", "two_mass") else 1.4) * healthy), (with_it, healthy)
     assert np.any(without > (1.25 if effect == "inductance_saturation" else 3.0) * with_it), (without, with_it)
 
 
@@ -70,7 +72,7 @@ def test_a_dead_time_leaves_no_mean_loss_where_the_current_is_clear():
 
 def test_every_effect_has_an_equation_or_a_reason_why_not():
     without = {name for name, e in tables().effects.items() if not any(hook(name, each) for each in HOOKS)}
-    # Delays and filters need the controller, shafts that twist a state of their own; sums of terms are for scenarios.
+    # Delays and filters need the controller, backlash has no equation; sums of terms are for scenarios.
     scenarios = {"torque_ripple", "empirical", "empirical_voltage"}
-    assert without == {"current_filter", "current_loop_delay", "two_mass", "backlash"} | scenarios
+    assert without == {"current_filter", "current_loop_delay", "backlash"} | scenarios
     assert set(ACTING) | {"dead_time"} | without == set(tables().effects)

@@ -17,6 +17,7 @@ def verdict_of(path, columns, names=TORQUE_ONLY):
 
 
 # Sizes about twice what a bench leaves open; tolerances as for logs with voltages.
+@pytest.mark.usefixtures("by_the_table")
 @pytest.mark.parametrize(
     ("effect", "params", "key"),
     [
@@ -44,6 +45,7 @@ def test_a_healthy_machine_without_a_measured_load_has_no_name(tmp_path):
     assert verdict_of(tmp_path / "log.csv", still, WITHOUT_LOAD)["verdict"] == []
 
 
+@pytest.mark.usefixtures("by_the_table")
 @pytest.mark.parametrize("effect", ["encoder_offset", "torque_constant", "inertia"])
 def test_less_torque_per_ampere_and_more_inertia_are_one_name_without_voltages_and_load(effect, tmp_path):
     params = {"encoder_offset": {"angle_el_rad": 0.55}, "torque_constant": {"factor": 0.85}, "inertia": {"factor": 1.2}}
@@ -56,12 +58,14 @@ def test_less_torque_per_ampere_and_more_inertia_are_one_name_without_voltages_a
     assert any("measured load" in text for text in verdict["warnings"])
 
 
+@pytest.mark.usefixtures("by_the_table")
 def test_a_measured_load_separates_the_torque_constant_from_the_inertia(tmp_path):
     verdict = verdict_of(tmp_path / "log.csv", hide(torque_constant={"factor": 1.15}))
     assert verdict["verdict"] == ["torque_constant"]
     assert verdict["parameters"]["torque_constant"]["factor"] == pytest.approx(1.15, abs=0.02)
 
 
+@pytest.mark.usefixtures("by_the_table")
 def test_a_measured_load_that_never_moves_fixes_no_torque_per_ampere(tmp_path):
     """A column of noise: flux, inertia and friction could all be a third larger, and explain the log as well."""
     columns = hide(viscous_friction={"factor": 4.0})
@@ -73,11 +77,13 @@ def test_a_measured_load_that_never_moves_fixes_no_torque_per_ampere(tmp_path):
     assert verdict["parameters"]["viscous_friction"]["factor"] == pytest.approx(4.0, rel=0.05)
 
 
+@pytest.mark.usefixtures("by_the_table")
 def test_an_offset_of_a_current_sensor_may_be_torque_of_the_shaft_without_voltages(tmp_path):
     verdict = verdict_of(tmp_path / "log.csv", hide(current_offset={"offset_a_a": 0.2, "offset_b_a": -0.1}))
     assert verdict["verdict"] == ["cogging or current_offset"]
 
 
+@pytest.mark.usefixtures("by_the_table")
 def test_in_one_direction_friction_and_load_are_one_name(tmp_path):
     columns = columns_of((("coulomb_friction", (("torque_nm", 0.1),)),), 1, (4.0, 30.0, 70.0, 12.0, 50.0, 20.0))
     moving = {name: values[200:] for name, values in columns.items()}

@@ -31,6 +31,7 @@ STEMS = {  # how such a column may be called when its name or its unit is anothe
 
 LEAST_ROWS = 500  # half to fit, half to validate, and a few blocks in each for the intervals
 LEAST_RATE_HZ = 50.0
+SLOW = "record faster; with --model 25 rows per second tell loads, friction, inertia and resistance"
 MOST_BAD = 0.2  # share of rows that may be left out; a log with more is refused
 GAP_PERIODS = 3.0  # a longer step in time is a gap: nothing is judged across it
 MOST_TURN = 0.5  # of a turn between two rows: an angle that jumps by more is wrapped
@@ -64,7 +65,7 @@ def gaps_of(t_s: Array, period_s: float) -> Array:
     return np.column_stack((t_s[wide], t_s[wide + 1]))
 
 
-def read_log(path: Path) -> Log:
+def read_log(path: Path, least_rate_hz: float = LEAST_RATE_HZ) -> Log:
     """Read, repair and check; whatever the file is, the result is a Log or an InputError."""
     text = read_text(path, HINT)
     header = header_of(text)
@@ -87,9 +88,9 @@ def read_log(path: Path) -> Log:
     others = {name: np.ascontiguousarray(table[:, len(names) + i]) for i, name in enumerate(beside)}
     period_s = float(np.median(np.diff(values["t_s"])))
     doubts = check_units(path, values, others)
-    if period_s > 1.0 / LEAST_RATE_HZ:
-        hint = "is the time in milliseconds or microseconds? t_s is in seconds" if period_s > 0.1 else "record faster"
-        raise InputError(path, "t_s", f"{period_s:g} between rows", f"at most {1.0 / LEAST_RATE_HZ:g} s", hint)
+    if period_s > 1.0 / least_rate_hz:
+        hint = "is the time in milliseconds or microseconds? t_s is in seconds" if period_s > 0.1 else SLOW
+        raise InputError(path, "t_s", f"{period_s:g} between rows", f"at most {1.0 / least_rate_hz:g} s", hint)
     theta = values.get("theta_m_rad")
     if theta is not None:
         theta = _unwrapped(theta, np.diff(values["t_s"]), values.get("speed_rad_s"), repairs)

@@ -9,15 +9,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.answer import answer_term
+from evenspin.driven.answer import answer_term, late_current
 from evenspin.driven.equations import Equations
-from evenspin.driven.fit import Gatherer, Normal, moved, normal_of, prior_of, pull_of, settled
+from evenspin.driven.fit import Gatherer, Normal, Piece, moved, normal_of, prior_of, pull_of, settled
 from evenspin.driven.foreign import foreign_terms, frequency_term, order_term
 from evenspin.driven.lines import foreign_frequencies, foreign_orders
-from evenspin.driven.model import ANSWER, LATE, LD, LQ, TURNED, ZERO, Model, Point
+from evenspin.driven.model import ANSWER, CURRENT_LATE, LATE, LD, LQ, TURNED, ZERO, Model, Point
+from evenspin.driven.screen import left_of
 from evenspin.driven.search import Choice, Edges, choices
-from evenspin.driven.signals import Signals
-from evenspin.driven.terms import NUMBER_OF, OPEN, Kind, Sizes, Term, effect_terms, opened, unit_term
+from evenspin.driven.shaft import shaft_candidates
+from evenspin.driven.signals import SLOW_S, Signals
+from evenspin.driven.terms import NUMBER_OF, OPEN, SHAFT, Kind, Sizes, Term, effect_terms, opened, unit_term
 from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.driven.windows import Bump, Windows
 from evenspin.effects import Scale, hypotheses
@@ -34,6 +36,8 @@ ROUNDS = 8
 RESTS = 0.5  # of its tolerance: a named coordinate that moves less has arrived
 ZERO_TERM, D_AXIS = "encoder_offset", 2
 ZERO_MOST, ZERO_TRIALS, ZERO_HALVINGS = 1.2, 13, 4  # rad: to 0.0125 of it
+FAST = ("stribeck_friction", "inductance_saturation", "dead_time")  # what slow rows average over
+SEEN = 0.9  # of what a stiff shaft leaves, rms
 REACH = 0.2  # of what a named term may be: the fit with all of them is for the scatter alone
 LATE_PERIODS = 1.5  # from a sample to the middle of the voltage that it leads to
 ORDER_NM = 0.006  # of the rated torque: the least line of unknown cause
@@ -108,8 +112,10 @@ def explain(
     tolerances: Tolerances,
     progress: Callable[[str, float], None] | None = None,
     estimated: Sequence[str] = (),
+    shafts: bool = True,
 ) -> Explained:
-    """`estimated`: numbers of the plant that the logs gave themselves; the effects on them are no deviation."""
+    """`estimated`: numbers of the plant that the logs gave themselves; the effects on them are no deviation. `shafts`:
+    whether a compliant one is searched."""
     say = progress or (lambda what, share: None)
     top_rad_s = max(float(np.percentile(np.abs(log.speed_rad_s), 99.0)) for log in logs)
     rest_rad_s = 0.012 * top_rad_s
@@ -117,7 +123,8 @@ def explain(
     for number, log in enumerate(logs):
         recordings.append(recording_of(log, plant, rest_rad_s, 100000 * number))
     equations = [each.equations for each in recordings]
-    has_angle = all(log.has_angle for log in logs)
+    has_angle = all(log.shows_orders for log in logs)
+    slow = any(log.period_s >= SLOW_S for log in logs)
     has_voltages = any(log.has_voltages for log in logs)
     orders = cogging_orders(scale)
     if not has_voltages:  # where errors of a current sensor show, which the winding separates from torque of the shaft
@@ -125,8 +132,10 @@ def explain(
     has_load = any(log.loaded(scale.rated_torque_nm) for log in logs)
     if not has_voltages and not has_load:
         tolerances = tolerances.without_scale(hypotheses(scale))
+    given, tolerances = tolerances, tolerances.between_rows() if slow else tolerances
     sizes = Sizes(scale, tolerances, plant["pwm_hz"], top_rad_s)
     terms = effect_terms(sizes, has_angle, has_voltages, orders, has_load)
+    terms = [term for term in terms if not (slow and term.effect in FAST)]
     terms = [opened(term) if NUMBER_OF.get(term.effect) in estimated else term for term in terms]
     terms += _unit_terms(recordings, plant, tolerances, estimated)
     terms += foreign_terms(scale, plant, top_rad_s, has_voltages)
@@ -146,13 +155,19 @@ def explain(
     for number in range(ROUNDS):
         say("fitting", 0.1 + 0.1 * number)
         pieces = gatherer.pieces(point, named)
-        normal = normal_of(pieces, prior_of(terms, _all_free(terms), REACH), pull_of(terms, point))
+        toward = pull_of(terms, point)
+        normal = normal_of(pieces, prior_of(terms, _all_free(terms), REACH), toward)
         rivals = choices(terms, normal, point, edges)
         best = rivals[0]
         whole = settled(terms, point, best.step, best.names)
         point = moved(terms, point, best.step, best.names)
         if number == 0:
             added = _line_terms(model, whole, recordings, scale, has_angle)
+            added += (
+                []
+                if slow or not shafts
+                else _shaft_terms(gatherer, pieces, normal, prior_of(terms, best.names), toward, sizes)
+            )
             terms += added
             for term in added:
                 point[term.name] = start[term.name] = term.off.copy()
@@ -166,9 +181,30 @@ def explain(
     names = sorted(named, key=lambda name: -_gain(name, rivals))
     before = [model.residual(_units_of(terms, start, point), log) for log in range(len(logs))]
     after = [model.residual(whole, log) for log in range(len(logs))]
+    if any(term.effect == SHAFT and term.name in named for term in terms) and not shaft_is_seen(
+        model, whole, recordings, before, after
+    ):
+        return explain(logs, plant, base, scale, given, progress, estimated, shafts=False)
     return Explained(
         model, recordings, scale, tolerances, tuple(names), whole, normal, rivals, before, after, top_rad_s
     )
+
+
+def shaft_is_seen(
+    model: Model,
+    whole: Point,
+    recordings: Sequence[Recording],
+    before: Sequence[Sequence[Array]],
+    after: Sequence[Sequence[Array]],
+) -> bool:
+    """Whether a shaft that twists lowers what is left of the torque on stretches that no fit saw."""
+    stiff = {term.name: term.off if term.effect == SHAFT else whole[term.name] for term in model.terms}
+    squares = np.zeros(3)
+    for log, each in enumerate(recordings):
+        without = model.residual(stiff, log, shaft_only=True)
+        rows = each.unseen[0]
+        squares += [float(np.sum(parts[0][rows] ** 2)) for parts in (after[log], without, before[log])]
+    return bool(squares[0] < SEEN**2 * min(squares[1], squares[2]))
 
 
 def electrical_zero(model: Model, point: Point) -> Point:
@@ -210,6 +246,7 @@ def _unit_terms(
         unit_term(LQ, OPEN if "lq_h" in estimated else tolerances.inductance, 0.01),
     ]
     for number, each in enumerate(recordings):
+        terms.append(late_current(f"{CURRENT_LATE}@{number}", each.signals.period_s, plant, number))
         if each.signals.has_voltages:
             period_s = 1.0 / plant["pwm_hz"]
             terms.append(
@@ -255,6 +292,13 @@ def _line_terms(
     return list(found.values())
 
 
+def _shaft_terms(
+    gatherer: Gatherer, pieces: Sequence[Piece], normal: Normal, prior: Array, toward: Array, sizes: Sizes
+) -> list[Term]:
+    fits = [np.ones(len(piece.r), dtype=bool) for piece in pieces]
+    return shaft_candidates(gatherer, left_of(pieces, fits, normal.inflation, prior, toward), sizes)
+
+
 def _rests(terms: Sequence[Term], best: Choice) -> bool:
     at, moves = 0, 0.0
     for term in terms:
@@ -269,7 +313,7 @@ def _rests(terms: Sequence[Term], best: Choice) -> bool:
 def _units_of(terms: Sequence[Term], start: Point, point: Point) -> Point:
     """Nothing named, with the delays that were found: these are of the log, not of the machine."""
     return {
-        term.name: point[term.name] if term.name.startswith((LATE, TURNED, ANSWER)) else start[term.name]
+        term.name: point[term.name] if term.name.startswith((LATE, TURNED, ANSWER, CURRENT_LATE)) else start[term.name]
         for term in terms
     }
 

@@ -1,4 +1,6 @@
-"""What the controller answers to noise of its current sensors, which is in the logged current and in the voltage.
+"""What is of a log and of no machine: what the controller answers to noise, and how late the current of a row is.
+
+What the controller answers to noise of its current sensors, which is in the logged current and in the voltage.
 
 The drive commands -kp n of a noise n that the current never had, many times R n: a resistance, and whatever else
 goes with the current, would be pulled by it. What the current of a window has beyond that of the windows before and
@@ -37,6 +39,17 @@ def answer_term(name: str, plant: dict[str, float], log: int) -> Term:
         details=flags,
         columns=_columns,
     )
+
+
+def late_current(name: str, period_s: float, plant: dict[str, float], log: int) -> Term:
+    """Current and angle of a row are not of the same instant: torque of the current, as much later."""
+    most_s = 0.5 * period_s + 1.0 / plant["pwm_hz"]
+
+    def columns(e: Equations) -> Sequence[Array | None]:
+        torque = 1.5 * plant["pole_pairs"] * plant["psi_wb"] * e.signals.iq_a
+        return [over.slope(torque)[:, None] for over in (e.shaft, e.fine)]
+
+    return replace(unit_term(name, most_s, 0.1 * most_s, log=log), columns=columns)
 
 
 def _columns(e: Equations) -> Sequence[Array | None]:

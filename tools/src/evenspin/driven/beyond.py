@@ -186,4 +186,4 @@ def _is_later_variant(terms: Sequence[Term], term: Term) -> bool:
 
 
 def _fit_rows(piece: Piece, fit: Flags) -> Piece:
-    return Piece(piece.r[fit], piece.x[fit], piece.stretch[fit], piece.noise, piece.floor, piece.kind)
+    return Piece(piece.r[fit], piece.x[fit], piece.stretch[fit], piece.noise, piece.pull, piece.floor, piece.kind)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import Recording
 from evenspin.driven.equations import Equations
 from evenspin.driven.search import SHAFT_PARTS
-from evenspin.driven.terms import Kind, Term, unit_term
+from evenspin.driven.terms import Kind, Term
 from evenspin.driven.windows import Windows
 from evenspin.effects import Scale
 from evenspin.empirical.library import Family, Shape
@@ -50,7 +48,7 @@ def rows_of(e: Equations, scale: Scale, top_rad_s: float, zero_rad: float = 0.0)
         scale.rated_torque_nm,
         scale.rated_current_a,
         e.plant["dc_link_v"],
-        s.has_angle,
+        s.shows_orders,
     )
 
 
@@ -82,18 +80,6 @@ def _stack(over: Windows, pairs: Sequence[tuple[Array | None, Array | None]]) ->
             column = column - over.slope(linkage)
         made.append(column)
     return np.column_stack(made)
-
-
-def late_current(recording: Recording, number: int) -> Term:
-    """Current and angle of a row are not of the same instant: torque of the current, as much later."""
-    s, plant = recording.signals, recording.equations.plant
-    most_s = 0.5 * s.period_s + 1.0 / plant["pwm_hz"]
-
-    def columns(e: Equations) -> Sequence[Array | None]:
-        torque = 1.5 * plant["pole_pairs"] * plant["psi_wb"] * e.signals.iq_a
-        return [over.slope(torque)[:, None] for over in (e.shaft, e.fine)]
-
-    return replace(unit_term(f"current_late@{number}", most_s, 0.1 * most_s, log=number), columns=columns)
 
 
 def edges_of(columns: Sequence[Sequence[Array | None]], sizes: dict[str, float], family: Family) -> Array:

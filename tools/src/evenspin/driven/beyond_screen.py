@@ -67,7 +67,7 @@ def _orders(search: Search, left: Left) -> list[Candidate]:
     best: dict[float, Candidate] = {}
     for (log, k, w), r, fit in zip(search.windows(), left.r, search.fits, strict=True):
         e = search.logs[log]
-        if k > 1 or not e.signals.has_angle:
+        if k > 1 or not e.signals.shows_orders:
             continue
         theta, speed = (w.at_centre(x)[fit] for x in (e.signals.theta_m_rad, e.signals.speed_rad_s))
         turns = float(np.ptp(theta)) / (2.0 * np.pi)

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.driven.analysis import ZERO_TERM, Explained
-from evenspin.driven.beyond_rows import columns_of, late_current, least_sizes, rows_of, term_of
+from evenspin.driven.beyond_rows import columns_of, least_sizes, rows_of, term_of
 from evenspin.driven.equations import Equations
 from evenspin.driven.fit import Gatherer
 from evenspin.driven.model import ZERO, Model
 from evenspin.driven.noise import floors, noise_of
 from evenspin.driven.search import Edges
-from evenspin.driven.terms import Kind, Term
+from evenspin.driven.terms import SHAFT, Kind, Term
 from evenspin.driven.windows import Windows
 from evenspin.empirical.library import Family, Shape
 from evenspin.empirical.rows import Rows
@@ -37,8 +37,9 @@ class Search:
 
     def __init__(self, found: Explained) -> None:
         self.found = found
-        self.base = [term for term in found.model.terms if term.kind is not Kind.FOREIGN]
-        self.base += [late_current(each, number) for number, each in enumerate(found.recordings)]
+        # A shaft was judged on unseen stretches, and is not found here without that.
+        known = [term for term in found.model.terms if term.effect != SHAFT or term.name in found.named]
+        self.base = [term for term in known if term.kind is not Kind.FOREIGN]
         self.logs: Sequence[Equations] = found.model.logs
         self.scale = found.scale
         self._rows = {

@@ -88,8 +88,14 @@ class Equations:
         direction = self._direction()
         for function, params in each(acting, "brake_nm"):
             made = made - self.shown(params.get("order", 0.0)) * function(params, theta, speed, direction)
+        rigid = theta  # where the shafts would be as one body
+        for function, params in each(acting, "twist_rad"):
+            rigid = rigid - function(params, theta, s.period_s)
+        if s.has_load:
+            for function, params in each(acting, "held_back_nm"):
+                made = made + function(params, s.load_nm, s.period_s)
         torque, fine = (
-            over.value(made) - plant["inertia_kgm2"] * self._acceleration(theta, over)
+            over.value(made) - plant["inertia_kgm2"] * self._acceleration(rigid, over)
             for over in (self.shaft, self.fine)
         )
         if shaft_only or self.winding is None:
@@ -118,7 +124,9 @@ class Equations:
         return d_v, q_v
 
     def _acceleration(self, theta: Array, over: Windows) -> Array:
-        return over.curve(theta) if self.signals.has_angle else over.slope(self.signals.speed_rad_s)
+        if self.signals.has_angle or theta is not self.signals.theta_m_rad:
+            return over.curve(theta)
+        return over.slope(self.signals.speed_rad_s)
 
     def windows(self) -> list[Windows]:
         """Of each part of a residual."""

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evenspin.driven.equations import Equations
 from evenspin.driven.fit import Normal, prior_of
 from evenspin.driven.search import PRICE
-from evenspin.driven.signals import Signals
+from evenspin.driven.shaft import grid_hz
+from evenspin.driven.signals import SLOW_S, Signals
 from evenspin.driven.terms import Kind, Term
 from evenspin.native import tables
 
@@ -18,9 +20,10 @@ MUCH = 3.0  # times the least size: from there on the log hardly shows an effect
 NEVER = {
     "current_filter": "looks like a voltage that comes late: what the controller adds for its delay is not known",
     "current_loop_delay": "looks like a voltage that comes late: what the controller adds for its delay is not known",
-    "two_mass": "searched for in case folders only",
-    "backlash": "searched for in case folders only",
 }
+
+
+SHAFTS = ("two_mass", "backlash")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +35,8 @@ class Findable:
     why: str
 
 
-def findable(terms: Sequence[Term], normal: Normal, logs: Sequence[Signals]) -> list[Findable]:
+def findable(terms: Sequence[Term], normal: Normal, equations: Sequence[Equations]) -> list[Findable]:
+    logs = [each.signals for each in equations]
     found: dict[str, Findable] = {}
     held = prior_of(terms, ())
     inverse = np.linalg.inv(normal.h + held)
@@ -56,19 +60,32 @@ def findable(terms: Sequence[Term], normal: Normal, logs: Sequence[Signals]) -> 
             found[term.effect] = Findable(term.effect, times, why)
     for name, effect in tables().effects.items():
         if name not in found and not effect.scenario_only:
-            found[name] = Findable(name, math.inf, NEVER.get(name, _missing(logs)))
+            why = (
+                _shaft(equations)
+                if name in SHAFTS and all(log.shows_orders for log in logs)
+                else NEVER.get(name, _missing(logs))
+            )
+            found[name] = Findable(name, math.inf, why)
     return list(found.values())
+
+
+def _shaft(equations: Sequence[Equations]) -> str:
+    """The least size of a compliant shaft that shows hangs on its antiresonance: the range that was tried."""
+    tried = grid_hz(equations)
+    return f"no antiresonance between {tried[0]:.3g} and {tried[-1]:.3g} Hz stands out of what is left"
 
 
 def _missing(logs: Sequence[Signals]) -> str:
     if not all(log.has_angle for log in logs):
         return "needs the angle"
+    if not all(log.shows_orders for log in logs):
+        return f"needs more than {1.0 / SLOW_S:.0f} rows per second"
     return "needs the voltages" if not any(log.has_voltages for log in logs) else "no equation of the log has it"
 
 
 def advice(found: Sequence[Findable], logs: Sequence[Signals]) -> str:
     """The cheapest extra signal or experiment that would add most."""
-    weak = [each.effect for each in found if each.times > MUCH and each.effect not in NEVER]
+    weak = [each.effect for each in found if each.times > MUCH and each.effect not in (*NEVER, *SHAFTS)]
     if not all(log.has_angle for log in logs):
         return "record the angle of the encoder: what repeats with it, and errors of the current sensors, need it"
     if not any(log.has_voltages for log in logs):

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.driven.model import Model, Point
-from evenspin.driven.noise import acceleration_noise, floors, noise_of, stated
-from evenspin.driven.terms import Kind, Term
+from evenspin.driven.noise import acceleration_noise, floors, noise_of, stated, swing_noise
+from evenspin.driven.terms import SHAFT, Kind, Term
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -35,20 +35,23 @@ BENDING = ("encoder_offset", "encoder_eccentricity", "inductance_saturation")  #
 @dataclass(frozen=True, slots=True)
 class Piece:
     """One equation of one log: rows that fit, with their stretch. `noise`: of a column, the variance that noise of the
-    sensors gives it; the same noise is in what is left, and would pull the column's size towards nothing."""
+    sensors gives it; the same noise is in what is left, and would pull the size by `pull`, their covariance."""
 
     r: Array
     x: Array
     stretch: NDArray[np.int64]
     noise: Array
+    pull: Array
     floor: float  # what noise alone leaves
     kind: int  # which part of a residual it is
 
     def sums(self, w: Array) -> tuple[Array, Array]:
         """Normal equations with these weights, less what noise alone puts into them."""
         h, g = self.x.T @ (w[:, None] * self.x), self.x.T @ (w * self.r)
-        excess = np.minimum(self.noise * float(np.sum(w)), MOST_NOISE * np.diag(h))
-        return np.asarray(h - np.diag(excess)), np.asarray(g - excess)
+        whole = self.noise * float(np.sum(w))
+        excess = np.minimum(whole, MOST_NOISE * np.diag(h))
+        kept = np.divide(excess, whole, out=np.zeros_like(whole), where=whole > 0.0)
+        return np.asarray(h - np.diag(excess)), np.asarray(g - kept * self.pull * float(np.sum(w)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +88,11 @@ class Gatherer:
                     kept[term.name] = self._calm(term, log, self.model.columns_of(term, point, log, here))
             for k, r in enumerate(here):
                 columns = [kept[term.name][k] for term in self.model.terms]
-                noise = np.concatenate([self._noise(term, log, k) for term in self.model.terms])
+                noises = [self._noise(term, log, k, point[term.name]) for term in self.model.terms]
+                noise, pull = (np.concatenate([each[n] for each in noises]) for n in (0, 1))
                 use = self.fits[log][k]
                 x = np.column_stack(columns)
-                found.append(Piece(r[use], x[use], self.stretches[log][k][use], noise, floor[k], k))
+                found.append(Piece(r[use], x[use], self.stretches[log][k][use], noise, pull, floor[k], k))
         return found
 
     def _calm(self, term: Term, log: int, columns: list[Array]) -> list[Array]:
@@ -99,12 +103,19 @@ class Gatherer:
             columns[1] = np.interp(fine, shaft, columns[0][:, 0])[:, None]
         return columns
 
-    def _noise(self, term: Term, log: int, part: int) -> Array:
+    def _noise(self, term: Term, log: int, part: int, z: Array) -> tuple[Array, Array]:
+        """Of each column of a term, the variance by noise of the sensors, and its covariance with what is left."""
         equations, noise = self.model.logs[log], self.noise[log]
-        none = np.zeros(len(term))
+        variance, covariance = np.zeros(len(term)), np.zeros(len(term))
         if term.effect == "inertia" and part == 0:
-            return none + (equations.plant["inertia_kgm2"] * acceleration_noise(equations.shaft.bump, noise)) ** 2
-        return none
+            variance += (equations.plant["inertia_kgm2"] * acceleration_noise(equations.shaft.bump, noise)) ** 2
+            covariance += variance
+        if term.effect == SHAFT and part < 2:
+            bump = (equations.shaft, equations.fine)[part].bump
+            square, product = swing_noise(bump, term.noise[log], float(np.exp(z[1])), float(np.exp(z[2])))
+            scale = equations.plant["inertia_kgm2"] ** 2
+            variance[0], covariance[0] = scale * square, scale * (z[0] * square - product)
+        return variance, covariance
 
 
 def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:

@@ -15,9 +15,9 @@ from evenspin.driven.analysis import Explained
 from evenspin.driven.fit import prior_of
 from evenspin.driven.noise import floors, noise_of
 from evenspin.driven.search import Choice
-from evenspin.driven.terms import Kind
+from evenspin.driven.terms import SHAFT, Kind
 from evenspin.effects.equations import Acting
-from evenspin.gap.intervals import Interval, of_effect, with_model_share
+from evenspin.gap.intervals import EXACT, Z95, Interval, of_effect, with_model_share
 from evenspin.log.tolerance import TOLERANCES
 
 Array = NDArray[np.float64]
@@ -26,9 +26,16 @@ UNKNOWN = "unknown"
 MOST = 0.98  # confidence: the table of effects is not all there is
 TEMPER = 4.0  # cost that counts as one: what is left is not white
 RIVAL = 12.0  # cost within which another choice explains the log as well
+UNSURE = 7.0  # cost by which a choice without a name has to be worse: 7 to 3 for the name
 MENTIONED = 40.0  # cost within which it is mentioned
 LEFT_TIMES = 4.0  # of what noise leaves, from which something is left
 LEFT_SHARE = 0.02  # of the rated torque, or of the largest voltage
+SCALED = ("inertia", "viscous_friction", "winding_resistance")  # factors, of numbers in which the current is
+FLUX = 0.0075  # of a model file, one standard deviation
+BETWEEN_ROWS = 0.03
+# Of a shaft: noise of the angle, as far as it is not known, looks like more damping and less load.
+MODEL_SHARES = {"f_res_hz": 0.015, "load_ratio": 0.05, "damping_ratio": 0.5}
+MOST_OF_A_SHAFT = 0.85  # confidence: a gap that is not seen looks the same
 PWM_UNKNOWN = 1.0  # of a dead time: 10 kHz were assumed, and 5 to 20 kHz are common
 
 
@@ -49,7 +56,7 @@ class Gap:
 class Verdict:
     names: list[str] = field(default_factory=list)
     effects: list[Acting] = field(default_factory=list)  # those named; none where it is unknown
-    at_start: list[Acting] = field(default_factory=list)  # not named: what a term of the time takes away
+    at_start: list[Acting] = field(default_factory=list)  # in the model without a name: gone with time, or too little
     called: dict[str, str] = field(default_factory=dict)  # an effect with those that the log does not separate from it
     nearest: list[str] = field(default_factory=list)  # what came nearest where it is unknown
     confidence: dict[str, float] = field(default_factory=dict)
@@ -86,6 +93,7 @@ def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False) -> 
             replace(i, half=max(i.half, PWM_UNKNOWN * i.value)) if i.parameter == "dead_time_s" else i
             for i in verdict.intervals["dead_time"]
         ]
+    without_unsure(found, verdict)
     doubtful = [name for name in verdict.names if verdict.cannot_separate.get(name)]
     left = _left(found, verdict)
     if found.foreign and not confirmed:
@@ -112,11 +120,32 @@ def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False) -> 
     return verdict
 
 
+def without_unsure(found: Explained, verdict: Verdict) -> None:
+    """A name that could be left out at nearly the same cost has none. It stays in the model that is written."""
+    best = found.rivals[0]
+    less = {choice.names for choice in found.rivals if choice.cost < best.cost + UNSURE}
+    for name in found.named:
+        effect = found.term(name).effect
+        if effect not in verdict.names or best.names - {name} not in less:
+            continue
+        verdict.names.remove(effect)
+        verdict.at_start += [each for each in verdict.effects if each[0] == effect]
+        verdict.effects = [each for each in verdict.effects if each[0] != effect]
+        share = verdict.confidence.pop(effect)
+        del verdict.intervals[effect]
+        verdict.cannot_separate.pop(effect, None)
+        verdict.alternatives.append((effect, share))
+        verdict.warnings.append(f"{effect}: would explain a little more, too little for a name")
+
+
 def _together(found: Explained, verdict: Verdict) -> None:
     """Names with `or`, where the signals of the logs are the same for several effects; each is there once."""
     recorded = Recorded.of(found)
     for effect, params in list(verdict.effects):
         name, by = called(effect, params, recorded)
+        alike = next(term.alike for term in map(found.term, found.named) if term.effect == effect)
+        if alike:
+            name, by = OR.join((effect, *alike)), "the angle of the load, or the log with a load that never lets go,"
         if name == effect:
             continue
         if name in verdict.called.values():
@@ -171,7 +200,7 @@ def _name(found: Explained, name: str, weights: Sequence[float], verdict: Verdic
     verdict.effects.append((effect, term.hypothesis.to_params(z)))
     has = [effect in _effects_of(found, choice.names) for choice in found.rivals]
     share = sum(w for w, h in zip(weights, has, strict=True) if h)
-    verdict.confidence[effect] = round(min(MOST, share), 3)
+    verdict.confidence[effect] = round(min(MOST_OF_A_SHAFT if effect == SHAFT else MOST, share), 3)
     verdict.intervals[effect] = _intervals(found, name)
     best = found.rivals[0]
     for choice, with_it in zip(found.rivals, has, strict=True):
@@ -207,7 +236,23 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
             part += np.diag(np.full(len(term), tolerance.sigma**2))
     for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
         part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
-    return with_model_share(of_effect(term.hypothesis, found.point[name], part))
+    return [_scaled(found, i) for i in with_model_share(of_effect(term.hypothesis, found.point[name], part))]
+
+
+def _scaled(found: Explained, i: Interval) -> Interval:
+    """Wider by what no log tells: the gain of both current sensors together, which is a scale of all torque and of the
+    resistance, half as much where a load sensor has one of its own; without voltages the flux, too. A line of high
+    order hangs on when, between two rows, each column was taken."""
+    share = MODEL_SHARES.get(i.parameter, 0.0) if i.effect == SHAFT else 0.0
+    if i.field.unit == "N m" or i.effect in SCALED:
+        loaded = any(each.signals.loaded(found.scale.rated_torque_nm) for each in found.recordings)
+        share = (0.5 if loaded else 1.0) * found.tolerances.gain
+        if not any(each.signals.has_voltages for each in found.recordings):
+            flux = next((t.held[0] for t in found.model.terms if t.name == "torque_constant"), FLUX)
+            share = math.hypot(share, float(flux))
+    if i.effect == "flux_harmonics":
+        share = BETWEEN_ROWS
+    return i if i.field.role in EXACT else replace(i, half=math.hypot(i.half, Z95 * share * abs(i.value)))
 
 
 def gaps_of(found: Explained) -> list[Gap]:

@@ -15,7 +15,7 @@ from evenspin.effects.equations import Acting
 Array = NDArray[np.float64]
 Point = dict[str, Array]
 
-LATE, TURNED, LD, LQ, ZERO, ANSWER = "late", "turned", "ld", "lq", "zero", "answer"
+LATE, TURNED, LD, LQ, ZERO, ANSWER, CURRENT_LATE = "late", "turned", "ld", "lq", "zero", "answer", "current_late"
 
 
 @dataclass

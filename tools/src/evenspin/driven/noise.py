@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from evenspin.driven.equations import Equations
 from evenspin.driven.signals import Signals
 from evenspin.driven.windows import Bump
+from evenspin.effects.two_mass import follower
 
 Array = NDArray[np.float64]
+
+FREQUENCIES = 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +77,19 @@ def stated(noise: Noise, plant: Mapping[str, float]) -> Noise:
 def acceleration_noise(over: Bump, noise: Noise) -> float:
     """rad/s^2, of a window."""
     return noise.theta_rad * _norm(over.curve) if noise.theta_rad > 0.0 else noise.speed_rad_s * _norm(over.slope)
+
+
+def swing_noise(bump: Bump, noise: Noise, f_hz: float, damping: float) -> tuple[float, float]:
+    """By noise of the angle: variance of the second derivative of the swing, and covariance with that of the angle."""
+    from scipy.signal import freqz
+
+    over, under = follower(f_hz, damping, bump.period_s)
+    w = np.pi * (np.arange(FREQUENCIES) + 0.5) / FREQUENCIES
+    swung = 1.0 - freqz(over, under, worN=w)[1]
+    by_angle = noise.theta_rad > 0.0
+    weights, sigma = (bump.curve, noise.theta_rad) if by_angle else (bump.slope, noise.speed_rad_s)
+    passed = np.abs(freqz(weights, worN=w)[1]) ** 2 * sigma**2
+    return float(np.mean(passed * np.abs(swung) ** 2)), float(np.mean(passed * swung.real))
 
 
 def _norm(weights: Array) -> float:

@@ -39,6 +39,9 @@ class Log:
     doubts: tuple[str, ...] = ()  # a unit or a sign that may be wrong
 
 
+LEAST_RATE_HZ = 25.0  # for what does not repeat with the angle
+
+
 @dataclass(frozen=True, slots=True)
 class Nominal:
     """`base`: effects that the model has already; `assumed`: what it leaves open and is taken instead."""
@@ -70,7 +73,7 @@ def read_logs(paths: Sequence[Path], model: str | Path) -> list[Log]:
     logs: list[Log] = []
     nominal = None if missing_of(_machine(model), paths) else read_nominal(model)
     for path in paths:
-        log = read_log(path)
+        log = read_log(path, LEAST_RATE_HZ)
         columns: dict[str, Array] = {"t_s": log.t_s, "iq_a": log.iq_a}
         for name in ("theta_m_rad", "speed_rad_s"):
             values = getattr(log, name)

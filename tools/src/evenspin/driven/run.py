@@ -73,7 +73,7 @@ def run_driven(
     verdict = judge(found, known_pwm, bool(beyond.terms))
     without_faded(found, verdict, beyond.evidence)
     verdict.unexplained += [sentence(term) for term in beyond.evidence]
-    table = findable(found.model.terms, found.normal, signals)
+    table = findable(found.model.terms, found.normal, found.model.logs)
     advised = advice(table, signals)
     name = logs[0].signals.name if len(logs) == 1 else f"{logs[0].signals.name} and {len(logs) - 1} more"
     content = verdict_json(name, found, verdict, nominal, logs, table, advised)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.fit import HUBER, LEAST_FLOOR, Piece, solve
+from evenspin.driven.fit import HUBER, LEAST_FLOOR, MOST_NOISE, Piece, solve
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -30,8 +30,9 @@ class Left:
     h: Array  # with what holds the terms
     g: Array  # slope of the cost in each coordinate
 
-    def gain(self, columns: Sequence[Array | None]) -> tuple[float, Array]:
-        """Cost that a term takes off with all others fitted again, and its coefficients."""
+    def gain(self, columns: Sequence[Array | None], noises: Sequence[tuple[float, float]] = ()) -> tuple[float, Array]:
+        """Cost that a term takes off with all others fitted again, and its coefficients. `noises`: of a term with one
+        column, what noise alone adds to its square and to its product with what is left, per window of each piece."""
         count = next((c.shape[1] for c in columns if c is not None), 0)
         a, b, m = np.zeros((count, count)), np.zeros(count), np.zeros((len(self.step), count))
         for piece, r, w, column in zip(self.pieces, self.r, self.w, columns, strict=True):
@@ -43,6 +44,9 @@ class Left:
             m += piece.x.T @ weighted
         if count == 0 or float(np.max(np.diag(a))) <= 0.0:
             return 0.0, np.zeros(count)
+        for w, (square, product) in zip(self.w, noises, strict=False):
+            weight = float(np.sum(w))
+            a, b = a - np.minimum(square * weight, MOST_NOISE * a), b - product * weight
         own = np.diag(a).copy()
         solved = even_solve(self.h, m)
         b = b - solved.T @ self.g

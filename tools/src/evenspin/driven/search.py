@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.driven.fit import Normal, cost_of, prior_of
-from evenspin.driven.terms import Kind, Term
+from evenspin.driven.terms import SHAFT, Kind, Term
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,8 @@ def choices(
             if np.any(z[~term.details] < term.low[~term.details] - 1e-12) or np.any(
                 z > term.high + np.where(term.details, np.inf, 0.0)
             ):
+                return None
+            if term.effect == SHAFT and np.any(z > term.high):  # so damped is noise of the angle, or a gap
                 return None
             if term.least(np.clip(z, term.low, term.high)) < 1.0:
                 return None

@@ -20,6 +20,7 @@ GAP_PERIODS = 3.0
 FASTEST_HZ = 4500.0  # faster rows are averaged: the equations of the machine are slower
 LOAD_S = 25e-3  # over which a measured load is averaged
 LOADED = 0.1  # of the rated torque, that a measured load has to move by
+SLOW_S = 1.0 / 75.0  # rows further apart do not show what repeats with the angle, nor what a shaft does at its slowest
 VOLTAGES = ("vd_v", "vq_v")
 
 
@@ -42,6 +43,11 @@ class Signals:
     has_load: bool
     has_id: bool
     good: Flags  # no gap in time, every value there
+
+    @property
+    def shows_orders(self) -> bool:
+        """Whether what repeats with the angle is more than a beat with the rows."""
+        return self.has_angle and self.period_s < SLOW_S
 
     @property
     def has_voltages(self) -> bool:

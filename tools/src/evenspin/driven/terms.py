@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evenspin.driven.noise import Noise
 from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.effects.equations import has_equation, is_mechanical
+from evenspin.effects.two_mass import of_antiresonance
 
 Array = NDArray[np.float64]
 
@@ -51,6 +53,8 @@ class Term:
     log: int | None = None  # of this log alone
     variant: bool = False  # one of several of the same effect, of which one acts
     together: float | None = None  # standard deviation of the mean of all coordinates, named or not
+    alike: tuple[str, ...] = ()  # effects without an equation that these logs do not separate from it
+    noise: tuple[Noise, ...] = ()  # of each log, where more of it is taken out of the sums than is known
 
     def __len__(self) -> int:
         return len(self.off)
@@ -73,7 +77,7 @@ def effect_terms(
     scale = sizes.scale
     terms: list[Term] = []
     for name, hypothesis in hypotheses(scale).items():
-        if not has_equation(name):
+        if not has_equation(name) or name == SHAFT:  # that has a search of its own
             continue
         if not has_angle and name in TIED_TO_ANGLE:
             continue
@@ -99,15 +103,23 @@ def effect_terms(
     return terms
 
 
+SHAFT = "two_mass"
 ONLY_VOLTAGES = ("winding_resistance", "dead_time", "inductance_saturation", "encoder_offset")
 TIED_TO_ANGLE = ("cogging", "misalignment", "encoder_eccentricity", "current_offset", "current_gain", "flux_harmonics")
 STRIBECK_SHARES = (0.05, 0.02, 0.12)  # of the top speed
 SOFT_SHARES = (0.015, 0.003, 0.05)  # of the rated current
-DETAILS = {"dead_time": (1, 2), "stribeck_friction": (1,), "inductance_saturation": (1, 2), "coulomb_friction": (1, 2)}
+DETAILS = {
+    "dead_time": (1, 2),
+    "stribeck_friction": (1,),
+    "inductance_saturation": (1, 2),
+    "coulomb_friction": (1, 2),
+    "two_mass": (1, 2),
+}
 DETAIL_SIGMA = {
     "dead_time": (0.4, 1e-3),
     "stribeck_friction": (0.7,),
     "inductance_saturation": (1e-3, 1e-3),
+    "two_mass": (0.1, 0.7),
     "coulomb_friction": (1e-3, 1e-3),  # windows in which the shaft rests are left out: sliding friction alone
 }
 
@@ -166,6 +178,13 @@ def _edge(h: Hypothesis, off: Array, k: int, times: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if size(middle) < times else (low, middle)
     return high
+
+
+def shaft_term(f_hz: float, damping: float, sizes: Sizes, alike: tuple[str, ...], noise: tuple[Noise, ...]) -> Term:
+    """A load behind a shaft that twists, near this antiresonance."""
+    off = np.array([0.0, np.log(f_hz), np.log(damping)])
+    made = _effect(of_antiresonance(sizes.scale), f"{SHAFT}@{f_hz:.4g}", sizes, off)
+    return replace(made, alike=alike, noise=noise)
 
 
 NUMBER_OF = {  # of the plant, that an effect is a factor on

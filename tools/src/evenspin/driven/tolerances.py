@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from evenspin.effects import Hypothesis, Scale
 from evenspin.errors import InputError, did_you_mean
 
+SLOW_INERTIA = 3.0
 HELD = 4.0  # a deviation of the unit is held by its least size over this, as one standard deviation
 
 
@@ -31,15 +32,17 @@ class Tolerances:
     torque: float  # of the rated torque, rms: what acts on the winding and changes less has not been seen
     volts: float  # of the dc link, rms
     times: Mapping[str, float] = field(default_factory=dict)
-    least: Mapping[str, float] = field(default_factory=dict)  # of the rated current, of a PWM period
+    # Shares of the rated current and of a PWM period; an angle in rad, which a coarse encoder does not make larger.
+    least: Mapping[str, float] = field(default_factory=dict)
+    of_the_format: bool = False  # what the hypothesis calls its edge, in A and s of one drive, is the least of `least`
 
     def scaled(self, hypothesis: Hypothesis, scale: Scale, pwm_hz: float) -> float:
         """Least size of an effect, as `hypothesis.magnitude` counts it."""
         times = self.times.get(hypothesis.name, 1.0)
-        units = {"current_offset": scale.rated_current_a, "dead_time": 1.0 / pwm_hz}
+        units = {"current_offset": scale.rated_current_a, "dead_time": 1.0 / pwm_hz, "encoder_eccentricity": 1.0}
         if hypothesis.name in self.least:
             own = hypothesis.magnitude(_along(hypothesis, self.least[hypothesis.name] * units[hypothesis.name]))
-            return max(times, own)
+            return max(times, own) if self.of_the_format else own
         return times
 
     def without_scale(self, known: Mapping[str, Hypothesis]) -> Tolerances:
@@ -49,6 +52,11 @@ class Tolerances:
         both = math.hypot(own, flux, HELD * self.gain)
         return replace(self, times=MappingProxyType({**self.times, "inertia": both / edge["inertia"]}))
 
+    def between_rows(self) -> Tolerances:
+        """Where a shaft speeds up and slows down between two rows: torque per acceleration is that of their mean."""
+        wider = {**self.times, "inertia": SLOW_INERTIA * self.times.get("inertia", 1.0)}
+        return replace(self, times=MappingProxyType(wider))
+
 
 def _along(hypothesis: Hypothesis, size: float) -> NDArray[np.float64]:
     z = np.zeros(len(hypothesis.coordinates))
@@ -57,7 +65,7 @@ def _along(hypothesis: Hypothesis, size: float) -> NDArray[np.float64]:
 
 
 LABORATORY = Tolerances(
-    "laboratory", 0.015, 0.002, 0.0005, 0.0002, {"encoder_eccentricity": 2.5}, {"current_offset": 0.004}
+    "laboratory", 0.015, 0.002, 0.0005, 0.0002, {"encoder_eccentricity": 2.5}, {"current_offset": 0.004}, True
 )
 BENCH = Tolerances(
     "bench",
@@ -78,12 +86,12 @@ BENCH = Tolerances(
             "misalignment": 3.0,
             "current_gain": 5.6,  # mismatch of 4.5 %: two amplifiers of 2 to 5 %
             "encoder_offset": 25.0,  # 0.25 rad
-            "encoder_eccentricity": 8.0,
             "inductance_saturation": 1.7,
             "flux_harmonics": 2.0,
+            "two_mass": 4.0,  # a load of 8 % of the inertia
         }
     ),
-    MappingProxyType({"current_offset": 0.01, "dead_time": 0.003}),
+    MappingProxyType({"current_offset": 0.01, "dead_time": 0.003, "encoder_eccentricity": 1.6e-3}),
 )
 SETS = {each.name: each for each in (LABORATORY, BENCH)}
 

@@ -1,9 +1,11 @@
 """Backlash between rotor and load: chaotic at the flanks, so that no log repeats, and many local minima."""
 
 import itertools
-from math import exp, log
+from math import cos, exp, log, pi, sin, sqrt
 
-from evenspin.effects.hypothesis import Coordinate, Hypothesis, Scale, odds
+import numpy as np
+
+from evenspin.effects.hypothesis import Array, Coordinate, Hypothesis, Scale, odds
 
 STARTS = ((-0.6, 110.0, 0.4), (0.5, 110.0, 0.0), (-0.6, 190.0, 0.0), (0.5, 190.0, 0.4))  # odds, Hz, friction share
 GAPS_RAD = (0.004, 0.01, 0.025, 0.06)
@@ -33,4 +35,51 @@ def hypothesis(scale: Scale) -> Hypothesis:
         ),
         linear=False,
         simpler=("two_mass", (2, 1, 3, 4)),
+    )
+
+
+MOST_DAMPING = 0.95
+
+
+def swing_of(
+    theta_m_rad: Array, f_hz: float, damping_ratio: float, gap_rad: float, period_s: float, load_rad_s2: Array | None
+) -> Array:
+    """Rotor less load. On a flank the load hangs on the rotor by a damped spring that pushes and never pulls, between
+    them it coasts. From row to row the rotor moves evenly, and the load is on one flank or on none."""
+    ff, fd, df, dd = _flank(f_hz, damping_ratio, period_s)
+    rate = 2.0 * pi * f_hz
+    square, damping, half = rate * rate, 2.0 * damping_ratio * rate, 0.5 * gap_rad
+    rotor = (theta_m_rad - theta_m_rad[0]).tolist()
+    slow = [0.0] * len(rotor) if load_rad_s2 is None else load_rad_s2.tolist()
+    out = [0.0] * len(rotor)
+    load, speed = 0.0, 0.0
+    for k in range(len(rotor) - 1):
+        twist = rotor[k] - load
+        out[k] = twist
+        turns = (rotor[k + 1] - rotor[k]) / period_s
+        side = 1.0 if twist > half else -1.0 if twist < -half else 0.0
+        depth, faster = twist - side * half, turns - speed
+        if side != 0.0 and side * (square * depth + damping * faster) > 0.0:
+            rest = slow[k] / square  # the twist that holds the load
+            depth -= rest
+            depth, faster = ff * depth + fd * faster + rest, df * depth + dd * faster
+            load, speed = rotor[k + 1] - side * half - depth, turns - faster
+        else:
+            load += (speed - 0.5 * slow[k] * period_s) * period_s
+            speed -= slow[k] * period_s
+    out[-1] = rotor[-1] - load
+    return np.asarray(out)
+
+
+def _flank(f_hz: float, damping_ratio: float, period_s: float) -> tuple[float, float, float, float]:
+    """Depth and its speed after a row, from those before it."""
+    rate = 2.0 * pi * f_hz
+    share = min(damping_ratio, MOST_DAMPING)
+    fades, swings = share * rate, rate * sqrt(1.0 - share * share)
+    left, c, s = exp(-fades * period_s), cos(swings * period_s), sin(swings * period_s)
+    return (
+        left * (c + fades / swings * s),
+        left * s / swings,
+        -left * rate * rate / swings * s,
+        left * (c - fades / swings * s),
     )

@@ -9,6 +9,9 @@ A module of this package may have any of these functions, with the parameters of
     linkage_wb(params, l_h, i_a, other_a)                     flux linkage of an axis by its own current
     flux_wb(params, psi_wb, theta_e_rad)                      flux of the magnets beside the mean, d and q
     brake_nm(params, theta_m_rad, speed_rad_s, direction)     torque against positive rotation
+    twist_rad(params, theta_m_rad, period_s)                  angle of the rotor less that of the load, times the share
+                                                              of the load in the inertia; of rows with an even period
+    held_back_nm(params, load_nm, period_s)                   of a torque on the load, what has not reached the rotor
 
 They stand for the hooks of sim_host/plant/effect.h; a test holds both against each other.
 """
@@ -21,8 +24,18 @@ from typing import Any
 from evenspin.effects.registry import module_of
 from evenspin.native import tables
 
-HOOKS = ("numbers", "angle_error_rad", "current_error_a", "lost_v", "linkage_wb", "flux_wb", "brake_nm")
-MECHANICAL = ("brake_nm",)  # effects with these alone do not show in the voltages
+HOOKS = (
+    "numbers",
+    "angle_error_rad",
+    "current_error_a",
+    "lost_v",
+    "linkage_wb",
+    "flux_wb",
+    "brake_nm",
+    "twist_rad",
+    "held_back_nm",
+)
+MECHANICAL = ("brake_nm", "twist_rad", "held_back_nm")  # effects with these alone do not show in the voltages
 
 Acting = tuple[str, Mapping[str, float]]
 
