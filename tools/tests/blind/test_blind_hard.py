@@ -1,12 +1,14 @@
 """Blind cases whose verdict hangs on one rule of the search each.
 
 The search has the effects to choose from that the rule is about, and those that look most like them. That the others
-stay out of a verdict is shown by the cases that are solved whole, in test_blind_solved.py and gap/test_gap_examples.py;
-`make gap-cases` has all effects here, too.
+stay out of a verdict is shown by the cases that are solved whole, at the end and in gap/test_gap_examples.py;
+`make gap-cases` has all effects here, too. One of the cases is in `make test`, the others are in `make test-searches`;
+each rule by itself is in gap/test_gap_minima.py, test_gap_candidates.py, test_gap_slotting.py and test_gap_result.py.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Mapping
@@ -51,6 +53,7 @@ def _investigated(
     return truth, finding, investigation.search.fitter.effects(finding.model.z)
 
 
+@pytest.mark.search
 @pytest.mark.parametrize("seed", [(7, 29)])
 def test_cogging_in_whose_wells_the_rotor_rests_is_found_at_its_phase(tmp_path: Path, seed) -> None:
     """144 periods per turn, seven counts of the encoder each: a linear fit ends 110 degrees off."""
@@ -65,6 +68,7 @@ def test_cogging_in_whose_wells_the_rotor_rests_is_found_at_its_phase(tmp_path: 
     assert abs(turn) < 144 * math.tau / 1024  # one count of the encoder, within which the first angle is not known
 
 
+@pytest.mark.search
 def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(tmp_path: Path) -> None:
     """A healthy unit: saturation takes 13 off the cost under the noise level around itself, less than a name must."""
     _, finding, _ = _investigated(tmp_path, SMOOTH, (7, 17), "none", 0)
@@ -72,6 +76,7 @@ def test_what_only_seems_significant_before_its_own_noise_is_known_is_not_named(
     assert not finding.unknown
 
 
+@pytest.mark.search
 def test_a_tolerance_far_beyond_its_bounds_is_named_beside_a_large_effect(tmp_path: Path) -> None:
     """Viscous friction of 0.78, six sigmas off, beside a saturation whose voltage across the axes is of the slope."""
     hidden = ("inductance_saturation", "viscous_friction")
@@ -89,6 +94,7 @@ def test_a_tolerance_a_little_beyond_its_bounds_is_named(tmp_path: Path) -> None
     assert effects["viscous_friction"]["factor"] == pytest.approx(factor, rel=0.02)  # the median's goal
 
 
+@pytest.mark.search
 def test_cogging_of_the_slots_alone_is_found_at_its_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """9 slots and 4 pole pairs: order 72 as a rule, order 9 where one magnet is unlike the others."""
 
@@ -104,3 +110,22 @@ def test_cogging_of_the_slots_alone_is_found_at_its_order(tmp_path: Path, monkey
     assert effects["cogging"]["order"] == 9.0
     assert effects["cogging"]["amplitude_nm"] == pytest.approx(hidden["amplitude_nm"], rel=0.02)  # the median's goal
     assert effects["cogging"]["phase_rad"] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.search
+def test_a_hidden_effect_is_named_a_foreign_one_is_unknown_and_nothing_is_nothing(evenspin, tmp_path: Path) -> None:
+    """A fast part of `make blind`: a foreign line on the dc link, flux harmonics of 2.5 %, and nothing."""
+    cases, truth, verdicts = tmp_path / "cases", tmp_path / "truth.json", tmp_path / "verdicts"
+    kinds = ("--count", 3, "--kind", "single=1,none=1,outside=1")
+    assert evenspin("gap", "blind", "make", "--out", cases, "--truth", truth, *kinds, "--seed", 21).status == 0
+
+    assert evenspin("gap", "batch", cases, "--out", verdicts).status == 0
+
+    hidden = json.loads(truth.read_text())
+    assert {content["kind"] for content in hidden.values()} == {"single", "none", "outside"}
+    for case, content in hidden.items():
+        verdict = json.loads((verdicts / case / "verdict.json").read_text())
+        wanted = ["unknown"] if content["outside"] else [effect["name"] for effect in content["effects"]]
+        assert verdict["verdict"] == wanted, case
+        if content["effects"]:
+            assert verdict["gap_after"] < verdict["gap_before"]

@@ -44,6 +44,7 @@ sys.meta_path[:] = [f for f in sys.meta_path if not getattr(type(f), "__module__
 sys.path.insert(0, sys.argv[1])
 from pathlib import Path
 from evenspin.cli import main
+from evenspin.gap import investigate as core
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.log import write_case
 from evenspin.model import load_machine
@@ -53,6 +54,10 @@ chosen = [e for e in plan(load_machine(Path(sys.argv[2]))) if e.name in wanted]
 case = Path(sys.argv[3])
 case.mkdir()
 write_case(case, meta(chosen, "fan"), {e.name: perform(e) for e in chosen})
+if sys.argv[5] == "among its neighbours":  # half of the time goes into the others
+    everything = core.hypotheses
+    near = ("fan", "viscous_friction", "coulomb_friction", "inertia")
+    core.hypotheses = lambda scale: {name: h for name, h in everything(scale).items() if name in near}
 main(["gap", str(case), "--out", sys.argv[4]])
 """
 
@@ -76,7 +81,8 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy_of_the_sources(tmp_path_factory.mktemp("sources"))
 
 
-def test_gap_names_an_effect_that_is_one_file(sources: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("library", ["among its neighbours", pytest.param("whole", marks=pytest.mark.search)])
+def test_gap_names_an_effect_that_is_one_file(sources: Path, tmp_path: Path, library: str) -> None:
     from test_gap_result import MACHINE
 
     (sources / "sim_host/effects/fan.c").write_text(FAN)
@@ -84,15 +90,18 @@ def test_gap_names_an_effect_that_is_one_file(sources: Path, tmp_path: Path) -> 
     build = ("cmake", "--build", sources / "build", "--target", "evenspin_float", "--parallel", "2")
     built = subprocess.run(build, text=True, capture_output=True, check=False)
     assert built.returncode == 0, built.stdout[-2000:]
-    library = sources / "package/evenspin/_lib"
-    library.mkdir()
-    shutil.copy(sources / "sim_host/capi/evenspin_capi.h", library)
-    shutil.copy(sources / "build/sim_host/capi/libevenspin_float.so", library)
-    shutil.copy(sources / "build/sim_host/capi/libevenspin_float.so", library / "libevenspin_fixed.so")  # not used here
+    built_into = sources / "package/evenspin/_lib"
+    built_into.mkdir(exist_ok=True)
+    shutil.copy(sources / "sim_host/capi/evenspin_capi.h", built_into)
+    shutil.copy(sources / "build/sim_host/capi/libevenspin_float.so", built_into)
+    shutil.copy(
+        sources / "build/sim_host/capi/libevenspin_float.so", built_into / "libevenspin_fixed.so"
+    )  # not used here
     machine = tmp_path / "machine.toml"
     machine.write_text(MACHINE.partition("[effects.")[0] + f"[effects.fan]\ntorque_nms2 = {FAN_NM_S2}\n")
 
-    words = (sys.executable, "-c", FIND_IT, sources / "package", machine, tmp_path / "case", tmp_path / "out")
+    places = (sources / "package", machine, tmp_path / "case", tmp_path / "out")
+    words = (sys.executable, "-c", FIND_IT, *places, library)
     run = subprocess.run(words, text=True, capture_output=True, check=False)
 
     assert run.returncode == 0, run.stderr[-2000:]

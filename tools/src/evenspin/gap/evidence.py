@@ -52,7 +52,7 @@ def noise_level(forward: Forward, nuisance: Array, effects: Effects | None = Non
         group[rows] = index
         common = float(np.mean(variance[rows]) + np.median(variance[rows])) / 2.0
         sigma[rows] = np.sqrt(((REPEATS - 1.0) * variance[rows] + POOL * common) / (REPEATS - 1.0 + POOL))
-    used = sigma > 0.0
+    used = (sigma > 0.0) & forward.compared
     return Noise(np.sqrt(sigma**2 + spread**2), used, group, names)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from evenspin.gap.acceptance import ExpectedCost
 from evenspin.gap.candidate import Model
 from evenspin.gap.leftover import Line
+from evenspin.gap.periodic import PeriodicLine
 from evenspin.gap.thresholds_effects import ALTERNATIVE_COST
 from evenspin.gap.thresholds_evidence import ALTERNATIVE_LEAST
 
@@ -27,6 +28,7 @@ class Finding:
     simulations: int = 0
     size_spread: Mapping[str, float] = field(default_factory=dict)  # of each effect over the log
     changes: tuple[str, ...] = ()  # effects whose size is another in parts of the log, so that they explain nothing
+    periodic: tuple[PeriodicLine, ...] = ()  # taken off the log before it was searched
 
 
 def alternatives(finding: Finding) -> list[tuple[tuple[str, ...], float]]:

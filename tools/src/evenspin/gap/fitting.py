@@ -49,6 +49,11 @@ class Fitter:
         nuisance = nuisance_columns(self.forward, effects)
         return replace(self, nuisance=nuisance, judge=Judge(noise_level(self.forward, nuisance, effects)))
 
+    def on(self, forward: Forward) -> Fitter:
+        """The same noise and tolerances for other records of the same experiments."""
+        noise = self.judge.noise
+        return replace(self, forward=forward, judge=Judge(replace(noise, used=noise.used & forward.compared)))
+
     def with_noise(self, noise: Noise) -> Fitter:
         return replace(self, judge=Judge(noise))
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from evenspin.compare import Replay
 from evenspin.effects import Scale, known_orders
 from evenspin.gap.features import SIGNALS, FeatureKey, FeatureSet
-from evenspin.gap.layout import layout_of
+from evenspin.gap.layout import Layout, layout_of
 from evenspin.log.case import Case
 from evenspin.log.experiments import VALIDATION
 from evenspin.log.unit import Unit
@@ -28,6 +29,14 @@ Key = tuple[object, ...]
 def _key_of(unit: Unit) -> Key:
     effects = tuple((name, tuple(sorted(params.items()))) for name, params in sorted(unit.effects.items()))
     return effects, tuple(sorted(unit.factors.items())), unit.noise_seed, unit.count_part
+
+
+def _touches(key: FeatureKey, layout: Layout, uncertain: Mapping[str, NDArray[np.bool_]]) -> bool:
+    rows = uncertain.get(key.record)
+    if rows is None or key.bin is None:
+        return False
+    edges = layout.bins[key.block].edges
+    return bool(rows[int(edges[key.bin]) : int(edges[key.bin + 1])].any())
 
 
 class Forward:
@@ -51,9 +60,25 @@ class Forward:
             self._measured_rows.append(np.ascontiguousarray(record.pick(READ).values))
         self.keys: list[FeatureKey] = [key for features in self.sets for key in features.keys()]
         self.measured = self.reduced(self._measured_rows)
+        self.compared = np.ones(len(self.keys), dtype=np.bool_)
         self._pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
         self.simulations = 0
         self._kept: OrderedDict[Key, NDArray[np.float64]] = OrderedDict()
+
+    def on(self, case: Case, uncertain: Mapping[str, NDArray[np.bool_]]) -> Forward:
+        """The same simulations held against other records of the same experiments.
+
+        `uncertain`: rows of a record that say nothing; a bin that has one of them is not compared.
+        """
+        other = copy.copy(self)
+        other.case = case
+        other._measured_rows = [
+            np.ascontiguousarray(case.experiments[each.layout.record].pick(READ).values) for each in self.sets
+        ]
+        other.measured = other.reduced(other._measured_rows)
+        layouts = {each.layout.record: each.layout for each in self.sets}
+        other.compared = np.array([not _touches(key, layouts[key.record], uncertain) for key in self.keys])
+        return other
 
     def rows(self, index: int) -> NDArray[np.float64]:
         """What was measured, columns as READ."""

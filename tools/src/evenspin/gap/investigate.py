@@ -21,6 +21,7 @@ from evenspin.gap.leftover import Line, leftover_lines
 from evenspin.gap.minima import neighbours
 from evenspin.gap.outcome import Validation
 from evenspin.gap.partial import partial, size_spread
+from evenspin.gap.periodic import PeriodicLine, periodic_lines, without
 from evenspin.gap.search import Search
 from evenspin.gap.slotting import detected_order
 from evenspin.gap.thresholds_effects import (
@@ -29,6 +30,7 @@ from evenspin.gap.thresholds_effects import (
     EFFECTS_MAX,
     FIRST_KEPT,
     GAIN_MIN,
+    INSTEAD_SPREAD,
     LINE_RATIO,
     LINES_MIN,
     NEAR_GAIN,
@@ -45,6 +47,7 @@ from evenspin.log.tolerance import SIGMA, unit_of
 from evenspin.log.unit import Unit
 
 SETTLE_MAX = 4  # rounds of noise level and refinement around an explanation
+LINES_KEPT, LINES_ALL = 12, 1000
 LINE_REPEATS, LINE_NEIGHBOURS = 6, 8  # simulations of the model, and beside it, that a left-over line is held against
 REACH_SHARE = 0.5  # of the least gain: a refinement that will not even reach this is given up
 HEALTHY_UNITS = 8  # simulated units within tolerance from which the cost expected of a correct model is taken
@@ -57,23 +60,43 @@ class Investigation:
     """The search through one case, stage by stage. `run` once; `forward.close()` when done."""
 
     def __init__(self, case: Case, workers: int | None = None, progress: Progress | None = None) -> None:
-        self.case = case
         self.say = progress or (lambda what, share: None)
         self.say("reading", 0.0)
-        self.forward = Forward(case, workers)
         motor, encoder = case.meta["motor"], case.meta["encoder"]
-        counts = float(encoder["counts_per_rev"])
+        self.scale = Scale.of(motor, float(encoder["counts_per_rev"]))
+        forward = Forward(case, workers)
         self.say("noise and tolerance", 0.02)
-        fitter = Fitter.nominal(self.forward, hypotheses(Scale.of(motor, counts)))
+        self._begin(Fitter.nominal(forward, hypotheses(self.scale)), ())
+
+    def _begin(self, fitter: Fitter, beside: tuple[PeriodicLine, ...]) -> None:
+        """`beside`: lines that were taken off the log, so that whatever is named, something else is there, too."""
+        self.forward = fitter.forward
+        self.case = fitter.forward.case
+        self.beside = beside
+        motor, encoder = self.case.meta["motor"], self.case.meta["encoder"]
         nothing = fitter.model({})
         order = detected_order(motor, self.forward.keys, nothing.residual)
-        self.library = hypotheses(Scale.of(motor, counts, order))
-        self.search = Search(replace(fitter, library=self.library), nothing)
+        self.library = hypotheses(Scale.of(motor, float(encoder["counts_per_rev"]), order))
+        self.nominal = replace(fitter, library=self.library)
+        self.search = Search(self.nominal, nothing)
         self.rules = Acceptance(self.library)
-        self.validation = Validation(case)
+        self.validation = Validation(self.case)
         self.tried: list[Model] = []
         self.first_explanations: list[Model] = []  # first explanations, best first
         self.pairs: list[Model] = []  # pairs that were refined during the search
+
+    def without_tones(self, least_ratio: float, model: Model | None = None) -> bool:
+        """Begin again on the log less what repeats in it with a frequency or an order of its own; False: it has none.
+
+        `model`: the machine that leaves these lines, the nominal one where nothing was searched yet.
+        """
+        model = model or self.search.nothing
+        unit = unit_of(self.search.fitter.effects(model.z), tolerated(model.delta))
+        lines = periodic_lines(self.forward, self.lines(model, LINES_ALL), unit, least_ratio)
+        if lines:
+            cleaned = without(self.case, self.forward, lines, unit)
+            self._begin(self.nominal.on(self.forward.on(cleaned.case, cleaned.uncertain)), lines)
+        return bool(lines)
 
     def run(self) -> Finding:
         search = self.search
@@ -88,13 +111,13 @@ class Investigation:
             if len(best.z) > 1:  # the single effect that led there
                 steps += [m for m in self.first_explanations if set(m.z) < set(best.z)][:1]
             steps.append(best)
-            for stage in range(len(best.z) + 1, EFFECTS_MAX + 1):
-                better = self._next(best, expected, 0.3 + 0.15 * stage)
-                if better is None:
-                    break
-                best = better
-                best, expected = self._settled(best)
-                steps.append(best)
+            best, expected, more = self._further(best, expected)
+            steps += more
+            other = self._instead(best, expected)
+            if other is not None:
+                best, expected = self._settled(other)
+                best, expected, more = self._further(best, expected)
+                steps += [best] if not more else more
         self.say("dropping and weighing", 0.85)
         best = search.refine(best) if best.z else best  # to the end of its way down
         best, weights = self._drop(best, expected)
@@ -102,7 +125,8 @@ class Investigation:
         named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
         spread = {name: size_spread(search.fitter, best, name) for name in best.z}
         changes = changing(spread, self.library)
-        unknown = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines) or bool(changes)
+        unexplained = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines) or bool(changes)
+        unknown = unexplained or bool(self.beside)
         part = partial(best, weights, spread, self.gap_of(best)) if unknown else ()
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
         return Finding(
@@ -118,6 +142,7 @@ class Investigation:
             self.forward.simulations,
             spread,
             changes,
+            self.beside,
         )
 
     # ---- stages ------------------------------------------------------------------------------------------------------
@@ -156,6 +181,37 @@ class Investigation:
         if whole and expected.is_significant(single.own_cost):
             return min(whole, key=lambda m: m.likelihood_cost)
         return single
+
+    def _further(self, best: Model, expected: ExpectedCost) -> tuple[Model, ExpectedCost, list[Model]]:
+        """One effect more at a time, as long as each earns its place; the steps on the way."""
+        steps = []
+        for stage in range(len(best.z) + 1, EFFECTS_MAX + 1):
+            better = self._next(best, expected, 0.3 + 0.15 * stage)
+            if better is None:
+                break
+            best, expected = self._settled(better)
+            steps.append(best)
+        return best, expected, steps
+
+    def _instead(self, best: Model, expected: ExpectedCost) -> Model | None:
+        """Where something is left: other effects in place of those whose size is not the same over the log."""
+        if expected.excess(best.cost) <= expected.limit or len(best.z) < 2:
+            return None
+        spread = {name: size_spread(self.search.fitter, best, name) for name in best.z}
+        wrong = {name for name in best.z if INSTEAD_SPREAD < spread[name] < math.inf}
+        right = {name: z for name, z in best.z.items() if name not in wrong}
+        if not wrong or not right:
+            return None
+        root = self.search.refine(Candidate(right, 0.0), 5, downhill=True)
+        candidates = [
+            candidate
+            for size in (1, 2)
+            for candidate in self.search.candidates(root, size, CANDIDATES_BESIDE)
+            if not wrong & set(candidate.z)
+        ]
+        models = self._refined(candidates, expected, 0.75, 0.84)
+        better = [m for m in models if self.rules.earns(best, m, expected)]
+        return min(better, key=lambda m: m.likelihood_cost, default=None)
 
     def _next(self, best: Model, expected: ExpectedCost, share: float) -> Model | None:
         """One more effect, from the best explanation and from its runner-up."""
@@ -279,14 +335,14 @@ class Investigation:
         costs = [fitter.judge.fit(run - features, fitter.nuisance).cost for run in self.forward.many(units)]
         return ExpectedCost(float(np.mean(costs)), float(np.std(costs, ddof=1)))
 
-    def lines(self, model: Model) -> tuple[Line, ...]:
+    def lines(self, model: Model, keep: int = LINES_KEPT) -> tuple[Line, ...]:
         fitter = self.search.fitter
         effects = fitter.effects(model.z)
         units = [unit_of(effects, model.delta, 50 + i, (i + 0.5) / LINE_REPEATS) for i in range(LINE_REPEATS)]
         # a limit cycle may begin a little beside the point that was found
         near = enumerate(neighbours(self.library, model.z, LINE_NEIGHBOURS))
         units += [unit_of(fitter.effects(z), model.delta, 60 + i, (i + 0.5) / LINE_NEIGHBOURS) for i, z in near]
-        return tuple(leftover_lines(self.forward, units))
+        return tuple(leftover_lines(self.forward, units, keep))
 
 
 def changing(spread: Mapping[str, float], library: Mapping[str, Hypothesis]) -> tuple[str, ...]:

@@ -30,6 +30,7 @@ class Line:
     order: float  # mechanical
     amplitude: float  # in the signal's unit
     ratio: float  # power over what the model's noise has there
+    seconds: float = math.nan  # of the stretch: a bin of its spectrum is one over that
 
 
 def spectra(forward: Forward, rows: list[Array]) -> list[Array]:
@@ -49,7 +50,7 @@ def spectra(forward: Forward, rows: list[Array]) -> list[Array]:
     return out
 
 
-def leftover_lines(forward: Forward, model_units: list[Unit], keep: int = 12) -> list[Line]:
+def leftover_lines(forward: Forward, model_units: list[Unit], keep: int) -> list[Line]:
     """Lines of the log over the spread of the model's repeats, strongest first."""
     measured = spectra(forward, [forward.rows(i) for i in range(len(forward.sets))])
     repeats = [spectra(forward, forward.simulate(unit)) for unit in model_units]
@@ -100,6 +101,7 @@ def _lines(record: str, speed: float, seconds: float, measured: Array, level: Ar
                 hz / turns_per_s if turns_per_s > 0 else math.nan,
                 amplitude,
                 float(ratio[peak]),
+                seconds,
             )
         )
     return out

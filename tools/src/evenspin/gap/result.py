@@ -18,11 +18,12 @@ from evenspin.gap.investigate import Investigation, tolerated
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.partial import validated_shares
 from evenspin.gap.support import Support, support_of
-from evenspin.gap.thresholds_effects import GAIN_MIN, PARTIAL_SPREAD, TOLERATED, VARIES_SPREAD
+from evenspin.gap.thresholds_effects import GAIN_MIN, LINE_RATIO, PARTIAL_SPREAD, TOLERATED, VARIES_SPREAD
 from evenspin.gap.thresholds_evidence import (
     CONFIDENCE_MAX,
     INSEPARABLE_WEIGHT,
     LEFTOVER_SHARE,
+    PERIODIC_RATIO,
     REST_DOUBT,
     UNKNOWN_DOUBT,
     UNKNOWN_RISE,
@@ -106,7 +107,10 @@ def investigate(
     say = progress or (lambda what, share: None)
     investigation = Investigation(case, workers, lambda what, share: say(what, 0.9 * share))
     try:
+        early = investigation.without_tones(PERIODIC_RATIO)
         finding = investigation.run()
+        if finding.unknown and not early and investigation.without_tones(LINE_RATIO, finding.model):
+            finding = investigation.run()
         say("validating", 0.9)
         return result_of(case, investigation, finding, warnings, started)
     finally:

@@ -132,6 +132,15 @@ UNKNOWN_SHARE = SECTION.add(
     too_low="known effects that are modelled a little differently become `unknown`",
     too_high="unknown effects get the name of a similar known one",
 )
+INSTEAD_SPREAD = SECTION.add(
+    "INSTEAD_SPREAD",
+    0.4,
+    "of the size",
+    "an effect that stands in for others, which are then tried in its place, from one that only differs over the log",
+    set_on="one blind case with three effects hidden",
+    too_low="time: a second search wherever something foreign is left",
+    too_high="three effects of which two resemble a fourth are `unknown`",
+)
 LINE_RATIO = SECTION.add(
     "LINE_RATIO",
     40.0,

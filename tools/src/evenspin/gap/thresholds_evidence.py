@@ -33,6 +33,33 @@ SIMULATOR_RANGE_SHARE = SECTION.add(
     too_low="the flat end of a transient decides",
     too_high="the beginning of a transient decides nothing",
 )
+PERIODIC_STRETCHES = SECTION.add(
+    "PERIODIC_STRETCHES",
+    4.0,
+    "steady stretches",
+    "a foreign frequency or order, which is taken off the log before it is searched again, from lines by chance",
+    set_on="two blind cases with a known effect beside a foreign line",
+    too_low="what is taken off is part of an effect",
+    too_high="a known effect beside a foreign line is not named where the line shows at few speeds",
+)
+PERIODIC_SHARE = SECTION.add(
+    "PERIODIC_SHARE",
+    0.8,
+    "of the power around the line",
+    "a tone, which one wave takes away, from a resonance that noise excites",
+    set_on=NOT_SET,
+    too_low="the resonance of a compliant shaft is taken for something foreign",
+    too_high="a tone whose amplitude varies stays in the log",
+)
+PERIODIC_RATIO = SECTION.add(
+    "PERIODIC_RATIO",
+    2000.0,
+    "power over the model's noise",
+    "a foreign tone that hides all else, and is taken off before the search, from one that is tried afterwards",
+    set_on=NOT_SET,
+    too_low="the limit cycle of an effect of the table is taken for something foreign",
+    too_high="no harm but time: a search that cannot succeed comes first",
+)
 ORDER_CYCLES = SECTION.add(
     "ORDER_CYCLES",
     0.8,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from evenspin.gap.intervals import reported_parameters
+from evenspin.gap.periodic import as_json
 from evenspin.gap.result import CaseResult, inseparable
 from evenspin.gap.support import Support
 from evenspin.gap.thresholds_effects import LINE_RATIO
@@ -68,6 +69,7 @@ def left_json(result: CaseResult) -> dict[str, Any]:
         "cost": finding.model.cost,
         "cost_of_sound_units": {"mean": expected.mean, "sigma": expected.sigma},
         "because": because(result),
+        "periodic": as_json(finding.periodic),
         "lines": [
             {
                 "record": line.record,
@@ -101,6 +103,10 @@ def because(result: CaseResult) -> list[str]:
             f"the size of {name} is not the same over the log: it differs by {100 * finding.size_spread[name]:.0f} % "
             "from part to part, as of something that drifts, or of another law"
         )
+    reasons += [
+        f"something foreign repeats: {line.text}; the names are those of the log without it"
+        for line in finding.periodic
+    ]
     left = [line for line in finding.lines if line.ratio > LINE_RATIO]
     if left:
         hz = sorted({round(line.hz) for line in left})
