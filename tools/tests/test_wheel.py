@@ -12,6 +12,7 @@ import venv
 import zipfile
 from contextlib import contextmanager
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -111,8 +112,9 @@ def test_a_virtual_drive_answers_and_the_scope_has_its_page(installed, tmp_path)
         port = re.search(r"socket:\S+", line)[0]
         assert "simulator" in _run([evenspin, "bench", "info", "--port", port], cwd=tmp_path, env=ALONE)
         with _started([evenspin, "scope", "--port", port, "--http-port", "0"], tmp_path) as page:
-            address = re.search(r"http://\S+", page)[0]
-            text = urllib.request.urlopen(address, timeout=10.0).read().decode()
-            script = urllib.request.urlopen(f"{address.rstrip('/')}/static/vendor/uPlot.iife.min.js", timeout=10.0)
+            address = urlsplit(re.search(r"http://\S+", page)[0])
+            text = urllib.request.urlopen(address.geturl(), timeout=10.0).read().decode()
+            vendor = address._replace(path="/static/vendor/uPlot.iife.min.js")  # with the token of the page
+            script = urllib.request.urlopen(vendor.geturl(), timeout=10.0)
 
     assert "<title>" in text and script.status == 200
