@@ -5,6 +5,7 @@ What is hidden comes from the model files below, not from the code under test.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,12 +14,14 @@ import numpy as np
 import pytest
 from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.gap import investigate as core
-from evenspin.gap.periodic import tone_share
+from evenspin.gap.leftover import Line
+from evenspin.gap.periodic import periodic_lines, tone_share
 from evenspin.gap.plan import meta, perform, plan
 from evenspin.gap.thresholds_effects import LINE_RATIO
-from evenspin.gap.thresholds_evidence import PERIODIC_RATIO, PERIODIC_SHARE
+from evenspin.gap.thresholds_evidence import PERIODIC_RATIO, PERIODIC_SHARE, PERIODIC_STRETCHES
 from evenspin.log import write_case
 from evenspin.log.case import read_case
+from evenspin.log.unit import Unit
 from evenspin.model import load_machine
 from scipy.signal import lfilter
 from test_gap_result import MACHINE
@@ -83,6 +86,17 @@ def test_nothing_is_taken_off_the_log_of_a_healthy_machine_or_of_a_known_effect(
     with investigation_of(HEALTHY + effect, tmp_path) as investigation:
         assert not investigation.without_tones(LINE_RATIO)
         assert not investigation.beside
+
+
+def test_a_line_that_is_strongest_at_rest_does_not_end_the_search(tmp_path: Path) -> None:
+    with investigation_of(HEALTHY, tmp_path) as investigation:
+        forward = investigation.forward
+        layout = forward.sets[0].layout
+        speeds = [s.speed_rad_s for s in layout.steady if s.speed_rad_s != 0.0]
+        turning = [Line(layout.record, "iq_a", w, 40.0, math.tau * 40.0 / w, 1.0, 1e3, 1.0) for w in speeds]
+        at_rest = Line(layout.record, "iq_a", 0.0, 40.0, math.inf, 1.0, 1e6, 1.0)
+        assert len(turning) > PERIODIC_STRETCHES
+        assert periodic_lines(forward, [at_rest, *turning], Unit()) == ()  # there is no such line in what it recorded
 
 
 def wave_at(x: np.ndarray, cycles: float) -> np.ndarray:

@@ -62,11 +62,10 @@ class Investigation:
     def __init__(self, case: Case, workers: int | None = None, progress: Progress | None = None) -> None:
         self.say = progress or (lambda what, share: None)
         self.say("reading", 0.0)
-        motor, encoder = case.meta["motor"], case.meta["encoder"]
-        self.scale = Scale.of(motor, float(encoder["counts_per_rev"]))
+        scale = Scale.of(case.meta["motor"], float(case.meta["encoder"]["counts_per_rev"]))
         forward = Forward(case, workers)
         self.say("noise and tolerance", 0.02)
-        self._begin(Fitter.nominal(forward, hypotheses(self.scale)), ())
+        self._begin(Fitter.nominal(forward, hypotheses(scale)), ())
 
     def _begin(self, fitter: Fitter, beside: tuple[PeriodicLine, ...]) -> None:
         """`beside`: lines that were taken off the log, so that whatever is named, something else is there, too."""
@@ -117,7 +116,7 @@ class Investigation:
             if other is not None:
                 best, expected = self._settled(other)
                 best, expected, more = self._further(best, expected)
-                steps += [best] if not more else more
+                steps += [best, *more]
         self.say("dropping and weighing", 0.85)
         best = search.refine(best) if best.z else best  # to the end of its way down
         best, weights = self._drop(best, expected)

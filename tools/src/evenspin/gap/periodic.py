@@ -34,6 +34,7 @@ SLOW_SHARE = 0.9  # of the slowest stretch that shows an order
 CYCLES_LEAST = 3.0  # of an order within a stretch: below, it cannot be separated from the mean and the trend
 NYQUIST_SHARE = 0.9
 ZOOM = 1001  # points over the width of two bins
+ORDERS_PER_BIN, ORDERS_MOST = 20, 2001  # that are tried; a stretch that holds a part of a turn has wide bins
 BAND_BINS = 6  # on each side of a line: wider than the window, narrower than a resonance
 
 Array = NDArray[np.float64]
@@ -57,8 +58,11 @@ class PeriodicLine:
 def periodic_lines(
     forward: Forward, found: Sequence[Line], unit: Unit, least_ratio: float = LINE_RATIO
 ) -> tuple[PeriodicLine, ...]:
-    """What the lines that a model leaves have in common, strongest first; `unit`: the machine that leaves them."""
-    left = [line for line in found if line.ratio > LINE_RATIO and 0.0 < line.hz]
+    """What the lines that a model leaves have in common, strongest first; `unit`: the machine that leaves them.
+
+    Of a shaft that turns: at rest a frequency has no order, and nothing is taken off.
+    """
+    left = [line for line in found if line.ratio > LINE_RATIO and 0.0 < line.hz and line.speed_rad_s != 0.0]
     out: list[PeriodicLine] = []
     logs: list[_Log] = []
     while left and len(out) < LINES_MOST:
@@ -316,7 +320,7 @@ def _order(logs: Sequence[_Log], members: Sequence[Line]) -> float:
     first = max(members, key=lambda line: line.ratio)
     signal, turns = SIGNALS.index(first.signal), max(_turns(line) for line in members)
     low, high = (edge(x.order + side / _turns(x) for x in members) for edge, side in ((min, -1.0), (max, 1.0)))
-    trial = np.arange(low, high, 0.05 / turns)
+    trial = np.linspace(low, high, min(ORDERS_MOST, 1 + math.ceil((high - low) * turns * ORDERS_PER_BIN)))
     power = np.zeros(len(trial))
     for log in logs:
         angle, left = np.unwrap(log.record["theta_m_rad"]), log.left
