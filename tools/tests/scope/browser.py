@@ -15,7 +15,7 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
 )  # fmt: skip
-WAIT_S = 10.0
+WAIT_S = 30.0
 # A display of fewer than 60 frames a second: drawing takes most of the processor time of a test.
 FEWER_FRAMES = """
 const everyFrame = window.requestAnimationFrame.bind(window);

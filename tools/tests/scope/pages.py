@@ -18,7 +18,7 @@ from evenspin.scope import Feed, make_app
 from evenspin.scope.feed import opener
 from evenspin.scope.server import SCOPE
 
-WAIT_S = 5.0  # the longest that anything here may take; a wait ends when the thing has happened
+WAIT_S = 20.0  # the longest that anything here may take; a wait ends when the thing has happened
 
 
 class Page:

@@ -17,6 +17,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import aiohttp
 import pytest
+from busy import Stopwatch, slowness
 from evenspin.bench import client
 from evenspin.scope.access import STRANGERS, Access
 from pages import WAIT_S, Served, with_scope
@@ -171,12 +172,13 @@ def test_whoever_hammers_at_it_keeps_no_stop_from_the_drive(bench, monkeypatch: 
         async with hostile(served, kind):
             await asyncio.sleep(0.3)
             assert page.last["state"]["state"] == "run"  # they have not stopped it, either
+            watch = Stopwatch()
             began_s = time.monotonic()
             await stops.send_json({"id": 7, "do": "stop"})
             assert "error" not in json.loads((await stops.receive(WAIT_S)).data)
-            took_s = time.monotonic() - began_s
+            took_s = watch.quiet_s()
             print(f"{kind}: {1e3 * (went[0] - began_s):.1f} ms to the drive, answered after {1e3 * took_s:.0f} ms")
-            assert went[0] - came[0] < STOP_S
+            assert went[0] - came[0] < STOP_S * slowness()
             assert took_s < 0.5
             again = await served.page("another")  # and the scope still lets pages in
             await again.state("ready")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 
 import pytest
 from browser import Browser, chromium, missing, scope_command
+from busy import slowness
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from virtual_bench import Bench, running_bench
@@ -15,7 +15,6 @@ pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 WIDTHS = (320, 400, 700, 920, 1000, 1400, 1920)
 STOP_MS = 100.0  # from the key or the press to the message that leaves the page
-WORK_S = 0.05  # of processor time, to see how busy the machine is
 PLOT_PX = 85  # the least height of a plot that one can read something from
 RUN = 4
 
@@ -74,14 +73,6 @@ def stops(page: Browser) -> list[float]:
     return page.driver.execute_script("const all = window.stops; window.stops = []; return all")
 
 
-def slowness() -> float:
-    """How much longer work takes than on a machine that does nothing else: this test shares its cores with others."""
-    began, worked = time.perf_counter(), time.process_time()
-    while time.process_time() - worked < WORK_S:
-        pass
-    return max(1.0, (time.perf_counter() - began) / WORK_S)
-
-
 def stopped_at_once(page: Browser) -> float:
     left = stops(page)
     assert left, "no stop left the page"
@@ -105,7 +96,11 @@ return {
 """
 
 
-DRAWN = "return (document.querySelector(arguments[0])?.clientHeight ?? 0) > 0"
+DRAWN = """
+const plots = [...document.querySelectorAll(`#view-${arguments[0]} .plot`)].filter((plot) => plot.offsetParent);
+const heights = plots.map((plot) => plot.querySelector("canvas")?.clientHeight ?? 0);
+return heights.length > 0 && Math.min(...heights) >= arguments[1];
+"""
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -115,7 +110,7 @@ def test_at_every_width_stop_is_inside_the_window_and_plots_can_be_read(page: Br
     for view in ("capture", "xy", "spectrum", "live"):
         page.find(f"[data-view={view}]").click()
         if view != "capture":  # it has nothing to show yet
-            page.until(lambda view=view: page.driver.execute_script(DRAWN, f"#view-{view} canvas"), f"plots of {view}")
+            page.until(lambda view=view: page.driver.execute_script(DRAWN, view, PLOT_PX), f"readable plots of {view}")
         for scrolled in (100_000, 0):
             found = page.driver.execute_script(LOOK, view, scrolled)
             assert found["inside"] and not found["covered"], (view, scrolled, found)

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+from busy import Stopwatch, slowness
 from evenspin.bench import client
 from evenspin.scope import messages
 from evenspin.scope import page as page_module
@@ -54,12 +55,12 @@ def test_a_stop_overtakes_what_another_page_has_queued(bench, monkeypatch: pytes
             await other.socket.send_json({"id": number, "do": what, **fields})
         page._number = OURS
         with watched_stops(monkeypatch) as (came, went):
-            began_s = time.monotonic()
+            watch = Stopwatch()
             assert "error" not in await page.ask("stop")
-            took_s = time.monotonic() - began_s
+            took_s = watch.quiet_s()
         passed_s = next(at_s for at_s in went if at_s >= came[0]) - came[0]
         print(f"{what}: at the drive {1e3 * passed_s:.1f} ms after it came in, answered after {1e3 * took_s:.0f} ms")
-        assert passed_s < STOP_S
+        assert passed_s < STOP_S * slowness()
         assert took_s < 1.0  # of which this process needs most to send and to read what the other page has queued
         await page.state("ready")
 
@@ -76,11 +77,11 @@ def test_a_stop_overtakes_what_the_same_page_has_queued(bench, monkeypatch: pyte
         await page.turn()
         for number in range(QUEUED):
             await page.socket.send_json({"id": number, "do": "spectrum", "signal": "speed_rad_s", "seconds": 5.0})
-        began_s = time.monotonic()
+        watch = Stopwatch()
         await stops.send_json({"id": 7, "do": "stop"})
         answer = json.loads((await stops.receive(WAIT_S)).data)
         assert (answer["id"], "error" in answer) == (7, False)
-        assert time.monotonic() - began_s < 0.5
+        assert watch.quiet_s() < 0.5
         await page.state("ready")
 
     with_scope(bench.port, work)
@@ -151,7 +152,7 @@ def test_a_page_in_control_that_goes_away_stops_the_motor_within_a_second(bench,
             await page.close()
         else:
             page.socket._response.connection.transport.abort()
-        assert await motor_stops(served, bench, began_s) < GONE_S
+        assert await motor_stops(served, bench, began_s) < GONE_S * slowness()
         for other in watching:
             await other.until(lambda other=other: other.last["role"]["free"])
             await other.until(lambda other=other: other.last["role"]["pages"] == watchers)
