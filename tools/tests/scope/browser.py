@@ -96,6 +96,11 @@ class Browser:
             assert time.monotonic() < until_s, f"not within {wait_s:g} s: {what}; banners: {self.text('#banners')!r}"
             time.sleep(0.03)
 
+    def until_drawn(self) -> None:
+        """What was done with the hand is on the page: drawn with the next frame, or the one after that."""
+        frame = "requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
+        self.driver.execute_async_script(f"const done = arguments[0]; {frame}")
+
     def until_state(self, name: str) -> None:
         self.until(lambda: self.data("#state", "state") == name, f"state {name}")
 

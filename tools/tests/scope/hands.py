@@ -45,6 +45,7 @@ def drag(page: Browser, handle: str, to: str, part: float) -> None:
     at = page.driver.execute_script("const r = arguments[0].getBoundingClientRect(); return r.left + r.width / 2", grip)
     by = round(place[0] + part * place[1] - at)
     ActionChains(page.driver).move_to_element(grip).click_and_hold().move_by_offset(by, 3).release().perform()
+    page.until_drawn()
 
 
 def table(page: Browser, css: str) -> list[list[str]]:
