@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from driven_logs import columns_of
 from evenspin.driven.analysis import recording_of
+from evenspin.driven.answer import late_current
 from evenspin.driven.equations import Timing
 from evenspin.driven.signals import signals_of
 from evenspin.effects.equations import HOOKS, hook
@@ -14,6 +15,7 @@ from evenspin.native import tables
 
 SPEEDS_RAD_S = (5.0, 40.0, -8.0, -60.0)
 REST_RAD_S = 0.5
+ELECTRICAL = ("id_a", "iq_a", "vd_v", "vq_v")
 
 ACTING = {
     "cogging": {"amplitude_nm": 0.1, "phase_rad": 1.0, "order": 18.0},
@@ -35,12 +37,19 @@ ACTING = {
 }
 
 
-def left_of(columns, acting):
-    """rms of each equation, without the outermost 3 % of the windows: load steps are in them."""
+def equations_of(columns):
     machine = load_machine(find_model("servo", Path(), lambda must, hint: AssertionError(must)))
     columns = {**columns, "theta_m_rad": np.unwrap(columns["theta_m_rad"])}
-    recording = recording_of(signals_of("log", columns), dict(machine.plant), REST_RAD_S, 0)
-    parts = recording.equations.residual(acting, Timing(1.5 / machine.plant["pwm_hz"])).parts()
+    return recording_of(signals_of("log", columns), dict(machine.plant), REST_RAD_S, 0).equations
+
+
+def parts_of(equations, acting):
+    return equations.residual(acting, Timing(1.5 / equations.plant["pwm_hz"])).parts()
+
+
+def left_of(columns, acting):
+    """rms of each equation, without the outermost 3 % of the windows: load steps are in them."""
+    parts = parts_of(equations_of(columns), acting)
     found = []
     for k in (0, 2, 3):
         size = np.sort(np.abs(parts[k]))[: int(0.97 * len(parts[k]))]
@@ -59,6 +68,23 @@ def test_with_its_own_parameters_an_effect_leaves_what_a_healthy_machine_leaves(
     # twice the current of this log bends the d axis by a third of its noise.
     assert np.all(with_it < (2.0 if effect in ("current_offset", "two_mass") else 1.4) * healthy), (with_it, healthy)
     assert np.any(without > (1.25 if effect == "inductance_saturation" else 3.0) * with_it), (without, with_it)
+
+
+def told_s(rows):
+    """How late the torque and the q axis each say that the currents and voltages are, which come so many rows later."""
+    columns = columns_of(speeds=SPEEDS_RAD_S)
+    late = {name: x[: len(x) - rows] if name in ELECTRICAL else x[rows:] for name, x in columns.items()}
+    equations = equations_of(late)
+    term = late_current("late", equations.signals.period_s, equations.plant, 0)
+    torque, _, _, q_axis = zip(parts_of(equations, []), term.columns(equations), strict=True)
+    return np.array([-float(of[:, 0] @ left) / float(of[:, 0] @ of[:, 0]) for left, of in (torque, q_axis)])
+
+
+@pytest.mark.parametrize("rows", [2, 4])
+def test_torque_and_voltage_tell_alike_how_much_later_the_currents_and_voltages_of_a_row_are_than_its_angle(rows):
+    """As those of a program are that logs means since the last row: half a row."""
+    # Noise of the acceleration, by which it is told, takes a tenth off what the voltage tells.
+    assert told_s(rows) - told_s(0) == pytest.approx([5e-4 * rows] * 2, rel=0.15)
 
 
 def test_a_dead_time_leaves_no_mean_loss_where_the_current_is_clear():

@@ -42,12 +42,22 @@ def answer_term(name: str, plant: dict[str, float], log: int) -> Term:
 
 
 def late_current(name: str, period_s: float, plant: dict[str, float], log: int) -> Term:
-    """Current and angle of a row are not of the same instant: torque of the current, as much later."""
+    """Current and angle of a row are not of the same instant: torque of the current, as much later.
+
+    The voltage is late against the current by a term of its own, so that what the motion induces moves with both.
+    """
     most_s = 0.5 * period_s + 1.0 / plant["pwm_hz"]
 
     def columns(e: Equations) -> Sequence[Array | None]:
-        torque = 1.5 * plant["pole_pairs"] * plant["psi_wb"] * e.signals.iq_a
-        return [over.slope(torque)[:, None] for over in (e.shaft, e.fine)]
+        pole_pairs, psi_wb = plant["pole_pairs"], plant["psi_wb"]
+        torque = 1.5 * pole_pairs * psi_wb * e.signals.iq_a
+        shaft = [over.slope(torque)[:, None] for over in (e.shaft, e.fine)]
+        if e.winding is None:
+            return shaft
+        faster = pole_pairs * e.acceleration(e.winding)
+        d_v = -faster * e.winding.value(plant["lq_h"] * e.signals.iq_a)
+        q_v = faster * e.winding.value(psi_wb + plant["ld_h"] * e.signals.id_a)
+        return [*shaft, d_v[:, None], q_v[:, None]]
 
     return replace(unit_term(name, most_s, 0.1 * most_s, log=log), columns=columns)
 

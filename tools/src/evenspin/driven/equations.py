@@ -123,6 +123,10 @@ class Equations:
         q_v = q_v - over.value(drop_q) - over.slope(f_q) - plant["psi_wb"] * p * self._speed_of(theta, over)
         return d_v, q_v
 
+    def acceleration(self, over: Windows) -> Array:
+        """Of the measured angle."""
+        return self._acceleration(self.signals.theta_m_rad, over)
+
     def _acceleration(self, theta: Array, over: Windows) -> Array:
         if self.signals.has_angle or theta is not self.signals.theta_m_rad:
             return over.curve(theta)
