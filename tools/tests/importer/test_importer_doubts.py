@@ -314,3 +314,32 @@ def test_an_angle_that_starts_again_after_the_range_of_a_protocol_is_no_count(tm
     assert "id_a" not in mapping.columns
     found = import_table(table, mapping).columns["theta_m_rad"]
     assert_allclose(found - found[0], DRIVE.theta - DRIVE.theta[0], atol=0.02)
+
+
+@pytest.mark.parametrize("known", [None, Known(pole_pairs=7)], ids=["no model", "a model"])
+def test_rows_between_which_the_electrical_angle_goes_round_more_than_half_are_followed_by_the_speed(
+    known: Known | None, tmp_path: Path
+) -> None:
+    """200 rows per second, 240 Hz of the currents."""
+    pairs, drive = 7, recorded(8000, 200.0)
+    theta, speed = 5.0 * drive.theta, 5.0 * drive.speed  # up to 240 rad/s
+    theta_e = np.angle(np.exp(1j * pairs * theta))
+    log = {"time [s]": drive.t, "phase": theta_e, "velocity [rad/s]": speed, "iq": drive.iq, "id": 0.01 * drive.iq}
+    table = read_table(log_of(tmp_path, **log))
+
+    mapping = guess_map(table, known) if known else guess_map(table)
+
+    assert mapping.questions == ()
+    assert mapping.pole_pairs == pairs
+    imported = import_table(table, mapping)
+    found = imported.columns["theta_m_rad"]
+    assert_allclose(found - found[0], theta - theta[0], atol=1e-3)  # five places in the file
+    assert any("taken from the speed" in note for note in imported.notes)
+
+
+def test_an_angle_of_another_shaft_is_not_made_to_follow_the_speed(tmp_path: Path) -> None:
+    drive = recorded(8000, 200.0)
+    other = np.angle(np.exp(1j * (300.0 * drive.t**1.1)))
+    log = {"time [s]": drive.t, "phase": other, "velocity [rad/s]": 5.0 * drive.speed, "iq": drive.iq}
+
+    assert "do they belong to one shaft?" in questions(log_of(tmp_path, **log))

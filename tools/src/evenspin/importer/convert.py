@@ -13,7 +13,18 @@ from numpy.typing import NDArray
 from evenspin.errors import InputError
 from evenspin.importer import frames
 from evenspin.importer.mapping import HINT, ColumnMap, Mapping
-from evenspin.importer.motion import is_whole, turn_of, unwrapped, wrap_period, wrap_span
+from evenspin.importer.motion import (
+    FAR,
+    FORETOLD,
+    foretold,
+    is_whole,
+    likeness,
+    turn_of,
+    unwrapped,
+    unwrapped_along,
+    wrap_period,
+    wrap_span,
+)
 from evenspin.importer.names import QUANTITIES
 from evenspin.importer.table import Array, RawColumn, RawTable
 from evenspin.importer.units import split_unit, unit_of
@@ -47,6 +58,7 @@ def import_table(table: RawTable, mapping: Mapping) -> Imported:
         si["t_s"] = np.arange(len(table)) / mapping.rate_hz
     else:
         si["t_s"] = si["t_s"] - si["t_s"][0]
+    _far_apart(table, mapping, si, notes)
     pairs, zero = mapping.pole_pairs, mapping.electrical_zero_rad
     if "theta_m_rad" not in si and "theta_e_rad" in si:
         if pairs is None:
@@ -86,11 +98,34 @@ def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnM
         factor /= mapping.pole_pairs
     values = raw.values
     if QUANTITIES[quantity] == "angle":
-        span = wrap_span(values)
-        turn = turn_of(span, is_whole(values)) if span is not None else None
-        period = turn[1] if turn is not None else None if span is None else wrap_period(values, span)
-        values = unwrapped(values, period)
+        values = unwrapped(values, _period_of(values))
     return np.asarray((values + column.offset) * (column.scale * factor))
+
+
+def _period_of(values: Array) -> float | None:
+    """After how much an angle starts again."""
+    span = wrap_span(values)
+    turn = turn_of(span, is_whole(values)) if span is not None else None
+    return turn[1] if turn is not None else None if span is None else wrap_period(values, span)
+
+
+def _far_apart(table: RawTable, mapping: Mapping, si: dict[str, Array], notes: list[str]) -> None:
+    """An angle that goes round more than once from row to row is followed by the speed."""
+    for name, pairs in (("theta_m_rad", 1), ("theta_e_rad", mapping.pole_pairs)):
+        if name not in si or "speed_rad_s" not in si or pairs is None:
+            continue
+        raw = _source(table, mapping.columns[name].source)
+        period = _period_of(raw.values) if raw is not None else None
+        if raw is None or period is None:
+            continue
+        turn_rad = period * float(np.ptp(si[name]) / max(np.ptp(unwrapped(raw.values, period)), 1e-300))
+        steps = pairs * foretold(si["t_s"], si["speed_rad_s"])
+        if np.max(np.abs(steps)) > FAR * turn_rad and likeness(si[name], turn_rad, steps) > FORETOLD:
+            si[name] = unwrapped_along(si[name], turn_rad, steps)
+            notes.append(
+                f"{raw.name!r} turns by up to {float(np.max(np.abs(steps))) / turn_rad:.2f} turns from row to row: "
+                "how often it went round is taken from the speed"
+            )
 
 
 def _source(table: RawTable, name: str) -> RawColumn | None:

@@ -122,6 +122,12 @@ def _together(state: State, angle: str, speed: str, angles: Units, speeds: Units
         turn = motion.wrap_period(values, span)  # not of a whole turn: the range of a protocol
     continuous = motion.unwrapped(values[good], turn)
     ratio, like = motion.ratio_of(t[good], continuous, rate[good])
+    if not abs(like) > motion.CLEAR and turn is not None and len(speeds) == 1:
+        steps = motion.foretold(t[good], rate[good]) * speeds[0][1] * turn / TURN
+        pairs = motion.ratio_foretold(values[good], turn, steps, state.pole_pairs)
+        if pairs is not None:
+            continuous = motion.unwrapped_along(values[good], turn, pairs * steps)
+            ratio, like = motion.ratio_of(t[good], continuous, rate[good])
     if not abs(like) > motion.CLEAR:
         state.questions.append(
             f"{angle}, {speed}: {state.name(speed)!r} is not the rate of change of {state.name(angle)!r} "

@@ -25,6 +25,9 @@ LINES = (
     2000, 2500, 3000, 3600, 4000, 4500, 5000, 6000, 7200, 9000, 10000, 18000, 36000,
 )  # fmt: skip
 RATES_HZ = (20.0, 200_000.0)
+FAR = 0.4  # of a turn from row to row: from there on the rows of an angle alone do not tell how often it went round
+FORETOLD = 0.9  # of 1: how clearly the steps of an angle are those that the speed foretells...
+CLOSER = 0.2  # of what any other number of pole pairs is short of 1: so much closer is the right one
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +89,36 @@ def unwrapped(values: Array, turn: float | None) -> Array:
     step = np.diff(values)
     step = step - turn * np.round(step / turn)
     return values[0] + np.concatenate(([0.0], np.cumsum(np.nan_to_num(step))))
+
+
+def foretold(t: Array, speed: Array) -> Array:
+    """How far the angle goes from row to row, by the speed."""
+    return np.asarray(np.nan_to_num(0.5 * (speed[1:] + speed[:-1]) * np.diff(t)))
+
+
+def likeness(values: Array, turn: float, steps: Array) -> float:
+    """1 where an angle that starts again after @p turn makes these steps from row to row, 0 where it makes others.
+
+    Of the faster half of the rows: all angles stand still alike.
+    """
+    beside = np.diff(values) - steps
+    rows = np.isfinite(beside) & (np.abs(steps) >= np.median(np.abs(steps)))
+    return float(np.abs(np.mean(np.exp(2j * np.pi * beside[rows] / turn)))) if rows.any() else 0.0
+
+
+def unwrapped_along(values: Array, turn: float, steps: Array) -> Array:
+    """A continuous angle whose rows may be more than half a turn apart. @p steps: about those from row to row."""
+    beside = np.nan_to_num(np.diff(values) - steps)
+    return values[0] + np.concatenate(([0.0], np.cumsum(steps + beside - turn * np.round(beside / turn))))
+
+
+def ratio_foretold(values: Array, turn: float, steps: Array, pole_pairs: int | None) -> int | None:
+    """How many times as fast as the speed an angle turns of which rows are far apart; negative: the other way round."""
+    if not np.max(np.abs(steps), initial=0.0) * (pole_pairs or MOST_POLE_PAIRS) > FAR * turn:
+        return None
+    pairs = (1, pole_pairs) if pole_pairs is not None else range(1, MOST_POLE_PAIRS + 1)
+    tried = sorted(((likeness(values, turn, s * p * steps), s * p) for p in set(pairs) for s in (1, -1)), reverse=True)
+    return tried[0][1] if tried[0][0] > FORETOLD and 1.0 - tried[0][0] < CLOSER * (1.0 - tried[1][0]) else None
 
 
 def window_pairs(t: Array, angle: Array, speed: Array) -> tuple[Array, Array]:
