@@ -206,7 +206,7 @@ def test_what_is_typed_after_a_start_is_no_part_of_the_setpoint(page: Browser, b
 
 
 def test_s_goes_to_the_setpoint_of_the_mode_in_force(page: Browser) -> None:
-    for mode, field in (("current", "#iq-ref"), ("position", "#turns"), ("speed", "#speed")):
+    for mode, field in (("current", "#iq-ref"), ("position", "#turns"), ("torque", "#torque"), ("speed", "#speed")):
         page.press(f"[data-mode={mode}]")
         page.key("s")
         assert page.driver.execute_script("return '#' + document.activeElement.id") == field
@@ -214,6 +214,22 @@ def test_s_goes_to_the_setpoint_of_the_mode_in_force(page: Browser) -> None:
         assert page.find(field).get_attribute("value") == "0.25"
         page.key(Keys.ENTER)
         assert page.driver.execute_script("return document.activeElement.tagName") == "BODY"
+
+
+def test_a_torque_turns_the_motor_no_faster_than_the_limit_beside_it(page: Browser, bench: Bench) -> None:
+    page.press("[data-mode=torque]")
+    page.type("#torque", "0.5")
+    page.type("#speed-limit", "-20")
+    turn_refused = "speed_rad_s = -20: must be 0 or more"
+    page.press("#arm")
+    page.press("#start")
+    page.until(lambda: turn_refused in page.text("#drive-said").replace(".0", ""), "a limit acts in both directions")
+    page.type("#speed-limit", "20")
+    page.press("#start")
+    page.until_state("run")
+    page.until(lambda: abs(bench.server.drive.read("true_speed_rad_s") - 20.0) < 1.0, "the limit is reached")
+    page.type("#torque", "-0.5")
+    page.until(lambda: abs(bench.server.drive.read("true_speed_rad_s") + 20.0) < 1.0, "the other one, too")
 
 
 def test_a_setpoint_that_is_no_number_is_refused_also_at_rest(page: Browser) -> None:

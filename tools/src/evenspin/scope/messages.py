@@ -39,8 +39,8 @@ class Arm(Request):
 
 class Setpoint(Request):
     do: Literal["setpoint", "start"]
-    mode: Literal["speed", "current", "position"] = "speed"
-    speed_rad_s: Finite = 0.0
+    mode: Literal["speed", "current", "position", "torque"] = "speed"
+    speed_rad_s: Finite = 0.0  # in torque mode the limit, in both directions
     id_a: Finite = 0.0
     iq_a: Finite = 0.0
     position_turns: Finite = 0.0

@@ -34,7 +34,7 @@ from evenspin.scope.spectrum import lines_of
 Message = dict[str, Any]
 # What would disturb a calibration: everything that changes the drive or its stream.
 MOVES = messages.NEEDS_CONTROL - {"calibrate_answer", "calibrate"}
-MODES = {"speed": Mode.SPEED, "current": Mode.CURRENT, "position": Mode.POSITION}
+MODES = {"speed": Mode.SPEED, "current": Mode.CURRENT, "position": Mode.POSITION, "torque": Mode.TORQUE}
 
 
 class Session:
@@ -136,6 +136,8 @@ class Session:
         if abs(turns) >= 2**31:
             raise InputError("scope", "position_turns", request.position_turns, "within 2e9", "fewer turns")
         angle_rad = 2.0 * math.pi * (request.position_turns - turns)
+        if request.mode == "torque" and request.speed_rad_s < 0.0:
+            raise InputError("scope", "speed_rad_s", request.speed_rad_s, "0 or more", "it limits both directions")
         self.feed.need_drive().setpoint(
             MODES[request.mode], speed_rad_s=request.speed_rad_s, id_a=request.id_a, iq_a=request.iq_a, turns=turns,
             angle_rad=angle_rad,

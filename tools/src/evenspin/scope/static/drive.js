@@ -10,6 +10,7 @@ const HINT = {
   align: "Aligning: the rotor moves to find the electrical zero.",
   ready: "Arm, then start. The motor will turn.",
   run: "Running. Enter takes over a new setpoint.",
+  short: "Braking: the lower switches short the motor until it rests.",
   fault: "Switched off by a fault: read it above, then clear it.",
 };
 
@@ -32,12 +33,15 @@ export class DrivePanel {
     this.id = numberField(0, { id: "id-ref" }, enter);
     this.iq = numberField(0, { id: "iq-ref" }, enter);
     this.turns = numberField(0, { id: "turns" }, enter);
-    const modes = [["speed", "Speed"], ["current", "Current"], ["position", "Position"]];
+    this.torque = numberField(0, { id: "torque" }, enter);
+    this.limit = numberField(30, { id: "speed-limit", "aria-label": "limit of the speed in rad/s" }, enter);
+    const modes = [["speed", "Speed"], ["current", "Current"], ["position", "Position"], ["torque", "Torque"]];
     this.modeButtons = modes.map(([mode, text]) => h("button", { "data-mode": mode, onclick: () => this.setMode(mode) }, text));
     this.fields = {
       speed: h("div", { class: "setpoints" }, h("label", {}, this.speed, "rad/s"), h("label", {}, this.rpm, "r/min")),
       current: h("div", { class: "setpoints" }, h("label", {}, "id", this.id, "A"), h("label", {}, "iq", this.iq, "A")),
       position: h("div", { class: "setpoints one" }, h("label", {}, this.turns, "turns from zero")),
+      torque: h("div", { class: "setpoints" }, h("label", {}, "iq", this.torque, "A"), h("label", {}, "≤ ±", this.limit, "rad/s")),
     };
     this.armButton = h("button", { id: "arm", title: "A", onclick: () => this.arm() }, "Arm");
     this.startButton = h("button", { id: "start", class: "primary", title: "Shift+Enter", onclick: () => this.start() }, "Start");
@@ -57,7 +61,7 @@ export class DrivePanel {
 
   // The setpoint of the mode in force, ready to be typed over.
   select() {
-    const field = { speed: this.speed, current: this.iq, position: this.turns }[this.mode];
+    const field = { speed: this.speed, current: this.iq, position: this.turns, torque: this.torque }[this.mode];
     field.focus();
     field.select();
   }
@@ -87,7 +91,12 @@ export class DrivePanel {
   #shown = "";
 
   #setpoint() {
-    const fields = { speed: [["speed_rad_s", this.speed]], current: [["id_a", this.id], ["iq_a", this.iq]], position: [["position_turns", this.turns]] }[this.mode];
+    const fields = {
+      speed: [["speed_rad_s", this.speed]],
+      current: [["id_a", this.id], ["iq_a", this.iq]],
+      position: [["position_turns", this.turns]],
+      torque: [["iq_a", this.torque], ["speed_rad_s", this.limit]],
+    }[this.mode];
     const values = { mode: this.mode };
     for (const [name, field] of fields) {
       values[name] = numberOf(field);
