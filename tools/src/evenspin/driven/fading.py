@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import Explained
 from evenspin.driven.judge import Verdict
 from evenspin.empirical.term import EmpiricalTerm
+from evenspin.weakform.analysis import Explained
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.windows import Bump
+from evenspin.weakform.windows import Bump
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

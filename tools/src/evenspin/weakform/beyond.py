@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import ZERO_TERM, Explained
-from evenspin.driven.beyond_screen import alone, improved, inflation_of, screen
-from evenspin.driven.beyond_search import Candidate, Search
-from evenspin.driven.fit import Normal, Piece, moved, normal_of, prior_of, pull_of, settled
-from evenspin.driven.model import Point
-from evenspin.driven.screen import left_of
-from evenspin.driven.search import Choice, choices
-from evenspin.driven.terms import Kind, Term
 from evenspin.empirical.term import EmpiricalTerm
+from evenspin.weakform.analysis import ZERO_TERM, Explained
+from evenspin.weakform.beyond_screen import alone, improved, inflation_of, screen
+from evenspin.weakform.beyond_search import Candidate, Search
+from evenspin.weakform.fit import Normal, Piece, moved, normal_of, prior_of, pull_of, settled
+from evenspin.weakform.model import Point
+from evenspin.weakform.screen import left_of
+from evenspin.weakform.search import Choice, choices
+from evenspin.weakform.terms import Kind, Term
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

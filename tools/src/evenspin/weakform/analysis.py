@@ -9,21 +9,21 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.answer import answer_term, late_current
-from evenspin.driven.equations import Equations
-from evenspin.driven.fit import Gatherer, Normal, Piece, moved, normal_of, prior_of, pull_of, settled
-from evenspin.driven.foreign import foreign_terms, frequency_term, order_term
-from evenspin.driven.lines import foreign_frequencies, foreign_orders
-from evenspin.driven.model import ANSWER, CURRENT_LATE, LATE, LD, LQ, TURNED, ZERO, Model, Point
-from evenspin.driven.screen import left_of
-from evenspin.driven.search import Choice, Edges, choices
-from evenspin.driven.shaft import shaft_candidates
-from evenspin.driven.signals import SLOW_S, Signals
-from evenspin.driven.terms import NUMBER_OF, OPEN, SHAFT, Kind, Sizes, Term, effect_terms, opened, unit_term
-from evenspin.driven.tolerances import HELD, Tolerances
-from evenspin.driven.windows import Bump, Windows
 from evenspin.effects import Scale, hypotheses
 from evenspin.effects.equations import Acting
+from evenspin.weakform.answer import answer_term, late_current
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.fit import Gatherer, Normal, Piece, moved, normal_of, prior_of, pull_of, settled
+from evenspin.weakform.foreign import foreign_terms, frequency_term, order_term
+from evenspin.weakform.lines import foreign_frequencies, foreign_orders
+from evenspin.weakform.model import ANSWER, CURRENT_LATE, LATE, LD, LQ, TURNED, ZERO, Model, Point
+from evenspin.weakform.screen import left_of
+from evenspin.weakform.search import Choice, Edges, choices
+from evenspin.weakform.shaft import shaft_candidates
+from evenspin.weakform.signals import SLOW_S, Signals
+from evenspin.weakform.terms import NUMBER_OF, OPEN, SHAFT, Kind, Sizes, Term, effect_terms, opened, unit_term
+from evenspin.weakform.tolerances import HELD, Tolerances
+from evenspin.weakform.windows import Bump, Windows
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
