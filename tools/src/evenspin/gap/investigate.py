@@ -64,7 +64,7 @@ class Investigation:
         self.say("reading", 0.0)
         motor, encoder = case.meta["motor"], case.meta["encoder"]
         self.scale = Scale.of(motor, float(encoder["counts_per_rev"]))
-        forward = Forward(case, workers)
+        forward = self.original = Forward(case, workers)
         self.say("noise and tolerance", 0.02)
         self._begin(Fitter.nominal(forward, hypotheses(self.scale)), ())
 

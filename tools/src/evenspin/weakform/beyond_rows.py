@@ -49,6 +49,7 @@ def rows_of(e: Equations, scale: Scale, top_rad_s: float, zero_rad: float = 0.0)
         scale.rated_current_a,
         e.plant["dc_link_v"],
         s.shows_orders,
+        s.one_travel,
     )
 
 
