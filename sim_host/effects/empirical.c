@@ -25,6 +25,7 @@ enum {
     VISCOUS_NM,
     TIME_S,
     UNTIL_S,
+    START_S,
     PARAMETERS
 };
 
@@ -43,7 +44,8 @@ static double bounded(double speed_rad_s, double limit_rad_s)
 /* 0 at the start, towards 1; it stays as it was at the end of what was measured. */
 static double warm(const double *p, double time_s)
 {
-    const double t = ((p[UNTIL_S] > 0.0) && (time_s > p[UNTIL_S])) ? p[UNTIL_S] : time_s;
+    const double since = time_s + p[START_S];
+    const double t = ((p[UNTIL_S] > 0.0) && (since > p[UNTIL_S])) ? p[UNTIL_S] : since;
     return 1.0 - exp(-t / p[TIME_S]);
 }
 
@@ -86,7 +88,7 @@ static double torque_nm(const double *p, const sim_shaft_t *shaft)
         sum += p[EVEN_NM] * pow(fabs(x), p[EVEN_EXPONENT]);
     }
     if (p[TONE_NM] != 0.0) {
-        sum += p[TONE_NM] * sin(TWO_PI * p[TONE_HZ] * shaft->time_s + p[TONE_RAD]);
+        sum += p[TONE_NM] * sin(TWO_PI * p[TONE_HZ] * (shaft->time_s + p[START_S]) + p[TONE_RAD]);
     }
     if ((p[LOAD_NM] != 0.0) || (p[FRICTION_NM] != 0.0) || (p[VISCOUS_NM] != 0.0)) {
         const double friction = p[FRICTION_NM] * tanh(shaft->speed_rad_s / (SOFT * p[LIMIT_RAD_S]));
@@ -139,6 +141,7 @@ const sim_effect_t effect_empirical = {
              SIM_AMPLITUDE, 0.0},
             {"time_s", "s", "Time constant of what changes with time.", 1.0, 1e-3, 1e6, SIM_QUANTITY, 20.0},
             {"until_s", "s", "Time up to which it was measured; 0: no end.", 0.0, 0.0, 1e7, SIM_DETAIL, 0.0},
+            {"start_s", "s", "Time of the log at which a run starts.", 0.0, 0.0, 1e7, SIM_DETAIL, 0.0},
         },
     .torque_nm = torque_nm,
 };

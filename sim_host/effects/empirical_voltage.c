@@ -3,7 +3,7 @@
 #include "sim_host/plant/effect.h"
 
 /* Numbers of the effect, in the order of .param. */
-enum { RESISTANCE_OHM, FLUX_REL, TIME_S, UNTIL_S, RIPPLE_REL, RIPPLE_HZ, RIPPLE_RAD, SAG_REL, RATED_W, PARAMETERS };
+enum { RESISTANCE_OHM, FLUX_REL, TIME_S, UNTIL_S, RIPPLE_REL, RIPPLE_HZ, RIPPLE_RAD, SAG_REL, RATED_W, START_S, PARAMETERS };
 
 #define TWO_PI 6.283185307179586
 #define MOST_LOAD 2.0 /* of the rated power, as far as the sag goes on */
@@ -11,7 +11,8 @@ enum { RESISTANCE_OHM, FLUX_REL, TIME_S, UNTIL_S, RIPPLE_REL, RIPPLE_HZ, RIPPLE_
 /* 0 at the start, towards 1; it stays as it was at the end of what was measured. */
 static double warm(const double *p, double time_s)
 {
-    const double t = ((p[UNTIL_S] > 0.0) && (time_s > p[UNTIL_S])) ? p[UNTIL_S] : time_s;
+    const double since = time_s + p[START_S];
+    const double t = ((p[UNTIL_S] > 0.0) && (since > p[UNTIL_S])) ? p[UNTIL_S] : since;
     return 1.0 - exp(-t / p[TIME_S]);
 }
 
@@ -28,7 +29,7 @@ static void phase_voltage(const double *p, const sim_bridge_t *bridge, double v_
     const double r = (p[RESISTANCE_OHM] != 0.0) ? p[RESISTANCE_OHM] * warm(p, bridge->time_s) : 0.0;
     double       lost = 0.0;
     if (p[RIPPLE_REL] != 0.0) {
-        lost += p[RIPPLE_REL] * sin(TWO_PI * p[RIPPLE_HZ] * bridge->time_s + p[RIPPLE_RAD]);
+        lost += p[RIPPLE_REL] * sin(TWO_PI * p[RIPPLE_HZ] * (bridge->time_s + p[START_S]) + p[RIPPLE_RAD]);
     }
     if (p[SAG_REL] != 0.0) {
         double power_w = 0.0; /* what all phases have in common does no work: the currents add up to none */
@@ -62,6 +63,7 @@ const sim_effect_t effect_empirical_voltage = {
             {"ripple_rad", "rad", "Phase of that at the start.", 0.0, -100.0, 100.0, SIM_PHASE, 0.0},
             {"sag_rel", "", "Share of the voltage that is lost at rated_w.", 0.0, -0.5, 0.5, SIM_AMPLITUDE, 0.05},
             {"rated_w", "W", "Electrical power that sag_rel is for.", 1.0, 1e-3, 1e7, SIM_QUANTITY, 100.0},
+            {"start_s", "s", "Time of the log at which a run starts.", 0.0, 0.0, 1e7, SIM_DETAIL, 0.0},
         },
     .flux = flux,
     .phase_voltage = phase_voltage,

@@ -32,6 +32,7 @@ ORDER = (
     ("report", "cycles", "drive", "export"),
     ("compare", "memory", "design", "motor"),
     ("identify", "empirical"),
+    ("weakform",),
     ("bench", "reproduce", "run", "gap", "balance"),
     ("tune", "driven", "grid", "replay", "correct"),
     ("commission", "scope", "blind", "api"),

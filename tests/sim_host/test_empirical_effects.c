@@ -112,6 +112,27 @@ void test_empirical_terms_of_time_grow_with_their_time_constant_and_stay_at_the_
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.2, torque(0.0, 30.0, 0.05)); /* a quarter of a period */
 }
 
+void test_empirical_time_goes_on_where_a_run_starts_within_the_log(void)
+{
+    set("time_s", 10.0);
+    set("start_s", 8.0);
+    set("load_nm", 0.2);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.2 * (1.0 - exp(-1.0)), torque(0.0, 30.0, 2.0));
+    set("until_s", 10.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.2 * (1.0 - exp(-1.0)), torque(0.0, 30.0, 50.0));
+    set("load_nm", 0.0);
+    set("tone_nm", 0.2);
+    set("tone_hz", 0.125);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.2, torque(0.0, 30.0, 2.0)); /* a quarter of a period past the first one */
+
+    sim_flux_t h = {0.0, 0.0};
+    set_v("flux_rel", 0.2);
+    set_v("time_s", 5.0);
+    set_v("start_s", 3.0);
+    sim_effects[machine_effect("empirical_voltage")]->flux(v, &model, 0.3, 2.0, &h);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.2 * (1.0 - exp(-1.0)) * model.psi_wb, h.q_wb);
+}
+
 void test_empirical_voltage_takes_the_drop_of_a_warm_winding_and_the_sag_and_ripple_of_a_supply(void)
 {
     const sim_effect_t *const x = sim_effects[machine_effect("empirical_voltage")];

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from evenspin.driven import run
-from evenspin.driven.beyond import Beyond
+from evenspin.weakform.beyond import Beyond
 
 
 @pytest.fixture(params=["by the table", pytest.param("whole", marks=pytest.mark.search)])

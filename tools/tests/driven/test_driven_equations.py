@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from driven_logs import columns_of
-from evenspin.driven.analysis import recording_of
-from evenspin.driven.answer import late_current
-from evenspin.driven.equations import Timing
-from evenspin.driven.signals import signals_of
 from evenspin.effects.equations import HOOKS, hook
 from evenspin.model.machine import find_model, load_machine
 from evenspin.native import tables
+from evenspin.weakform.analysis import recording_of
+from evenspin.weakform.answer import late_current
+from evenspin.weakform.equations import Timing
+from evenspin.weakform.signals import signals_of
 
 SPEEDS_RAD_S = (5.0, 40.0, -8.0, -60.0)
 REST_RAD_S = 0.5

@@ -8,12 +8,12 @@ import pytest
 from driven_logs import SPEEDS_RAD_S, columns_of, hide, write_log
 from evenspin.driven import run_driven
 from evenspin.driven.judge import Verdict, without_unsure
-from evenspin.driven.search import Choice
-from evenspin.driven.terms import Sizes, effect_terms
-from evenspin.driven.tolerances import BENCH, LABORATORY
 from evenspin.effects import Scale, hypotheses
 from evenspin.errors import InputError
 from evenspin.model.machine import load_machine
+from evenspin.weakform.search import Choice
+from evenspin.weakform.terms import Sizes, effect_terms
+from evenspin.weakform.tolerances import BENCH, LABORATORY
 
 SIZES = Sizes(Scale(3.0, 2.5, 3, 18, 4096), BENCH, 10e3, 100.0)
 
@@ -77,7 +77,7 @@ def test_a_gap_in_the_shaft_is_not_called_a_soft_shaft_alone(tmp_path):
 
 def test_a_shaft_that_helps_no_stretch_that_the_fit_did_not_see_has_no_name(tmp_path, monkeypatch):
     columns = hide(two_mass={"f_res_hz": 45.0, "load_ratio": 0.5, "damping_ratio": 0.04})
-    monkeypatch.setattr("evenspin.driven.analysis.SEEN", 0.0)  # as if it took nothing off there
+    monkeypatch.setattr("evenspin.weakform.analysis.SEEN", 0.0)  # as if it took nothing off there
     verdict = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None).verdict
     assert "two_mass" not in " ".join(verdict["verdict"])
 

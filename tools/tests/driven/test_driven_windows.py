@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from evenspin.driven.windows import Bump, Windows
+from evenspin.weakform.windows import Bump, Windows
 
 PERIOD_S = 5e-4
 

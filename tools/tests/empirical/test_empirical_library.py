@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evenspin.empirical import words
+from evenspin.empirical.effect import at_start, bounded, together
 from evenspin.empirical.library import FAMILIES, can_show, family_of, sections, warm
 from evenspin.empirical.lines import frequency_spectrum, order_spectra, peaks
 from evenspin.empirical.rows import Rows
@@ -157,3 +158,41 @@ def test_every_family_has_words_a_cause_and_an_experiment_of_this_machine(family
     assert "a load that changes with time would look nearly the same" in words.sentence(term)
     for name, interval in said["intervals"].items():
         assert interval["low"] <= said["parameters"][name] <= interval["high"]
+
+
+def test_a_position_is_not_asked_for_where_records_count_their_angle_each_from_its_own_start() -> None:
+    rows = rows_of(SWEEP)
+
+    assert can_show(family_of("position_bump"), rows)
+    assert not can_show(family_of("position_bump"), replace(rows, one_travel=False))
+    assert can_show(family_of("angle_line"), replace(rows, one_travel=False))
+
+
+def test_what_a_change_with_time_starts_from_is_an_effect_of_constant_size() -> None:
+    def term(name: str, start: float) -> EmpiricalTerm:
+        facts = {"top_rad_s": 50.0, "span_s": 40.0}
+        return EmpiricalTerm(
+            name, family_of(name), (8.0,), np.array([1.0, start]), np.eye(2), (0.1,), 5.0, 0.5, (1.0, 50.0), facts=facts
+        )
+
+    plant = {"viscous_nms": 2e-3, "resistance_ohm": 0.8}
+    terms = [term("time_friction", 0.03), term("time_viscous", 0.02), term("time_resistance", -0.08)]
+
+    assert at_start(terms, plant) == {
+        "coulomb_friction": {"torque_nm": 0.03, "smooth_rad_s": 0.1},  # 0.002 of the top speed, as the term's own
+        "viscous_friction": {"factor": 1.2},  # 0.02 N m beside 0.1 N m at 50 rad/s
+        "winding_resistance": {"factor": 0.9},
+    }
+    assert at_start([replace(terms[0], family=family_of("time_load"))], plant) == {"load_torque": {"torque_nm": 0.03}}
+
+
+def test_effects_at_once_add_torques_and_multiply_factors_within_the_ranges_of_the_table() -> None:
+    one = {"inertia": {"factor": 1.2}, "coulomb_friction": {"torque_nm": 0.03}}
+    two = {"inertia": {"factor": 1.1}, "coulomb_friction": {"torque_nm": -0.05}, "cogging": {"amplitude_nm": 0.1}}
+
+    both = together(one, two)
+
+    assert both["inertia"]["factor"] == pytest.approx(1.32)
+    assert both["coulomb_friction"]["torque_nm"] == pytest.approx(-0.02)
+    assert both["cogging"] == {"amplitude_nm": 0.1} and one["inertia"] == {"factor": 1.2}
+    assert bounded(both)["coulomb_friction"]["torque_nm"] == 0.0

@@ -79,9 +79,8 @@ COMMANDS = {
     ),
     "export": Entry("export", "Export a scenario for other simulators."),
     "effects": Entry(
-        "lists",
-        "Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and "
-        "range.",
+        "effects",
+        "Non-ideal effects of the simulated machine: list them, explain one, or draft a new one from a verdict.",
     ),
     "parameters": Entry(
         "lists",

@@ -1,4 +1,4 @@
-"""`evenspin effects`, `parameters`, `faults`, `version`: what the library knows."""
+"""`evenspin parameters`, `faults`, `version`: what the library knows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from evenspin.cli.completion import effect_names, fault_names, parameter_names
+from evenspin.cli.completion import fault_names, parameter_names
 from evenspin.cli.options import JsonFlag
 from evenspin.cli.output import STDOUT, console, write_json
 
@@ -16,48 +16,8 @@ if TYPE_CHECKING:
 
 
 def register(app: typer.Typer) -> None:
-    for command in (effects, parameters, faults, version):
+    for command in (parameters, faults, version):
         app.command(command.__name__)(command)
-
-
-def effects(
-    name: Annotated[
-        str | None,
-        typer.Argument(metavar="[NAME]", help="Only this one, with all it says.", autocompletion=effect_names),
-    ] = None,
-    as_json: JsonFlag = False,
-) -> None:
-    """Non-ideal effects of the simulated machine: what they do, how they show, their parameters with unit and range.
-
-    Example: `evenspin effects cogging`
-    """
-    from evenspin.errors import InputError, did_you_mean
-    from evenspin.native import tables
-    from evenspin.tableview import TableView, print_table
-
-    known = tables().effects
-    if name is not None and name not in known:
-        raise InputError("effects", "NAME", name, "the name of an effect", did_you_mean(name, known))
-    chosen = [known[name]] if name else list(known.values())
-    if as_json:
-        write_json([_effect_json(effect) for effect in chosen], STDOUT)
-        return
-    screen = console()
-    if name is None:
-        rows = [(effect.name, effect.acts_on, ", ".join(effect.params), effect.doc) for effect in chosen]
-        print_table(TableView("Effects", "", ("name", "acts on", "parameters", "what it is"), rows, left=4), screen)
-        return
-    effect = chosen[0]
-    screen.print(f"{effect.name} (acts on {effect.acts_on})\n{effect.doc}\nShows as: {effect.signature}")
-    params = [_field_row(field) for field in effect.params.values()]
-    print_table(TableView("Parameters", "", FIELD_HEADER, params, left=5), screen)
-    if effect.told_apart:
-        shown = ", ".join(f"{name} {condition}".strip() for name, condition in effect.shown_by.items())
-        screen.print(
-            f"Looks like: {', '.join(effect.confused_with)}\nShown by: {shown}\nSeparated by: {effect.told_apart}"
-        )
-    lines = [f"{p.name} = {p.example:g}" for p in effect.params.values() if p.reported]
-    screen.print("\n".join(["In a model or scenario file, for example:", f"[effects.{effect.name}]", *lines]))
 
 
 def parameters(
@@ -80,7 +40,7 @@ def parameters(
     if as_json:
         write_json([_field_json(field) | {"at_rest": field.at_rest} for field in fields], STDOUT)
         return
-    print_table(TableView("Drive parameters", "", FIELD_HEADER, [_field_row(f) for f in fields], left=5), console())
+    print_table(TableView("Drive parameters", "", FIELD_HEADER, [field_row(f) for f in fields], left=5), console())
 
 
 def faults(
@@ -138,7 +98,7 @@ def version(as_json: JsonFlag = False) -> None:
 FIELD_HEADER = ("name", "unit", "default", "range", "what it is")
 
 
-def _field_row(field: Field) -> tuple[str, ...]:
+def field_row(field: Field) -> tuple[str, ...]:
     doc = f"{field.doc} Changes at rest only." if field.at_rest else field.doc
     return (field.name, field.unit, field.to_text(field.default), _range(field), doc)
 
@@ -157,7 +117,7 @@ def _field_json(field: Field) -> dict[str, Any]:
     return content | {key: value if math.isfinite(value) else None for key, value in limits.items()}
 
 
-def _effect_json(effect: Effect) -> dict[str, Any]:
+def effect_json(effect: Effect) -> dict[str, Any]:
     return {
         "name": effect.name,
         "acts_on": effect.acts_on,

@@ -23,6 +23,7 @@ from evenspin.native import tables
 from evenspin.native.simulation import Simulation
 from evenspin.sim.record import Record
 
+START = "start_s"  # of an effect that knows the time: where within the log a run begins
 START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
 RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
 
@@ -32,11 +33,12 @@ _Inputs = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
 class Replay:
     """A record made ready to be simulated often."""
 
-    def __init__(self, folder: Path, meta: Mapping[str, Any], name: str, record: Record) -> None:
+    def __init__(self, folder: Path, meta: Mapping[str, Any], name: str, record: Record, start_s: float = 0.0) -> None:
+        """`start_s`: when the record begins, for effects that change with the time of all records."""
         if len(record) < 2:
             raise InputError(folder, name, f"{len(record)} rows", "at least 2 rows", "record longer")
         numbers = MetaNumbers(folder / META, meta)
-        self.folder, self.name, self.rows = folder, name, len(record)
+        self.folder, self.name, self.rows, self.start_s = folder, name, len(record), start_s
         self.locked = name in LOCKED
         self.t_s = record["t_s"] - record["t_s"][0]
         pwm_hz = numbers.number("pwm_hz")
@@ -108,6 +110,8 @@ class Replay:
         for effect, params in unit.effects.items():
             for param, value in params.items():
                 simulation.set_effect(effect, param, value)
+            if START in tables().effects[effect].params:
+                simulation.set_effect(effect, START, params.get(START, 0.0) + self.start_s)
         for key, (times, values) in inputs.items():
             simulation.set_input(key, times, values)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from evenspin.balance.shaft_regression import Drive, drive_of_speeds
 from evenspin.balance.verdict import OR
-from evenspin.driven.analysis import Explained
+from evenspin.weakform.analysis import Explained
 
 WEAK_MAGNET = 0.25  # a torque per ampere further off than this is none: hot magnets and a wrong zero take less
 SCALE = ("inertia", "torque_constant", "encoder_offset")  # the torque balance has their ratio alone

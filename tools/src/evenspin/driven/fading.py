@@ -9,13 +9,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import Explained
 from evenspin.driven.judge import Verdict
+from evenspin.empirical.effect import CONSTANT
 from evenspin.empirical.term import EmpiricalTerm
+from evenspin.weakform.analysis import Explained
 
 Array = NDArray[np.float64]
-
-CONSTANT = {"time_friction": "coulomb_friction", "time_load": "load_torque"}  # what each is beside, from the start on
 
 
 def without_faded(found: Explained, verdict: Verdict, evidence: Sequence[EmpiricalTerm]) -> None:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evenspin.driven.equations import Equations
-from evenspin.driven.fit import Normal, prior_of
-from evenspin.driven.search import PRICE
-from evenspin.driven.shaft import grid_hz
-from evenspin.driven.signals import SLOW_S, Signals
-from evenspin.driven.terms import Kind, Term
 from evenspin.native import tables
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.fit import Normal, prior_of
+from evenspin.weakform.search import PRICE
+from evenspin.weakform.shaft import grid_hz
+from evenspin.weakform.signals import SLOW_S, Signals
+from evenspin.weakform.terms import Kind, Term
 
 MUCH = 3.0  # times the least size: from there on the log hardly shows an effect
 NEVER = {

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from evenspin.balance.verdict import OR
 from evenspin.driven.ambiguous import Recorded, called
-from evenspin.driven.analysis import Explained
-from evenspin.driven.fit import prior_of
-from evenspin.driven.noise import floors, noise_of
-from evenspin.driven.search import Choice
-from evenspin.driven.terms import SHAFT, Kind
 from evenspin.effects.equations import Acting
 from evenspin.gap.intervals import EXACT, Z95, Interval, of_effect, with_model_share
 from evenspin.log.tolerance import TOLERANCES
+from evenspin.weakform.analysis import Explained
+from evenspin.weakform.fit import prior_of
+from evenspin.weakform.noise import floors, noise_of
+from evenspin.weakform.search import Choice
+from evenspin.weakform.terms import SHAFT, Kind
 
 Array = NDArray[np.float64]
 

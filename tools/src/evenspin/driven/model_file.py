@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from evenspin.driven.analysis import Explained
-from evenspin.driven.fit import prior_of
 from evenspin.driven.judge import Verdict
-from evenspin.driven.model import LD, LQ
 from evenspin.driven.read import Nominal
-from evenspin.driven.terms import NUMBER_OF
 from evenspin.empirical.effect import effects_of
 from evenspin.empirical.term import EmpiricalTerm
 from evenspin.native import tables
+from evenspin.weakform.analysis import Explained
+from evenspin.weakform.fit import prior_of
+from evenspin.weakform.model import LD, LQ
+from evenspin.weakform.terms import NUMBER_OF
 
 Z95 = 1.96
 MODEL_SHARE = 0.02  # of a number, that the equations themselves may be off by

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.signals import Signals
-from evenspin.driven.windows import Bump, Windows
 from evenspin.errors import InputError
+from evenspin.weakform.signals import Signals
+from evenspin.weakform.windows import Bump, Windows
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ from evenspin.balance.log_reader import read_log
 from evenspin.balance.nominal_model import read_nominal
 from evenspin.balance.plausibility import check_against
 from evenspin.driven.motor import MOTOR, first_values
-from evenspin.driven.signals import VOLTAGES, Signals, signals_of
 from evenspin.effects import Scale
 from evenspin.effects.equations import Acting, has_equation
 from evenspin.errors import InputError
 from evenspin.log.textfile import read_text
 from evenspin.model.machine import Machine, find_model, load_machine
+from evenspin.weakform.signals import VOLTAGES, Signals, signals_of
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import Explained
 from evenspin.driven.findable import Findable
 from evenspin.driven.judge import Verdict
 from evenspin.driven.read import Log, Nominal
@@ -22,6 +21,7 @@ from evenspin.report.figures import Picture
 from evenspin.report.page import Page
 from evenspin.report.style import OTHER_COLOURS, drawing, subplots, to_svg
 from evenspin.tableview import TableView, number
+from evenspin.weakform.analysis import Explained
 
 Array = NDArray[np.float64]
 

@@ -7,23 +7,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evenspin.driven.analysis import Explained, explain
-from evenspin.driven.beyond import look_beyond
-from evenspin.driven.beyond_search import Search
-from evenspin.driven.evidence import confirmed
 from evenspin.driven.fading import without_faded
 from evenspin.driven.findable import advice, findable
 from evenspin.driven.judge import judge
 from evenspin.driven.model_file import estimates, model_text
 from evenspin.driven.read import nominal_of, read_logs
 from evenspin.driven.report import page_of, summary_of, tables_of
-from evenspin.driven.tolerances import tolerances_of
 from evenspin.driven.verdict_file import empirical_json, verdict_json
 from evenspin.empirical.words import sentence
 from evenspin.log.case import write_json
 from evenspin.report.page import write_page
 from evenspin.sim.progress import Bar
 from evenspin.tableview import TableView
+from evenspin.weakform.analysis import Explained, explain
+from evenspin.weakform.beyond import look_beyond
+from evenspin.weakform.beyond_search import Search
+from evenspin.weakform.evidence import confirmed
+from evenspin.weakform.tolerances import tolerances_of
 
 
 @dataclass(frozen=True, slots=True)

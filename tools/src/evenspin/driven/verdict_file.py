@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from evenspin.balance.verdict_file import finite
-from evenspin.driven.analysis import Explained
-from evenspin.driven.beyond import Beyond
 from evenspin.driven.findable import Findable
 from evenspin.driven.judge import Gap, Verdict, gaps_of
 from evenspin.driven.read import Log, Nominal
-from evenspin.driven.terms import Kind
 from evenspin.empirical.effect import effects_of
 from evenspin.empirical.verdict import term_json
 from evenspin.gap.intervals import reported_parameters
+from evenspin.weakform.analysis import Explained
+from evenspin.weakform.beyond import Beyond
+from evenspin.weakform.terms import Kind
 
 METHOD = "equations of the machine, driven by the measured voltages and currents"
 TORQUE_METHOD = "torque equation of the machine, driven by the measured currents"

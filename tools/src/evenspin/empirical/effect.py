@@ -6,11 +6,14 @@ A time starts with the log, a phase of an angle with its zero. What the simulato
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from evenspin.empirical.term import EmpiricalTerm
+from evenspin.native import tables
 
 MOST_LINES = 2
+SOFT = 0.002  # of the limit speed, as sim_host/effects/empirical.c has it
+CONSTANT = {"time_friction": "coulomb_friction", "time_load": "load_torque"}  # what each is beside, from the start on
 TORQUE, VOLTAGE = "empirical", "empirical_voltage"
 Effects = dict[str, dict[str, float]]
 
@@ -83,3 +86,48 @@ def _time(term: EmpiricalTerm) -> dict[str, float]:
 
 def _digits(values: dict[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.7g}") for name, value in values.items()}
+
+
+def at_start(terms: Sequence[EmpiricalTerm], plant: Mapping[str, float]) -> Effects:
+    """What terms of the time start from, as effects of constant size. `plant`: the nominal machine."""
+    found: Effects = {}
+    for term in terms:
+        if not term.family.main:
+            continue
+        # Dry friction that goes through zero as that of the term does: the two may cancel.
+        soft_rad_s = SOFT * term.facts["top_rad_s"]
+        size = float(term.coefficients[1])
+        per_viscous = plant["viscous_nms"] * term.facts["top_rad_s"]
+        effect, values = {
+            "time_load": ("load_torque", {"torque_nm": size}),
+            "time_friction": ("coulomb_friction", {"torque_nm": size, "smooth_rad_s": soft_rad_s}),
+            "time_viscous": ("viscous_friction", {"factor": 1.0 + size / per_viscous if per_viscous > 0.0 else 1.0}),
+            "time_magnet": ("torque_constant", {"factor": 1.0 - size}),
+            "time_resistance": ("winding_resistance", {"factor": 1.0 + size / plant["resistance_ohm"]}),
+        }[term.family.name]
+        found[effect] = _digits(values)
+    return found
+
+
+def together(first: Mapping[str, Mapping[str, float]], second: Mapping[str, Mapping[str, float]]) -> Effects:
+    """Both sets of effects at once: a factor multiplies the other's, any other number adds to it."""
+    out = {name: dict(values) for name, values in first.items()}
+    for name, values in second.items():
+        had = out.setdefault(name, {})
+        for key, value in values.items():
+            if key not in had:
+                had[key] = value
+            elif tables().effects[name].params[key].role == "factor":
+                had[key] *= value
+            else:
+                had[key] += value
+    return out
+
+
+def bounded(effects: Mapping[str, Mapping[str, float]]) -> Effects:
+    """Within the ranges of the table: what falls with time may start a little beyond one."""
+    fields = {name: tables().effects[name].params for name in effects}
+    return {
+        name: {key: min(max(x, fields[name][key].minimum), fields[name][key].maximum) for key, x in values.items()}
+        for name, values in effects.items()
+    }

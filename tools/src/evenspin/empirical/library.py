@@ -255,7 +255,7 @@ def _voltage_offset(rows: Rows, shape: Shape) -> list[Column]:
     return [Column(d=cos, q=-sin), Column(d=sin, q=cos)]
 
 
-V, ANGLE, LINK = "voltage", "angle", "link"
+V, ANGLE, LINK, TRAVEL = "voltage", "angle", "link", "travel"
 NONE: frozenset[str] = frozenset()
 FAMILIES: tuple[Family, ...] = (
     Family("speed_odd", "speed", "N m", _speed(True), _exponents, ("exponent",), odd=True),
@@ -269,8 +269,8 @@ FAMILIES: tuple[Family, ...] = (
         ("order", "speed_exponent", "turns_over"),
         frozenset({ANGLE}),
     ),
-    Family("position_bump", "position", "N m", _bump, _bumps, ("centre_rad", "width_rad"), frozenset({ANGLE})),
-    Family("position_spring", "position", "N m", _spring, _springs, (), frozenset({ANGLE})),
+    Family("position_bump", "position", "N m", _bump, _bumps, ("centre_rad", "width_rad"), frozenset({ANGLE, TRAVEL})),
+    Family("position_spring", "position", "N m", _spring, _springs, (), frozenset({ANGLE, TRAVEL})),
     Family("time_load", "time", "N m", _time("load"), _ages, ("time_constant_s",), main=1),
     Family("time_friction", "time", "N m", _time("friction"), _ages, ("time_constant_s",), main=1),
     Family("time_viscous", "time", "N m", _time("viscous"), _ages, ("time_constant_s",), main=1),
@@ -300,5 +300,7 @@ def can_show(family: Family, rows: Rows) -> bool:
     if V in family.needs and (rows.vd_v is None or rows.vq_v is None):
         return False
     if LINK in family.needs and (rows.vdc_v is None or float(np.ptp(rows.vdc_v)) <= 0.0):
+        return False
+    if TRAVEL in family.needs and not rows.one_travel:
         return False
     return not (ANGLE in family.needs and not rows.has_angle)

@@ -33,6 +33,7 @@ class Rows:
     rated_a: float
     link_v: float
     has_angle: bool = True
+    one_travel: bool = True  # the angle counts from the same place in all rows
     memory: dict[str, Array] = field(default_factory=dict)
 
     @property
@@ -45,7 +46,7 @@ class Rows:
 
     @property
     def period_s(self) -> float:
-        return self.span_s / max(len(self.t_s) - 1, 1)
+        return float(np.median(np.diff(self.t_s)))  # records of one clock have gaps between them
 
     def direction(self) -> Array:
         """-1 to 1, through zero within a fraction of what counts as rest."""

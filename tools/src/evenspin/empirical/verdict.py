@@ -21,4 +21,5 @@ def term_json(term: EmpiricalTerm) -> dict[str, Any]:
         "looks_alike": [{"family": each.family, "behind": each.behind} for each in term.look_alikes],
         "next_experiment": words.experiment(term),
         "log": term.log,
+        "measured_over": dict(term.facts),
     }

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.effects import Hypothesis
+from evenspin.empirical.effect import together
 from evenspin.gap.candidate import Model, Z
 from evenspin.gap.evidence import Effects, Judge, Noise, model_features, noise_level, nuisance_columns
 from evenspin.gap.forward import Forward
@@ -36,6 +37,7 @@ class Fitter:
     library: Mapping[str, Hypothesis]
     nuisance: Array  # change of the features per unit of each tolerance
     judge: Judge
+    always: Effects = field(default_factory=dict)  # in every simulation, beside what is searched
 
     @classmethod
     def nominal(cls, forward: Forward, library: Mapping[str, Hypothesis]) -> Fitter:
@@ -59,7 +61,7 @@ class Fitter:
 
     def effects(self, z: Z) -> Effects:
         """Parameters of the simulator's effects."""
-        return {name: self.library[name].to_params(x) for name, x in z.items()}
+        return together(self.always, {name: self.library[name].to_params(x) for name, x in z.items()})
 
     def noise_of(self, z: Z) -> Noise:
         """How little a machine with these effects repeats itself."""

@@ -23,7 +23,15 @@ def write_result(folder: Path, result: CaseResult, command: str, more: Sequence[
     """
     write_json(folder / VERDICT, verdict_json(result))
     write_traces(folder, _file_name(result), {"before": result.before, "after": result.after})
-    write_model(folder, result.case, result.nominal, result.effects, result.delta, result.unit, summary_of(result))
+    write_model(
+        folder,
+        result.case,
+        result.nominal,
+        {**result.effects, **result.rest.effects},
+        result.delta,
+        result.unit,
+        summary_of(result),
+    )
     page = page_of(result, command)
     write_page(folder, replace(page, chapters=[*page.chapters, *more]))
 

@@ -48,10 +48,11 @@ class Forward:
         self.replays: list[Replay] = []
         self.sets: list[FeatureSet] = []
         self._measured_rows: list[NDArray[np.float64]] = []
+        starts = case.starts_s()
         for name, record in case.experiments.items():
             if name in VALIDATION:
                 continue
-            replay = Replay(case.path, case.meta, name, record)
+            replay = Replay(case.path, case.meta, name, record, starts[name])
             features = FeatureSet(
                 layout_of(replay, record), self.orders, 1.0 / float(np.median(np.diff(record["t_s"])))
             )

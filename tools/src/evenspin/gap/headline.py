@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from evenspin.empirical.words import sentence
 from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.result import CaseResult, inseparable, separator
 from evenspin.gap.thresholds_evidence import OPEN_GAP
@@ -13,7 +14,14 @@ from evenspin.native import tables
 
 def summary_of(result: CaseResult) -> list[str]:
     """One thing a sentence, the most important first."""
-    sentences = [_missing(result), *_explained(result), _left(result), *(f"{start(r)}." for r in because(result))]
+    terms = [f"{start(sentence(term))}." for term in result.rest.terms]
+    sentences = [
+        _missing(result),
+        *terms,
+        *_explained(result),
+        _left(result),
+        *(f"{start(r)}." for r in because(result)),
+    ]
     return [*sentences, *(_settled_by(result, name) for name in result.finding.named if inseparable(result, name))]
 
 
@@ -31,7 +39,7 @@ def numbers_of(result: CaseResult, name: str) -> str:
 
 def is_open(result: CaseResult) -> bool:
     """Whether there was a gap to close, and something was named that may have closed it."""
-    known = not result.finding.unknown or bool(result.finding.named)
+    known = not result.finding.unknown or bool(result.finding.named) or bool(result.rest.effects)
     return known and result.before.gap > OPEN_GAP * gap_of_records(result.noise_floor)
 
 
@@ -49,7 +57,8 @@ def _missing(result: CaseResult) -> str:
         return f"Missing in the model: {named}."
     if finding.unknown:
         sure = 100.0 * result.confidence["unknown"]
-        return f"Something is missing that no known effect explains: unknown ({sure:.0f} % sure)."
+        described = " What it depends on:" if result.rest.terms else ""
+        return f"Something is missing that no known effect explains: unknown ({sure:.0f} % sure).{described}"
     return "Nothing is missing: the nominal machine within its tolerance explains the log."
 
 
@@ -74,6 +83,8 @@ def _left(result: CaseResult) -> str:
     most = ranked(result.subjects, result.residual_after, result.residual_after)[0]
     at = f" at {most.strongest}" if most.strongest else ""
     place = f"largest in {most.signal} of {most.record}, {most.what}{at}: {most.after:.1f} times the noise"
+    if result.rest.terms:
+        return f"What is left beside that is {place}."
     if finding.named:
         sure = 100.0 * result.confidence["unknown"]
         return f"Beside that something is left that no known effect explains, {place}; unknown ({sure:.0f} % sure)."

@@ -63,7 +63,7 @@ class Investigation:
         self.say = progress or (lambda what, share: None)
         self.say("reading", 0.0)
         scale = Scale.of(case.meta["motor"], float(case.meta["encoder"]["counts_per_rev"]))
-        forward = Forward(case, workers)
+        forward = self.original = Forward(case, workers)
         self.say("noise and tolerance", 0.02)
         self._begin(Fitter.nominal(forward, hypotheses(scale)), ())
 

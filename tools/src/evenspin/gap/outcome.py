@@ -58,8 +58,12 @@ class Validation:
     """The validation records of a case, ready for any machine."""
 
     def __init__(self, case: Case) -> None:
+        self.case = case
+        starts = case.starts_s()
         self.records = {name: case.experiments[name] for name in VALIDATION if name in case.experiments}
-        self.replays = {name: Replay(case.path, case.meta, name, record) for name, record in self.records.items()}
+        self.replays = {
+            name: Replay(case.path, case.meta, name, record, starts[name]) for name, record in self.records.items()
+        }
 
     def outcome(self, unit: Unit) -> Outcome:
         return Outcome(

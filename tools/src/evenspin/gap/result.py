@@ -17,6 +17,8 @@ from evenspin.gap.intervals import Intervals, intervals
 from evenspin.gap.investigate import Investigation, tolerated
 from evenspin.gap.outcome import Outcome, Validation
 from evenspin.gap.partial import validated_shares
+from evenspin.gap.rest import Rest
+from evenspin.gap.rest_model import closed
 from evenspin.gap.support import Support, support_of
 from evenspin.gap.thresholds_effects import GAIN_MIN, LINE_RATIO, PARTIAL_SPREAD, TOLERATED, VARIES_SPREAD
 from evenspin.gap.thresholds_evidence import (
@@ -78,6 +80,9 @@ class CaseResult:
     confidence: Mapping[str, float] = field(default_factory=dict)
     shares: Mapping[str, float] = field(default_factory=dict)  # of the squared gap on validation records, of each name
     support: Mapping[str, tuple[Support, ...]] = field(default_factory=dict)  # features that speak for each name
+    rest: Rest = field(default_factory=Rest)  # terms for what no known effect explains; none where nothing is left
+    known: Outcome | None = None  # with the known effects alone, where there are terms beside them
+    rest_cost: float | None = None  # of the fit records, with these terms
 
     @property
     def verdict(self) -> tuple[str, ...]:
@@ -112,13 +117,18 @@ def investigate(
         if finding.unknown and not early and investigation.without_tones(LINE_RATIO, finding.model):
             finding = investigation.run()
         say("validating", 0.9)
-        return result_of(case, investigation, finding, warnings, started)
+        return result_of(case, investigation, finding, warnings, started, say)
     finally:
         investigation.forward.close()
 
 
 def result_of(
-    case: Case, investigation: Investigation, finding: Finding, warnings: tuple[str, ...] = (), started: float = 0.0
+    case: Case,
+    investigation: Investigation,
+    finding: Finding,
+    warnings: tuple[str, ...] = (),
+    started: float = 0.0,
+    say: Callable[[str, float], None] = lambda what, share: None,
 ) -> CaseResult:
     """The validation of a finding; `started`: time.monotonic() when the work began."""
     fitter, model = investigation.search.fitter, finding.model
@@ -131,11 +141,18 @@ def result_of(
     before = validation.outcome(Unit())
     after = before if nothing_stands else validation.outcome(unit)
     nearest = validation.outcome(unit_of(fitter.effects(model.z), model.delta)) if nothing_stands else None
-    found = intervals(fitter, model)
+    beyond = closed(investigation, finding, validation, after, say) if finding.unknown and before.traces else None
+    known, gap_of, left = after, investigation.gap_of(model), model
+    sizes = {name: investigation.library[name].magnitude(z) for name, z in model.z.items()}
+    if beyond is not None:
+        finding, left, gap_of, nearest = beyond.finding, beyond.model, beyond.gap_of, None
+        effects, delta, unit, after = beyond.effects, beyond.delta, beyond.unit, beyond.after
+        sizes |= {name: investigation.library[name].magnitude(z) for name, z in left.z.items()}
+    found = intervals(beyond.fitter, left) if beyond is not None and left.z else intervals(fitter, model)
     if finding.unknown and finding.named:  # what is left biases every parameter by as much as it can
-        found = found.widened(math.sqrt(max(1.0, model.cost / finding.expected_cost.mean)))
-    shares = validated_shares(finding.named, investigation.gap_of(model))
-    other = tuple(alternatives(finding))
+        found = found.widened(math.sqrt(max(1.0, left.cost / finding.expected_cost.mean)))
+    shares = validated_shares(finding.named, gap_of)
+    other = () if beyond is not None else tuple(alternatives(finding))  # those were weighed without the terms
     unclear = tuple(ambiguities(case.experiments, case.meta["motor"]))
     messages = [*warnings, *(str(each) for each in unclear), *found.warnings(), *_intolerant(delta)]
     if not before.traces:
@@ -161,18 +178,21 @@ def result_of(
         tuple(_step(investigation, validation, each) for each in finding.steps),
         found,
         nothing,
-        model.residual,
+        left.residual,
         other,
         unclear,
         tuple(dict.fromkeys(messages)),
         about,
         investigation.forward.replays[0].nominal,
-        {name: investigation.library[name].magnitude(z) for name, z in model.z.items()},
+        sizes,
         fitter.effects(model.z),
         time.monotonic() - started,
         confidence(finding, other),
         shares,
         {name: support_of(finding, name, nothing, about) for name in finding.named},
+        Rest() if beyond is None else beyond.rest,
+        None if beyond is None else known,
+        None if beyond is None else left.cost,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from evenspin.empirical.pictures import term_pictures, terms_view
 from evenspin.gap.finding import Finding
 from evenspin.gap.headline import is_open, numbers_of, start, summary_of
 from evenspin.gap.pictures import (
@@ -47,7 +48,7 @@ def page_of(result: CaseResult, command: str) -> Page:
         tables=[_notes(result)] if result.warnings else [],
         pictures=gap_pictures(result),
         command=command,
-        chapters=[_where(result), _what(result), _how_much(result), _left(result)],
+        chapters=[_where(result), _what(result), *_beyond(result), _how_much(result), _left(result)],
     )
 
 
@@ -56,6 +57,8 @@ def tables_of(result: CaseResult) -> list[TableView]:
     tables = [_effects(result)] if result.finding.named else []
     if result.before.traces:
         tables.append(_gap_table(result))
+    if result.rest.terms:
+        tables.append(terms_view(result.rest.terms))
     return [*tables, _notes(result)] if result.warnings else tables
 
 
@@ -180,12 +183,27 @@ def _weighed(result: CaseResult) -> TableView:
     return TableView("What would separate them", "The effects in question and their neighbours.", header, rows, left=4)
 
 
+def _beyond(result: CaseResult) -> list[Chapter]:
+    """Terms that no effect of the table is."""
+    terms = result.rest.terms
+    if not terms:
+        return []
+    text = (
+        "What the known effects leave was held against a library of terms, in the equations of the machine without a "
+        "controller. These are the fewest that explain it, and the validation record, which no fit has seen, confirms "
+        "each. The model has them as the effect `empirical`."
+    )
+    if result.rest.not_simulated:
+        text += f" Not simulated: {', '.join(result.rest.not_simulated)}."
+    return [Chapter("What does it depend on?", text, [terms_view(terms), *term_pictures(terms)])]
+
+
 def _how_much(result: CaseResult) -> Chapter:
     if not result.before.traces:
         return Chapter("How much does it shrink?", "There is no validation record: this is not known.")
     closed = f"{100.0 * result.closed:.0f} % of what is above the noise floor is closed." if is_open(result) else ""
     text = f"On the validation records the gap goes from {result.before.gap:.3f} to {result.after.gap:.3f}. {closed}"
-    if result.nearest is not None and result.finding.model.z:
+    if result.nearest is not None and result.finding.model.z and not result.rest.effects:
         text = (
             f"The gap on the validation records stays at {result.before.gap:.3f}: nothing was added. What comes "
             f"nearest, {' and '.join(result.finding.model.names)}, would make it {result.nearest.gap:.3f}."
@@ -215,6 +233,8 @@ def _steps(result: CaseResult) -> TableView:
 def _left(result: CaseResult) -> Chapter:
     finding = result.finding
     noise = f"The residual costs {finding.model.cost:.0f}; simulated healthy units have {_expected(finding)}."
+    if result.rest_cost is not None:
+        noise += f" With the terms that no known effect is it costs {result.rest_cost:.0f}."
     text = (
         f"More than noise. {noise} {' '.join(start(t) + '.' for t in because(result))}"
         if finding.unknown

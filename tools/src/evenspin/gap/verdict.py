@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from evenspin.empirical.verdict import term_json
 from evenspin.gap.intervals import reported_parameters
 from evenspin.gap.periodic import as_json
 from evenspin.gap.result import CaseResult, inseparable
@@ -30,6 +31,7 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "alternatives": [[" + ".join(names), round(weight, 4)] for names, weight in result.other],
         "gap_before": real(result.before.gap),
         "gap_after": real(result.after.gap),
+        "gap_after_known": real((result.known or result.after).gap),
         "gap_floor": real(gap_of_records(result.noise_floor)),
         "gap_closed": real(result.closed),
         "gap_records": _records(result),
@@ -44,6 +46,8 @@ def verdict_json(result: CaseResult) -> dict[str, Any]:
         "cannot_separate": {name: list(inseparable(result, name)) for name in finding.named},
         "warnings": list(result.warnings),
         "left": left_json(result),
+        "empirical": [term_json(term) for term in result.rest.terms],
+        "empirical_not_simulated": list(result.rest.not_simulated),
         "details": _details(result),
     }
 
@@ -67,6 +71,7 @@ def left_json(result: CaseResult) -> dict[str, Any]:
     return {
         "is_noise": not finding.unknown,
         "cost": finding.model.cost,
+        "cost_with_empirical": result.rest_cost,
         "cost_of_sound_units": {"mean": expected.mean, "sigma": expected.sigma},
         "because": because(result),
         "periodic": as_json(finding.periodic),

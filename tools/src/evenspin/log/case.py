@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from evenspin.errors import InputError
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import read_csv, write_csv
@@ -28,6 +30,15 @@ class Case:
     def file(self, name: str) -> Path:
         """Where this experiment was read from."""
         return _find(self.path, name) or self.path / f"{name}.csv"
+
+    def starts_s(self) -> dict[str, float]:
+        """When each record begins if they followed each other without a pause, as they are listed."""
+        starts, clock_s = {}, 0.0
+        for name, record in self.experiments.items():
+            starts[name] = clock_s
+            t_s = record["t_s"]
+            clock_s += float(t_s[-1] - t_s[0]) + (float(np.median(np.diff(t_s))) if len(t_s) > 1 else 0.0)
+        return starts
 
 
 def write_case(folder: Path, meta: Mapping[str, Any], records: Mapping[str, Record]) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.windows import Bump
+from evenspin.weakform.windows import Bump
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -43,6 +43,7 @@ class Signals:
     has_load: bool
     has_id: bool
     good: Flags  # no gap in time, every value there
+    one_travel: bool = True  # the angle counts from the same place in all rows
 
     @property
     def shows_orders(self) -> bool:
@@ -116,6 +117,40 @@ def signals_of(name: str, columns: Mapping[str, Array]) -> Signals:
         "load_torque_nm" in even,
         "id_a" in even,
         good,
+    )
+
+
+def joined(name: str, parts: Sequence[Signals]) -> Signals:
+    """Records of one drive by one clock, one after the other; no window reaches from one into the next. The angle of
+    each counts from where it was when it began."""
+
+    def chained(values: Callable[[Signals], Array]) -> Array:
+        return np.concatenate([values(part) for part in parts])
+
+    def all_have(values: Callable[[Signals], Array | None]) -> Array | None:
+        found = [part for part in map(values, parts) if part is not None]
+        return np.concatenate(found) if len(found) == len(parts) else None
+
+    good = [part.good.copy() for part in parts]
+    for flags in good:
+        flags[0] = False
+    return Signals(
+        name,
+        parts[0].period_s,
+        chained(lambda s: s.t_s),
+        chained(lambda s: s.theta_m_rad),
+        all(part.has_angle for part in parts),
+        chained(lambda s: s.speed_rad_s),
+        chained(lambda s: s.id_a),
+        chained(lambda s: s.iq_a),
+        all_have(lambda s: s.vd_v),
+        all_have(lambda s: s.vq_v),
+        all_have(lambda s: s.vdc_v),
+        chained(lambda s: s.load_nm),
+        any(part.has_load for part in parts),
+        all(part.has_id for part in parts),
+        np.concatenate(good),
+        one_travel=False,
     )
 
 

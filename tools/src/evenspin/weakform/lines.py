@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.windows import Windows
 from evenspin.empirical.lines import frequency_spectrum, order_spectra, peaks
+from evenspin.weakform.windows import Windows
 
 Array = NDArray[np.float64]
 

@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.beyond import Beyond, again_without
-from evenspin.driven.beyond_search import Candidate, Search
-from evenspin.driven.curves import curve_of
-from evenspin.driven.fit import HUBER, prior_of, pull_of
-from evenspin.driven.screen import Left, even_solve, left_of
 from evenspin.empirical.library import FAMILIES, can_show, travel_of
 from evenspin.empirical.term import EmpiricalTerm, LookAlike
+from evenspin.weakform.beyond import Beyond, again_without
+from evenspin.weakform.beyond_search import Candidate, Search
+from evenspin.weakform.curves import curve_of
+from evenspin.weakform.fit import HUBER, prior_of, pull_of
+from evenspin.weakform.screen import Left, even_solve, left_of
 
 Array = NDArray[np.float64]
 

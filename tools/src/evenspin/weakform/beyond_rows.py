@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.equations import Equations
-from evenspin.driven.search import SHAFT_PARTS
-from evenspin.driven.terms import Kind, Term
-from evenspin.driven.windows import Windows
 from evenspin.effects import Scale
 from evenspin.empirical.library import Family, Shape
 from evenspin.empirical.rows import Column, Rows
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.search import SHAFT_PARTS
+from evenspin.weakform.terms import Kind, Term
+from evenspin.weakform.windows import Windows
 
 Array = NDArray[np.float64]
 
@@ -49,6 +49,7 @@ def rows_of(e: Equations, scale: Scale, top_rad_s: float, zero_rad: float = 0.0)
         scale.rated_current_a,
         e.plant["dc_link_v"],
         s.shows_orders,
+        s.one_travel,
     )
 
 

@@ -14,13 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.equations import Equations
-from evenspin.driven.fit import Gatherer
-from evenspin.driven.noise import Noise, acceleration_noise, swing_noise
-from evenspin.driven.screen import Left
-from evenspin.driven.signals import Signals
-from evenspin.driven.terms import Sizes, Term, shaft_term
 from evenspin.effects import backlash, two_mass
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.fit import Gatherer
+from evenspin.weakform.noise import Noise, acceleration_noise, swing_noise
+from evenspin.weakform.screen import Left
+from evenspin.weakform.signals import Signals
+from evenspin.weakform.terms import Sizes, Term, shaft_term
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.equations import Equations
-from evenspin.driven.terms import Term, foreign_term
 from evenspin.effects import Scale
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.terms import Term, foreign_term
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.fit import HUBER, LEAST_FLOOR, MOST_NOISE, Piece, solve
+from evenspin.weakform.fit import HUBER, LEAST_FLOOR, MOST_NOISE, Piece, solve
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

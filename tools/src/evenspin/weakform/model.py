@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.equations import Equations, Residual, Timing
-from evenspin.driven.terms import Term
 from evenspin.effects.equations import Acting
+from evenspin.weakform.equations import Equations, Residual, Timing
+from evenspin.weakform.terms import Term
 
 Array = NDArray[np.float64]
 Point = dict[str, Array]

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.noise import Noise
-from evenspin.driven.tolerances import HELD, Tolerances
 from evenspin.effects import Hypothesis, Scale, hypotheses
 from evenspin.effects.equations import has_equation, is_mechanical
 from evenspin.effects.two_mass import of_antiresonance
+from evenspin.weakform.noise import Noise
+from evenspin.weakform.tolerances import HELD, Tolerances
 
 Array = NDArray[np.float64]
 

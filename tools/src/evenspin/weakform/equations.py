@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.signals import Signals
-from evenspin.driven.windows import Windows
 from evenspin.effects.equations import Acting, each
+from evenspin.weakform.signals import Signals
+from evenspin.weakform.windows import Windows
 
 Array = NDArray[np.float64]
 

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import ZERO_TERM, Explained
-from evenspin.driven.beyond_rows import columns_of, least_sizes, rows_of, term_of
-from evenspin.driven.equations import Equations
-from evenspin.driven.fit import Gatherer
-from evenspin.driven.model import ZERO, Model
-from evenspin.driven.noise import floors, noise_of
-from evenspin.driven.search import Edges
-from evenspin.driven.terms import SHAFT, Kind, Term
-from evenspin.driven.windows import Windows
 from evenspin.empirical.library import Family, Shape
 from evenspin.empirical.rows import Rows
+from evenspin.weakform.analysis import ZERO_TERM, Explained
+from evenspin.weakform.beyond_rows import columns_of, least_sizes, rows_of, term_of
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.fit import Gatherer
+from evenspin.weakform.model import ZERO, Model
+from evenspin.weakform.noise import floors, noise_of
+from evenspin.weakform.search import Edges
+from evenspin.weakform.terms import SHAFT, Kind, Term
+from evenspin.weakform.windows import Windows
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.model import Model, Point
-from evenspin.driven.noise import acceleration_noise, floors, noise_of, stated, swing_noise
-from evenspin.driven.terms import SHAFT, Kind, Term
+from evenspin.weakform.model import Model, Point
+from evenspin.weakform.noise import acceleration_noise, floors, noise_of, stated, swing_noise
+from evenspin.weakform.terms import SHAFT, Kind, Term
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -9,21 +9,21 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.answer import answer_term, late_current
-from evenspin.driven.equations import Equations
-from evenspin.driven.fit import Gatherer, Normal, Piece, moved, normal_of, prior_of, pull_of, settled
-from evenspin.driven.foreign import foreign_terms, frequency_term, order_term
-from evenspin.driven.lines import foreign_frequencies, foreign_orders
-from evenspin.driven.model import ANSWER, CURRENT_LATE, LATE, LD, LQ, TURNED, ZERO, Model, Point
-from evenspin.driven.screen import left_of
-from evenspin.driven.search import Choice, Edges, choices
-from evenspin.driven.shaft import shaft_candidates
-from evenspin.driven.signals import SLOW_S, Signals
-from evenspin.driven.terms import NUMBER_OF, OPEN, SHAFT, Kind, Sizes, Term, effect_terms, opened, unit_term
-from evenspin.driven.tolerances import HELD, Tolerances
-from evenspin.driven.windows import Bump, Windows
 from evenspin.effects import Scale, hypotheses
 from evenspin.effects.equations import Acting
+from evenspin.weakform.answer import answer_term, late_current
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.fit import Gatherer, Normal, Piece, moved, normal_of, prior_of, pull_of, settled
+from evenspin.weakform.foreign import foreign_terms, frequency_term, order_term
+from evenspin.weakform.lines import foreign_frequencies, foreign_orders
+from evenspin.weakform.model import ANSWER, CURRENT_LATE, LATE, LD, LQ, TURNED, ZERO, Model, Point
+from evenspin.weakform.screen import left_of
+from evenspin.weakform.search import Choice, Edges, choices
+from evenspin.weakform.shaft import shaft_candidates
+from evenspin.weakform.signals import SLOW_S, Signals
+from evenspin.weakform.terms import NUMBER_OF, OPEN, SHAFT, Kind, Sizes, Term, effect_terms, opened, unit_term
+from evenspin.weakform.tolerances import HELD, Tolerances
+from evenspin.weakform.windows import Bump, Windows
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -88,7 +88,10 @@ class Explained:
         return [name for name in self.named if self.term(name).kind is Kind.FOREIGN]
 
 
-def recording_of(signals: Signals, plant: dict[str, float], rest_rad_s: float, first_stretch: int) -> Recording:
+def recording_of(
+    signals: Signals, plant: dict[str, float], rest_rad_s: float, first_stretch: int, kept: Flags | None = None
+) -> Recording:
+    """`kept`: rows that nothing is fitted to; every third second where there are none given."""
     period_s = signals.period_s
     shaft = Windows.over(len(signals), Bump.of(SHAFT_S, period_s))
     fine = Windows.over(len(signals), Bump.of(FINE_S, period_s))
@@ -100,7 +103,10 @@ def recording_of(signals: Signals, plant: dict[str, float], rest_rad_s: float, f
         winding = winding.where(winding.all_of(signals.good))
     equations = Equations(signals, plant, shaft, fine, winding, 0.25 * rest_rad_s)
     numbers = tuple((w.centre[w.used] * period_s // STRETCH_S).astype(np.int64) for w in equations.windows())
-    unseen = tuple(number % UNSEEN == UNSEEN - 1 for number in numbers)
+    unseen = tuple(
+        number % UNSEEN == UNSEEN - 1 if kept is None else w.at_rows(kept)
+        for number, w in zip(numbers, equations.windows(), strict=True)
+    )
     return Recording(signals, equations, unseen, tuple(number + first_stretch for number in numbers))
 
 
@@ -113,15 +119,16 @@ def explain(
     progress: Callable[[str, float], None] | None = None,
     estimated: Sequence[str] = (),
     shafts: bool = True,
+    kept: Sequence[Flags] | None = None,
 ) -> Explained:
     """`estimated`: numbers of the plant that the logs gave themselves; the effects on them are no deviation. `shafts`:
-    whether a compliant one is searched."""
+    whether a compliant one is searched. `kept`: of each log, the rows that nothing is fitted to."""
     say = progress or (lambda what, share: None)
     top_rad_s = max(float(np.percentile(np.abs(log.speed_rad_s), 99.0)) for log in logs)
     rest_rad_s = 0.012 * top_rad_s
     recordings = []
     for number, log in enumerate(logs):
-        recordings.append(recording_of(log, plant, rest_rad_s, 100000 * number))
+        recordings.append(recording_of(log, plant, rest_rad_s, 100000 * number, kept[number] if kept else None))
     equations = [each.equations for each in recordings]
     has_angle = all(log.shows_orders for log in logs)
     slow = any(log.period_s >= SLOW_S for log in logs)
@@ -184,7 +191,7 @@ def explain(
     if any(term.effect == SHAFT and term.name in named for term in terms) and not shaft_is_seen(
         model, whole, recordings, before, after
     ):
-        return explain(logs, plant, base, scale, given, progress, estimated, shafts=False)
+        return explain(logs, plant, base, scale, given, progress, estimated, shafts=False, kept=kept)
     return Explained(
         model, recordings, scale, tolerances, tuple(names), whole, normal, rivals, before, after, top_rad_s
     )

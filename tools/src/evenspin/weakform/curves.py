@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.beyond_rows import columns_of
-from evenspin.driven.equations import Equations
 from evenspin.empirical.library import sections
 from evenspin.empirical.rows import Rows
 from evenspin.empirical.term import Curve, EmpiricalTerm
+from evenspin.weakform.beyond_rows import columns_of
+from evenspin.weakform.equations import Equations
 
 Array = NDArray[np.float64]
 

@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.analysis import ZERO_TERM, Explained
-from evenspin.driven.beyond_screen import alone, improved, inflation_of, screen
-from evenspin.driven.beyond_search import Candidate, Search
-from evenspin.driven.fit import Normal, Piece, moved, normal_of, prior_of, pull_of, settled
-from evenspin.driven.model import Point
-from evenspin.driven.screen import left_of
-from evenspin.driven.search import Choice, choices
-from evenspin.driven.terms import Kind, Term
 from evenspin.empirical.term import EmpiricalTerm
+from evenspin.weakform.analysis import ZERO_TERM, Explained
+from evenspin.weakform.beyond_screen import alone, improved, inflation_of, screen
+from evenspin.weakform.beyond_search import Candidate, Search
+from evenspin.weakform.fit import Normal, Piece, moved, normal_of, prior_of, pull_of, settled
+from evenspin.weakform.model import Point
+from evenspin.weakform.screen import left_of
+from evenspin.weakform.search import Choice, choices
+from evenspin.weakform.terms import Kind, Term
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -56,15 +56,15 @@ class _State:
     tried: dict[str, Candidate]
 
 
-def look_beyond(search: Search, say: Callable[[str, float], None]) -> Beyond:
+def look_beyond(search: Search, say: Callable[[str, float], None], rounds: int = ROUNDS) -> Beyond:
     """The choice of effects and terms of the library that explains the logs best."""
     found = search.found
     named = frozenset(name for name in found.named if found.term(name).kind is Kind.EFFECT)
     point: Point = {term.name: found.point.get(term.name, term.off).copy() for term in search.base}
-    best, after_known = _rounds(search, named, point, say)
+    best, after_known = _rounds(search, named, point, say, rounds)
     if best is not None and best.score > AGAIN_FROM and named:  # the effects that were chosen first may mislead
         off: Point = {term.name: point[term.name] if _stays(term) else term.off.copy() for term in search.base}
-        other, _ = _rounds(search, frozenset(), off, say)
+        other, _ = _rounds(search, frozenset(), off, say, rounds)
         best = other if other is not None and other.score < best.score else best
     if best is None:
         return Beyond(found, {}, {}, found.after)
@@ -78,14 +78,14 @@ def _stays(term: Term) -> bool:
 
 
 def _rounds(
-    search: Search, named: frozenset[str], point: Point, say: Callable[[str, float], None]
+    search: Search, named: frozenset[str], point: Point, say: Callable[[str, float], None], rounds: int
 ) -> tuple[_State | None, Sequence[Sequence[Array]]]:
     """The best round, and what the equations leave with the best choice of effects alone."""
     kept: dict[str, Candidate] = {}
     normal = search.found.normal
     after_known: Sequence[Sequence[Array]] = search.found.after
     best: _State | None = None
-    for number in range(ROUNDS):
+    for number in range(rounds):
         say("searching beyond the table of effects", 0.6 + 0.05 * number)
         terms = search.set_terms(kept)
         pieces = search.gatherer.pieces(point, named)

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from evenspin.driven.analysis import cogging_orders
-from evenspin.driven.beyond_search import Candidate, Search
-from evenspin.driven.fit import Normal, Piece, prior_of, pull_of
-from evenspin.driven.model import Point
-from evenspin.driven.screen import Left, left_of
 from evenspin.empirical.library import FAMILIES, Family, Shape, can_show, family_of
 from evenspin.empirical.lines import frequency_spectrum, order_spectra, peaks
+from evenspin.weakform.analysis import cogging_orders
+from evenspin.weakform.beyond_search import Candidate, Search
+from evenspin.weakform.fit import Normal, Piece, prior_of, pull_of
+from evenspin.weakform.model import Point
+from evenspin.weakform.screen import Left, left_of
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

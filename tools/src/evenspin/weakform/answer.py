@@ -15,9 +15,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.equations import Equations
-from evenspin.driven.terms import Term, unit_term
-from evenspin.driven.windows import Windows
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.terms import Term, unit_term
+from evenspin.weakform.windows import Windows
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.fit import Normal, cost_of, prior_of
-from evenspin.driven.terms import SHAFT, Kind, Term
+from evenspin.weakform.fit import Normal, cost_of, prior_of
+from evenspin.weakform.terms import SHAFT, Kind, Term
 
 Array = NDArray[np.float64]
 

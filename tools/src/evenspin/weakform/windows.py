@@ -92,6 +92,10 @@ class Windows:
         count = np.concatenate(([0], np.cumsum(flags)))
         return (count[self.centre + self.bump.half + 1] - count[self.centre - self.bump.half]) / self.bump.rows
 
+    def at_rows(self, flags: Flags) -> Flags:
+        """Of the windows in use, those whose centre has the flag."""
+        return np.asarray(flags[self.centre[self.used]])
+
     def at_centre(self, signal: Array) -> Array:
         return np.asarray(signal[self.centre[self.used]])
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.driven.equations import Equations
-from evenspin.driven.signals import Signals
-from evenspin.driven.windows import Bump
 from evenspin.effects.two_mass import follower
+from evenspin.weakform.equations import Equations
+from evenspin.weakform.signals import Signals
+from evenspin.weakform.windows import Bump
 
 Array = NDArray[np.float64]
 
