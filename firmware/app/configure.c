@@ -51,13 +51,13 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->scale = make_scale(p);
     s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
-    drive_make_motion(p, s);
     drive_make_thermal(p, &s->scale, &s->thermal);
     drive_make_correction(p, &s->scale, &s->sensors);
     drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_reference(p, &s->scale, &s->reference);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
+    drive_make_motion(p, s);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_speed(p, &s->scale, &s->speed);
     return (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_observer(p, &s->scale, &s->observer);
 }
@@ -121,7 +121,7 @@ void drive_rest(drive_t *d)
     drive_rest_observer(&d->observer, &d->setup->observer);
     drive_rest_position(&d->position);
     ctl_turn_spoil(&d->sensors.log); /* a new run */
-    d->sensors.dead = (ctl_dq_t){(num_t)0, (num_t)0};
+    d->sensors.held = (ctl_dq_t){(num_t)0, (num_t)0};
     ctl_plausibility_restart(&d->plausibility);
     drive_command_nothing(d);
 }

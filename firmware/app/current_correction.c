@@ -19,17 +19,25 @@ static void make_learning(const drive_params_t *p, const drive_scale_t *scale, c
     l->three = p->current_sensors == 1U;
 }
 
+bool drive_smooths(const drive_params_t *p)
+{
+    return (p->flux_cos6 != 0.0f) || (p->flux_sin6 != 0.0f) || (p->flux_cos12 != 0.0f) || (p->flux_sin12 != 0.0f);
+}
+
 void drive_make_correction(const drive_params_t *p, const drive_scale_t *scale, drive_sensors_setup_t *s)
 {
     s->used = p->current_correction != (uint16_t)DRIVE_CORRECTION_OFF;
     const bool refers = (p->mtpa | p->field_weakening) != 0U;
-    s->plain_state = (s->used || refers || (p->dead_time_s > 0.0f)) ? DRIVE_STATES : DRIVE_RUN;
+    s->flux = (ctl_fourier_t){drive_number(p->flux_cos6), drive_number(p->flux_sin6), drive_number(p->flux_cos12),
+                              drive_number(p->flux_sin12)};
+    s->smooths = drive_smooths(p);
+    s->plain_state = (s->used || refers || s->smooths || (p->dead_time_s > 0.0f)) ? DRIVE_STATES : DRIVE_RUN;
     s->three = (p->current_sensors == 1U) || !s->used;
     s->compensates = p->dead_time_s > 0.0f;
     s->dead_share = num_from_float(p->dead_time_s * (float)DRIVE_PWM_HZ);
     s->per_soft = num_from_float(scale->current_a / p->dead_time_soft_a);
     /* without a correction three sensors count as they are: three, too */
-    s->more = s->compensates || s->three || refers;
+    s->more = s->compensates || s->smooths || s->three || refers;
     s->learns = p->current_correction == (uint16_t)DRIVE_CORRECTION_LEARNED;
     const float offset[3] = {p->current_offset_a_a, p->current_offset_b_a, p->current_offset_c_a};
     const float gain[3] = {p->current_gain_a, p->current_gain_b, p->current_gain_c};

@@ -37,18 +37,18 @@ static inline angle_t encoder_angle(const drive_t *d)
     return d->setup->tracking.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
 }
 
-/* One branch for an angle that cannot be (motion_check.h) and for the speed before it. The angle is known: take_sample. */
+/* One branch for an angle that cannot be (motion_check.h), for the speed before it, and for an encoder whose error is taken off. The angle is known: take_sample. */
 static inline void track(drive_t *d, const drive_setup_t *setup)
 {
     drive_tracking_t *const t = &d->tracking;
-    const float             limit = setup->limits.over_speed_rad_s;
+    const float             limit = setup->motion.plain_rad_s;
     const float             speed = drive_si(num_abs(t->pll.state.w), d->scale.speed_rad_s);
     const angle_t           jump = setup->motion.jump;
     const angle_t           before = t->theta_m;
     angle_t                 theta = encoder_angle(d);
 
     if ((((theta - t->expected) + jump) > (2U * jump)) | !(speed <= limit)) {
-        theta = drive_judge_motion(d, speed, theta);
+        theta = drive_judge_motion(d, speed);
     }
     t->theta_m = theta;
     t->expected = (2U * theta) - before;
@@ -202,18 +202,41 @@ static inline void correct_currents(drive_t *d)
     d->ic_a = -d->ia_a - d->ib_a;
 }
 
-/* What the dead time will take away in the period that the voltage acts in, from the currents that are asked for: into the integral parts,
- * which hold it without having to find it again six times a turn. */
-static inline void compensate_dead_time(drive_t *d, const drive_setup_t *setup, num_t lead)
+/* The q current that makes the torque asked for, whatever the flux has here: over 1 + r, as 1 - r + r^2. And the voltage that it and the
+ * back-EMF of these harmonics will need, where the rotor will be: no bandwidth of the current loop is asked for them. */
+static inline num_t smooth_torque(drive_t *d, const drive_setup_t *setup, num_t lead)
+{
+    const ctl_fourier_t *const         flux = &setup->sensors.flux;
+    const ctl_deadbeat_params_t *const m = &setup->current.deadbeat;
+    const drive_order_t *const         order = drive_active_order(d);
+    const num_t                        iq = d->current.ref.q;
+    num_t                              slope;
+    num_t                              r = ctl_fourier(flux, 6U * d->tracking.theta_e, &slope);
+    d->current.ref.q = num_clamp(num_mac(iq, iq, num_sub(num_mul(r, r), r)), num_neg(order->iq_max), order->iq_max);
+
+    r = ctl_fourier(flux, 6U * (d->tracking.theta_e + angle_step_from_turns(lead)), &slope);
+    const num_t more = num_mul(iq, num_sub(num_mul(r, r), r));
+    const num_t rate = num_mul(num_mul(NUM_C(6.0f), num_mul(iq, slope)), num_sub(num_mul(NUM_C(2.0f), r), NUM_C(1.0f)));
+    const num_t by_speed = num_mac(num_mul(m->w_psi, r), m->w_lq, rate);
+    return num_mac(num_mul(m->r, more), d->tracking.pll.state.w, by_speed);
+}
+
+/* What the dead time will take away in the period that the voltage acts in, from the currents that are asked for. */
+static inline ctl_dq_t dead_time(const drive_t *d, const drive_setup_t *setup, num_t lead)
+{
+    const num_t volt = num_mul(setup->sensors.dead_share, drive_per_base(d->sample.vdc_v, d->scale.inv_voltage));
+    ctl_rotor_t rotor;
+    angle_sincos_lead(d->tracking.theta_e, lead, &rotor.sine, &rotor.cosine);
+    return ctl_dead_time_unchecked(d->current.ref, rotor, volt, setup->sensors.per_soft);
+}
+
+/* Voltage that is known goes into the integral parts, which hold it without having to find it again six times a turn. */
+static inline void hold(drive_t *d, ctl_dq_t now)
 {
     drive_current_t *const c = &d->current;
-    const num_t            volt = num_mul(setup->sensors.dead_share, drive_per_base(d->sample.vdc_v, d->scale.inv_voltage));
-    ctl_rotor_t            rotor;
-    angle_sincos_lead(d->tracking.theta_e, lead, &rotor.sine, &rotor.cosine);
-    const ctl_dq_t now = ctl_dead_time_unchecked(c->ref, rotor, volt, setup->sensors.per_soft);
-    c->d.state.x = num_add(c->d.state.x, num_sub(now.d, d->sensors.dead.d));
-    c->q.state.x = num_add(c->q.state.x, num_sub(now.q, d->sensors.dead.q));
-    d->sensors.dead = now;
+    c->d.state.x = num_add(c->d.state.x, num_sub(now.d, d->sensors.held.d));
+    c->q.state.x = num_add(c->q.state.x, num_sub(now.q, d->sensors.held.q));
+    d->sensors.held = now;
 }
 
 static inline void correct_more(drive_t *d, const drive_setup_t *setup, num_t lead)
@@ -225,8 +248,15 @@ static inline void correct_more(drive_t *d, const drive_setup_t *setup, num_t le
     if (setup->reference.used) {
         refer_currents(d, setup);
     }
+    ctl_dq_t    known = {(num_t)0, (num_t)0};
+    const bool  smooths = setup->sensors.smooths && !drive_active_order(d)->torque; /* current mode makes the current asked for */
+    const num_t flux = smooths ? smooth_torque(d, setup, lead) : (num_t)0;
     if (setup->sensors.compensates) {
-        compensate_dead_time(d, setup, lead);
+        known = dead_time(d, setup, lead);
+    }
+    if (setup->sensors.compensates || setup->sensors.smooths) {
+        known.q = num_add(known.q, flux);
+        hold(d, known);
     }
 }
 
@@ -279,7 +309,7 @@ static inline bool take_sample(drive_t *d, const drive_setup_t *setup)
         d->tracking.known = DRIVE_ANGLE_AGAIN; /* who knows how many periods went by */
     }
     if (usable) {
-        drive_find_angle(d, encoder_angle(d));
+        drive_find_angle(d, drive_true_angle(d, d->sample.theta_m));
     }
     return usable;
 }

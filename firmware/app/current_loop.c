@@ -37,7 +37,7 @@ uint16_t drive_make_current(const drive_params_t *p, const drive_scale_t *scale,
     s->deadbeat_used = p->current_controller == 1U;
     s->decouples = (p->field_weakening != 0U) && !s->deadbeat_used;
     uint16_t unused = PARAM_COUNT; /* a controller that is not asked for may be beyond the numeric */
-    make_deadbeat(p, scale, s, (s->deadbeat_used || s->decouples) ? &culprit : &unused);
+    make_deadbeat(p, scale, s, (s->deadbeat_used || s->decouples || drive_smooths(p)) ? &culprit : &unused);
     return culprit;
 }
 

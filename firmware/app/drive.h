@@ -20,8 +20,10 @@
 #include "control/motor/current_reference.h"
 #include "control/motor/dead_time.h"
 #include "control/motor/deadbeat.h"
+#include "control/motor/fourier.h"
 #include "control/motor/frames.h"
 #include "control/motor/mt_speed.h"
+#include "control/motor/notch.h"
 #include "control/motor/pi.h"
 #include "control/motor/plausibility.h"
 #include "control/motor/pll.h"
@@ -143,6 +145,9 @@ typedef struct {
     angle_t          encoder_offset; /**< Electrical. */
     uint16_t         pole_pairs;
     bool             encoder_reversed;
+    bool             corrects; /**< The encoder's angle is off by `error`, rad, over that angle. */
+    bool             moves;    /**< The angle jumps when this set takes over: that is no lost encoder. */
+    ctl_fourier_t    error;
 } drive_tracking_setup_t;
 
 typedef struct {
@@ -160,6 +165,8 @@ typedef struct {
     bool                 rc_used;
     num_t                rc_period_scale; /**< N = this / |speed reference|. */
     bool                 feeds;           /**< The model of rdc is fed forward. */
+    bool                 notched;         /**< The notch filter stands behind the controller. */
+    ctl_notch_params_t   notch;
     bool                 ramps;           /**< The reference goes to the speed asked for along `ramp`. */
     ctl_ramp_params_t    ramp, stop_ramp; /**< Steps of 1 / DRIVE_RAMP_STEPS rad/s, per sample. */
     num_t                lead_rad;        /**< Angle that the shaft turns until a torque of now acts, per speed unit. */
@@ -178,10 +185,12 @@ typedef enum { DRIVE_CORRECTION_OFF = 0, DRIVE_CORRECTION_FIXED, DRIVE_CORRECTIO
 /** Correction of the current sensors. */
 typedef struct {
     drive_state_t plain_state; /**< RUN, or no state at all: in which nothing is corrected, and id is as commanded. */
-    bool          used, learns, three, more; /**< `more`: three sensors, a dead time, or MTPA. */
+    bool          used, learns, three, more; /**< `more`: three sensors, a dead time, flux harmonics, or MTPA. */
     float         offset[3], gain[3];        /**< By parameters; offsets in current units. */
     bool          compensates;               /**< The dead time of the bridge, too. */
     num_t         dead_share, per_soft;      /**< Dead time over PWM period; 1 / current of the soft sign. */
+    bool          smooths;                   /**< The harmonics of the flux, too: */
+    ctl_fourier_t flux;                      /**< in the q axis over the flux linkage, over six times the electrical angle. */
     ctl_current_error_params_t learning;
 } drive_sensors_setup_t;
 
@@ -254,9 +263,9 @@ typedef struct {
 typedef struct {
     drive_sensors_map_t map[2]; /**< Main loop; the one at `at` is in force. */
     volatile uint16_t   at;
-    ctl_turn_log_t      log;     /**< Current interrupt. */
-    ctl_dq_t            dead;    /**< Compensation of the dead time that the current controllers hold; current interrupt. */
-    ctl_current_error_t learned; /**< Main loop, */
+    ctl_turn_log_t      log; /**< Current interrupt. */
+    ctl_dq_t held;           /**< Voltage of dead time and flux harmonics that the current controllers hold; current interrupt. */
+    ctl_current_error_t learned;        /**< Main loop, */
     float               seen_d, seen_q; /**< and sums of the currents that it has seen in this turn, */
     uint16_t            seen;           /**< so many. */
 } drive_sensors_t;
@@ -281,6 +290,7 @@ typedef struct {
     num_t              iq_ref;   /**< q current reference; read by the current interrupt. */
     num_t              fed;      /**< Part of iq_ref that compensates what the disturbance observer would see; read with it. */
     float              ref_rad_s;
+    ctl_notch_state_t  notch;
     ctl_ramp_state_t   ramp;
     bool               ramping; /**< `ramp` has the reference. */
     ctl_speed_bound_t  bound;   /**< Torque mode. */

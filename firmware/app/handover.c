@@ -142,6 +142,11 @@ bool drive_tune(drive_t *d, const drive_params_t *params, uint16_t *culprit)
     if (drive_correction_differs(&d->setup->sensors, &s->sensors)) { /* at rest: the bridge is off */
         drive_build_correction(&d->sensors, &s->sensors, &s->scale);
     }
+    s->tracking.moves = s->tracking.encoder_reversed != d->setup->tracking.encoder_reversed;
+    if (ctl_fourier_differs(&d->setup->tracking.error, &s->tracking.error)) { /* at rest */
+        s->tracking.moves = true;
+        d->zero.found = false; /* it was found with another angle */
+    }
     if (!d->zero.found) {
         d->zero.e = s->tracking.encoder_offset; /* another one only at rest */
     }

@@ -66,6 +66,8 @@ void     drive_build_position_memory(drive_position_t *position, const drive_set
 bool     drive_position_differs(const drive_setup_t *before, const drive_setup_t *setup);
 void     drive_rest_position(drive_position_t *position);
 
+/** current_correction.c: whether harmonics of the magnet flux are compensated. */
+bool     drive_smooths(const drive_params_t *params);
 void     drive_make_correction(const drive_params_t *params, const drive_scale_t *scale, drive_sensors_setup_t *setup);
 uint16_t drive_judge_correction(const drive_sensors_setup_t *setup);
 void     drive_build_correction(drive_sensors_t *correction, const drive_sensors_setup_t *setup, const drive_scale_t *scale);
@@ -162,8 +164,10 @@ void drive_make_plausibility(const drive_params_t *params, drive_setup_t *setup)
 void drive_make_motion(const drive_params_t *params, drive_setup_t *setup);
 /** motion_check.c: the first samples of an angle, or of one after a gap; then the encoder is known. Current interrupt. */
 void drive_find_angle(drive_t *d, angle_t theta);
+/** motion_check.c: what the encoder shows, in the direction of the motor and without the error of the encoder. Interrupts. */
+angle_t drive_true_angle(const drive_t *d, angle_t shown);
 /** motion_check.c: over-speed, or an angle that cannot be. @return the angle to go on with. Current interrupt. */
-angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta);
+angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s);
 /** motion_check.c: torque and voltage against motion. Speed interrupt, after the speed has been measured. */
 void drive_check_motion(drive_t *d);
 

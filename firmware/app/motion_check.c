@@ -46,6 +46,7 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     const float                 jump = (p->encoder_jump_rad + (2.0f * DRIVE_TWO_PI / p->encoder_counts)) * steps_per_rad;
     const float                 samples = p->speed_deviation_s * (float)DRIVE_PWM_HZ / (float)p->speed_divider;
 
+    m->plain_rad_s = s->tracking.corrects ? -1.0f : p->over_speed_rad_s;
     m->jump = (jump < 2147483520.0f) ? (angle_t)jump : JUMP_MAX;
     m->margin = drive_number(p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed);
     m->band = drive_number(p->iq_limit_a * BAND_SHARE * s->scale.inv_current);
@@ -68,6 +69,14 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
 
 /* ---- angle, current interrupt ------------------------------------------------------------------------------------------- */
 
+angle_t drive_true_angle(const drive_t *d, angle_t shown)
+{
+    const drive_tracking_setup_t *const s = &d->setup->tracking;
+    const angle_t                       theta = s->encoder_reversed ? (0U - shown) : shown;
+    num_t                               slope;
+    return s->corrects ? (theta - angle_step_from_rad_unchecked(ctl_fourier(&s->error, theta, &slope))) : theta;
+}
+
 /* Whatever the first sample shows is what track() expects, and so is the second; its step is known from then on. */
 void drive_find_angle(drive_t *d, angle_t theta)
 {
@@ -85,10 +94,11 @@ void drive_find_angle(drive_t *d, angle_t theta)
     t->known = (t->known == DRIVE_ANGLE_SEEN) ? DRIVE_ANGLE_KNOWN : DRIVE_ANGLE_SEEN;
 }
 
-angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta)
+angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s)
 {
     drive_tracking_t *const t = &d->tracking;
     const angle_t           jump = d->setup->motion.jump;
+    const angle_t           theta = drive_true_angle(d, d->sample.theta_m);
     const float             limit = d->params->over_speed_rad_s;
 
     if (!(speed_abs_rad_s <= limit)) {

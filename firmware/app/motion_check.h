@@ -52,10 +52,11 @@ typedef enum {
 
 /** From the parameters. */
 typedef struct {
-    angle_t  jump;           /**< Largest change of the step of the angle. */
-    num_t    margin;         /**< Speed that counts as a change. */
-    num_t    band;           /**< Largest difference of currents that count as equal. */
-    num_t    band_per_volt;  /**< `band` per volt of the dc link, where iq_limit_a is more than the link brings into the motor. */
+    angle_t jump;      /**< Largest change of the step of the angle. */
+    float plain_rad_s; /**< Largest speed at which nothing but that is judged; negative: every angle has to be corrected first. */
+    num_t margin;      /**< Speed that counts as a change. */
+    num_t band;        /**< Largest difference of currents that count as equal. */
+    num_t band_per_volt;     /**< `band` per volt of the dc link, where iq_limit_a is more than the link brings into the motor. */
     angle_t  travel;         /**< Of a stretch of which the speed is known. */
     uint16_t samples;        /**< At the limit, against the torque; 0: never judged. */
     bool     zero;           /**< Judge the electrical zero. */

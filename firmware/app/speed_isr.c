@@ -3,6 +3,15 @@
 
 #include "firmware/app/internal.h"
 
+/* What the angle error makes of the speed, in the middle of the sample, which is what counts over time are the mean of. */
+static num_t without_angle_error(const drive_t *d, num_t speed)
+{
+    const angle_t before = (angle_t)(uint64_t)d->position.raw;
+    num_t         slope;
+    (void)ctl_fourier(&d->setup->tracking.error, before + (angle_t)((int32_t)(d->tracking.theta_m - before) / 2), &slope);
+    return num_sub(speed, num_mul(speed, slope));
+}
+
 static num_t measure_speed(drive_t *d)
 {
     drive_speed_t *const s = &d->speed;
@@ -13,7 +22,8 @@ static num_t measure_speed(drive_t *d)
     if (d->setup->speed.source != DRIVE_SPEED_MT) {
         return (d->setup->speed.source == DRIVE_SPEED_FIR) ? d->observer.seen.speed : d->tracking.pll.state.w;
     }
-    return d->setup->tracking.encoder_reversed ? num_neg(mt) : mt;
+    const num_t speed = d->setup->tracking.encoder_reversed ? num_neg(mt) : mt;
+    return d->setup->tracking.corrects ? without_angle_error(d, speed) : speed;
 }
 
 /* The tracking filter, which the current interrupt judges in every sample, lags by acceleration times kp / ki: 290 rad/s at
@@ -96,6 +106,15 @@ static void follow_torque(drive_t *d, const drive_command_t *cmd)
     ctl_pi_reset(&s->pi, s->iq_ref); /* speed mode goes on with this torque */
 }
 
+/* Speed mode begins with the speed and the torque there are. */
+static inline void rest_speed_mode(drive_speed_t *s)
+{
+    s->correction = (num_t)0;
+    s->ramping = false;
+    s->followed = s->meas;
+    ctl_notch_reset(&s->notch, s->pi.state.x);
+}
+
 static inline void step(drive_t *d)
 {
     const drive_command_t *const cmd = drive_active_command(d);
@@ -107,18 +126,13 @@ static inline void step(drive_t *d)
     check_over_speed(d);
     if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_POSITION)) {
         drive_position_step(d, cmd);
-        s->ramping = false;
         s->bounded = false;
-        s->correction = (num_t)0;
-        s->followed = s->meas;
+        rest_speed_mode(s);
         return;
     }
     d->position.active = false;
     s->fed = (num_t)0;
     if ((d->state != DRIVE_RUN) || (cmd->mode != DRIVE_MODE_SPEED)) {
-        s->correction = (num_t)0;
-        s->ramping = false;
-        s->followed = s->meas; /* speed mode begins with the speed there is */
         if ((d->state == DRIVE_RUN) && (cmd->mode == DRIVE_MODE_TORQUE)) {
             follow_torque(d, cmd);
         } else {
@@ -126,6 +140,7 @@ static inline void step(drive_t *d)
             ctl_pi_reset(&s->pi, (num_t)0); /* entering current mode clears the controller */
             s->iq_ref = (num_t)0;
         }
+        rest_speed_mode(s);
         return;
     }
     const uint16_t how = drive_active_order(d)->ramp;
@@ -143,14 +158,12 @@ static inline void step(drive_t *d)
     s->correction = ripple_correction(d, s->error, ref);
     const num_t room = drive_torque_room(d); /* what the d axis leaves */
     const num_t feedback = ctl_pi_output(&s->pi, num_add(s->error, s->correction));
+    num_t torque = d->setup->speed.notched ? ctl_notch_step_unchecked(&d->setup->speed.notch, &s->notch, feedback) : feedback;
     if (d->setup->speed.feeds) {
-        const num_t torque = num_add(feedback, model_torque(d, ref));
-        s->iq_ref = num_clamp(torque, num_neg(room), room);
-        ctl_pi_commit(&s->pi, num_add(feedback, num_sub(s->iq_ref, torque)));
-        return;
+        torque = num_add(torque, model_torque(d, ref));
     }
-    s->iq_ref = num_clamp(feedback, num_neg(room), room);
-    ctl_pi_commit(&s->pi, s->iq_ref);
+    s->iq_ref = num_clamp(torque, num_neg(room), room);
+    ctl_pi_commit(&s->pi, num_add(feedback, num_sub(s->iq_ref, torque)));
 }
 
 void drive_speed_step(drive_t *d)

@@ -41,6 +41,8 @@ uint16_t drive_make_speed(const drive_params_t *p, const drive_scale_t *scale, d
                     : NUM_C(1.0f);
     /* held for a sample, and late by that of the current loop */
     s->feeds = p->speed_model_ff != 0U;
+    s->notched = p->speed_notch_hz > 0.0f;
+    ctl_notch_design(&s->notch, p->speed_notch_hz * ts_s, p->speed_notch_damping, p->speed_notch_depth);
     s->lead_rad = num_from_float(((0.5f * ts_s) + (p->observer_actuation_samples / (float)DRIVE_PWM_HZ)) * scale->speed_rad_s);
     s->between = (uint16_t)(p->speed_divider - 1U);
     s->inlined = p->speed_inline != 0U;
@@ -64,6 +66,9 @@ uint16_t drive_judge_speed(const drive_speed_setup_t *s)
     }
     if (ctl_mt_init(&mt, &s->mt).status != CTL_OK) {
         return PARAM_encoder_counts;
+    }
+    if (s->notched && (ctl_notch_check(&s->notch).status != CTL_OK)) {
+        return PARAM_speed_notch_hz; /* so low, or so wide, that the numeric has no number for it */
     }
     return drive_judge_repetitive(s);
 }

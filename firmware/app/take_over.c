@@ -11,17 +11,20 @@ static void retune_current(drive_current_t *c, const drive_current_setup_t *s, b
     }
 }
 
-static void retune_tracking(drive_tracking_t *t, const drive_tracking_setup_t *s, bool reversed_before)
+static void retune_tracking(drive_tracking_t *t, const drive_tracking_setup_t *s)
 {
     t->pll.params = s->pll;
-    if (s->encoder_reversed != reversed_before) {
-        t->known = DRIVE_ANGLE_UNKNOWN; /* the angle jumps: that is no lost encoder */
+    if (s->moves) {
+        t->known = DRIVE_ANGLE_UNKNOWN;
     }
 }
 
-static void retune_speed(drive_speed_t *v, const drive_speed_setup_t *s)
+static void retune_speed(drive_speed_t *v, const drive_speed_setup_t *s, bool notched_before)
 {
     ctl_pi_tune(&v->pi, &s->pi);
+    if (!notched_before) {
+        ctl_notch_reset(&v->notch, v->pi.state.x);
+    }
     v->mt.params = s->mt;
     if (s->rc_used) {
         ctl_rc_take_prepared(&v->rc, &s->rc);
@@ -71,8 +74,8 @@ void drive_take_over(drive_t *d)
     const drive_set_t *const   next = d->next;
     const drive_setup_t *const s = &next->setup;
     retune_current(&d->current, &s->current, d->setup->current.deadbeat_used);
-    retune_tracking(&d->tracking, &s->tracking, d->setup->tracking.encoder_reversed);
-    retune_speed(&d->speed, &s->speed);
+    retune_tracking(&d->tracking, &s->tracking);
+    retune_speed(&d->speed, &s->speed, d->setup->speed.notched);
     retune_observer(&d->observer, &s->observer);
     retune_position(&d->position, &s->position);
     retune_plausibility(&d->plausibility, &s->plausibility.run, &d->setup->plausibility.run);

@@ -115,10 +115,13 @@ static void write_memory(replay_t *r)
 
 static bool starts(trace_event_t entry) { return (entry == TRACE_drive_init) || (entry == TRACE_services_start); }
 
+static bool serves(trace_event_t entry) { return (entry == TRACE_services_sample) || (entry == TRACE_services_pass); }
+
 static void call(replay_t *r, trace_event_t entry)
 {
     (void)trace_get(&r->in, TRACE_ORDER);
-    if ((!r->started && !starts(entry)) || (r->depth >= REPLAY_PREEMPTED)) {
+    const bool ready = starts(entry) || (r->started && (!serves(entry) || (r->services.setup.drive != NULL)));
+    if (!ready || (r->depth >= REPLAY_PREEMPTED)) {
         note_broken(r);
         return;
     }

@@ -118,6 +118,46 @@ void test_combinations_set_point_weight_without_integral_part_is_refused(void)
     assert_answer(&p, PARAM_speed_setpoint_weight, PARAM_speed_ki_a_per_unit_s, "the rest of the reference would never come");
 }
 
+/* ki / kp = 25 / s: a corner of 4 Hz; 1 kHz / 2 = 500 Hz */
+void test_combinations_notch_between_the_speed_controllers_corner_and_half_the_rate_of_its_loop(void)
+{
+    drive_params_t p;
+    params_default(&p);
+    p.speed_notch_hz = 31.0f;
+    assert_answer(&p, PARAM_speed_notch_hz, PARAM_speed_ki_a_per_unit_s, "below 8 corners of 3.98 Hz");
+    p.speed_notch_hz = 32.5f;
+    assert_answer(&p, FINE, "above");
+    p.speed_notch_hz = 399.0f;
+    assert_answer(&p, FINE, "below 0.8 of 500 Hz");
+    p.speed_notch_hz = 401.0f;
+    assert_answer(&p, PARAM_speed_notch_hz, PARAM_speed_divider, "above");
+    p.speed_divider = 5U;
+    assert_answer(&p, FINE, "a loop of 2 kHz");
+    p.method = DRIVE_METHOD_FAL_FORC;
+    assert_answer(&p, PARAM_speed_notch_hz, PARAM_method, "repetitive control");
+    p.method = DRIVE_METHOD_ARO;
+    assert_answer(&p, FINE, "an observer");
+}
+
+void test_combinations_flux_harmonics_need_integral_parts_and_a_motor_without_d_current(void)
+{
+    const uint16_t flux[] = {PARAM_flux_cos6, PARAM_flux_sin6, PARAM_flux_cos12, PARAM_flux_sin12};
+    for (size_t k = 0; k < COUNT_OF(flux); k++) {
+        drive_params_t p;
+        params_default(&p);
+        TEST_ASSERT_TRUE(params_set(&p, flux[k], 0.01f));
+        assert_answer(&p, FINE, "pi");
+        p.current_controller = 1U;
+        assert_answer(&p, PARAM_flux_cos6, PARAM_current_controller, "deadbeat");
+        p.current_controller = 0U;
+        p.mtpa = 1U;
+        assert_answer(&p, PARAM_flux_cos6, PARAM_mtpa, "mtpa");
+        p.mtpa = 0U;
+        p.field_weakening = 1U;
+        assert_answer(&p, PARAM_flux_cos6, PARAM_field_weakening, "field weakening");
+    }
+}
+
 void test_combinations_beyond_the_list_there_is_nothing(void)
 {
     drive_params_t p;

@@ -268,7 +268,7 @@ static const member_t MEMBERS[] = {
     MEMBER(sensors.log.ready, CURRENT | MAIN | REST),
     MEMBER(sensors.log.turn, CURRENT | MAIN | REST), /* the complete one by the main loop */
     MEMBER(sensors.log, CURRENT),
-    MEMBER(sensors.dead, CURRENT | REST),
+    MEMBER(sensors.held, CURRENT | REST),
     MEMBER(sensors, MAIN | REST),
     MEMBER(link_mean_v, CURRENT),
     MEMBER(plausibility, CURRENT | TAKE_OVER | REST),

@@ -132,6 +132,16 @@ static void reference(float speed)
     ask();
 }
 
+static uint16_t param_of(const char *name)
+{
+    es_field_t f;
+    int        k = 0;
+    while (es_param_info(k, &f) && (strcmp(f.name, name) != 0)) {
+        k++;
+    }
+    return (uint16_t)k;
+}
+
 void setUp(void)
 {
     sim = es_sim_new();
@@ -323,11 +333,9 @@ void test_link_keeps_the_storage_that_was_given_and_erases_it_otherwise(void)
     codec_writer_t *const w = begin(LINK_set);
     codec_put_u8(w, 3U);
     codec_put_u8(w, 1U);
-    codec_put_u16(w, 5U); /* a parameter that is real */
+    codec_put_u16(w, param_of("current_kp_v_per_a"));
     codec_put_f32(w, 0.5f);
     ask();
-    es_field_t f;
-    TEST_ASSERT_TRUE(es_param_info(5, &f));
     command(LINK_CMD_save);
     const int n = es_sim_storage_read(sim, words, 100000);
     for (int kept = 1; kept >= 0; kept--) {

@@ -168,6 +168,12 @@ def test_the_simulated_firmware_does_what_the_design_check_says(seed):
     assert verdict is Verdict.MARGINAL or oscillates(case) is (verdict is Verdict.UNSTABLE)
 
 
+def test_a_notch_filter_is_refused():
+    plant, drive = drive_of("guo2024", speed_notch_hz=80.0)
+    with pytest.raises(InputError, match=r"speed_notch_hz = 80.0: must be 0: repetitive control does not go with"):
+        sampled_loop(plant, drive, 20.0)
+
+
 def test_a_current_controller_without_equations_is_refused(monkeypatch):
     plant, drive = drive_of("guo2024", current_controller=1.0)
     monkeypatch.setattr(sampled, "CONTROLLERS", ("pi",))

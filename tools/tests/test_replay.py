@@ -233,7 +233,7 @@ def test_random_octets_with_good_check_sums_end_in_a_difference(tripped: tuple[P
         def scrambled(part: Part, trial: int = trial) -> Part:
             streams = [bytearray(stream) for stream in part.streams]
             stream = streams[0 if trial % 2 else int(rng.integers(5))]
-            for at in rng.integers(0, len(stream), 1 + trial):
+            for at in rng.integers(0, len(stream), 8 + trial):  # some words, such as a third current, nobody reads
                 stream[at] = int(rng.integers(256))
             return replace(part, streams=tuple(bytes(stream) for stream in streams))
 

@@ -318,6 +318,46 @@ def make_pi() -> list[str]:
     return parts
 
 
+def make_notch() -> list[str]:
+    """Equation (1) of notch.h, s = (z - 1) / (z + 1) / tan(w / 2) in its polynomials, run as a difference equation."""
+    rows = []
+    for cycles, damping, depth in (
+        (0.01, 0.3, 0.1),
+        (0.06, 0.3, 0.0),
+        (0.06, 0.05, 0.5),
+        (0.15, 1.0, 0.05),
+        (0.37, 0.6, 0.9),
+    ):
+        k = math.tan(math.pi * cycles)
+        over, under = (
+            [1.0 + 2.0 * d * k + k * k, 2.0 * k * k - 2.0, 1.0 - 2.0 * d * k + k * k]
+            for d in (damping * depth, damping)
+        )
+        values, x, y = noise(53), [0.0, 0.0], [0.0, 0.0]
+        for row in range(120):
+            new = next(values) + (0.25 if row >= 60 else 0.0)
+            out = (over[0] * new + over[1] * x[0] + over[2] * x[1] - under[1] * y[0] - under[2] * y[1]) / under[0]
+            x, y = [new, x[0]], [out, y[0]]
+            if row % 4 == 0:
+                rows.append((cycles, damping, depth, row, out))
+    fields = "double cycles, damping, depth; uint32_t row; double out;"
+    return [table("GOLDEN_NOTCH", "output of every fourth row; see make_notch for the input", fields, rows)]
+
+
+def make_fourier() -> list[str]:
+    """Real parts of powers of e^(ix), and of their derivatives i n e^(inx)."""
+    values, source = noise(59), integers(61)
+    rows = []
+    for k in range(40):
+        size = [next(values) for _ in range(4)]
+        x = (k * (TURN // 8)) % TURN if k < 8 else next(source)
+        z = cmath.exp(2j * math.pi * x / TURN)
+        first, second = complex(size[0], -size[1]) * z, complex(size[2], -size[3]) * z * z
+        rows.append((*size, x, (first + second).real, (1j * first + 2j * second).real))
+    fields = "double cos1, sin1, cos2, sin2; uint32_t x; double value, slope;"
+    return [table("GOLDEN_FOURIER", "value and slope at x / 2^32 of a turn", fields, rows)]
+
+
 def make_current_error() -> list[str]:
     """What one turn shows of known sensor errors: phase currents through the sensors, then a discrete Fourier transform
     of the vector that the drive sees. True currents and voltages are balanced."""
@@ -838,6 +878,8 @@ HEADERS: dict[str, Callable[[], list[str]]] = {
     "frames": make_frames,
     "svm": make_svm,
     "pi": make_pi,
+    "notch": make_notch,
+    "fourier": make_fourier,
     "current_error": make_current_error,
     "pll": make_pll,
     "mt_speed": make_mt_speed,

@@ -295,6 +295,9 @@ typedef struct {
 #define GUARD_RAMP 1U   /* a reference that goes along an S curve all the time */
 #define GUARD_TORQUE 2U /* torque mode, in and out of its limit */
 #define GUARD_HEAT 4U   /* I2t of motor and bridge */
+#define GUARD_NOTCH 8U  /* notch filter behind the speed controller */
+#define GUARD_ANGLE 16U /* error of the encoder, with the speed by M/T */
+#define GUARD_FLUX 32U  /* harmonics of the magnet flux */
 
 static const variant_t VARIANTS[] = {
     {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
@@ -304,6 +307,9 @@ static const variant_t VARIANTS[] = {
     {"current_isr speed ramp", "speed_isr speed ramp", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_RAMP},
     {"current_isr torque mode", "speed_isr torque mode", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_TORQUE},
     {"current_isr overload", "speed_isr overload", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_HEAT},
+    {"current_isr speed notch", "speed_isr speed notch", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_NOTCH},
+    {"current_isr encoder error", "speed_isr encoder error", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_ANGLE},
+    {"current_isr flux harmonics", "speed_isr flux harmonics", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_FLUX},
     {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0},
     {"current_isr field weakening", "speed_isr field weakening", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
     {"current_isr aro field weakening", "speed_isr aro field weakening", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
@@ -356,6 +362,9 @@ static void run(const variant_t *v)
         p.speed_ramp_rad_s2 = 1000.0f;
         p.speed_jerk_rad_s3 = 20000.0f;
     }
+    p.speed_notch_hz = ((v->guard & GUARD_NOTCH) != 0U) ? 60.0f : 0.0f;
+    p.encoder_sin1_rad = ((v->guard & GUARD_ANGLE) != 0U) ? 0.01f : 0.0f;
+    p.flux_cos6 = ((v->guard & GUARD_FLUX) != 0U) ? 0.05f : 0.0f;
     if ((v->guard & GUARD_HEAT) != 0U) {
         p.motor_continuous_a = 90.0f;
         p.bridge_continuous_a = 90.0f;

@@ -44,6 +44,30 @@ def test_a_ripple_that_the_rate_of_the_log_cannot_show_is_not_measured():
     assert math.isnan(Quantity("speed_ripple", ("x",), (3.0,)).measured({"y": _record([40.0])}, DRIVE))
 
 
+def test_a_swing_is_the_rms_over_steps_of_the_largest_sine_near_its_frequency_off_the_designed_speed():
+    def swinging(t_s, theta, wanted):
+        after = t_s - 2.0 * np.floor(t_s / 2.0)  # a step every 2 s
+        size = np.where(wanted > 30.0, 0.3, 0.4)  # 5 % off the frequency that is asked for
+        return wanted + size * np.sin(2.0 * np.pi * 57.0 * after) * (after < 0.5) + 5.0 * np.exp(-after / 0.2)
+
+    def designed(t_s, theta, wanted):
+        return wanted + 5.0 * np.exp(-(t_s - 2.0 * np.floor(t_s / 2.0)) / 0.2)
+
+    record, design = (_record([20.0, 40.0], speed_rad_s=speed) for speed in (swinging, designed))
+    drive = Drive(4.0, 0.5, 1e-3, 1e-3, 10.0, {"x": design})
+    measured = Quantity("swing", ("x",), hz=(60.0,)).measured({"x": record}, drive)
+
+    assert measured * RPM == pytest.approx(math.sqrt((0.4**2 + 0.3**2) / 2.0), rel=0.01)
+    assert Quantity("swing", ("x",), hz=(100.0,)).measured({"x": record}, drive) < 0.05 * measured
+    # what the rate of the log, or the time after a step, does not show
+    assert math.isnan(Quantity("swing", ("x",), hz=(900.0,)).measured({"x": record}, drive))
+    assert math.isnan(Quantity("swing", ("x",), hz=(5.0,)).measured({"x": record}, drive))
+    limited = _record(
+        [20.0, 40.0], speed_rad_s=swinging, iq_ref_a=lambda t_s, theta, wanted: np.where(t_s < 2.0, 9.9, 0.0)
+    )
+    assert Quantity("swing", ("x",), hz=(60.0,)).measured({"x": limited}, drive) * RPM == pytest.approx(0.3, rel=0.01)
+
+
 def test_the_angle_of_the_back_emf_is_found_with_any_current_and_a_voltage_that_comes_late_does_not_count():
     off, late_s = 0.07, 50e-6
     i_d, i_q, psi = 0.4, 1.5, 0.02

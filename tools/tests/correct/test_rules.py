@@ -14,7 +14,7 @@ import pytest
 from evenspin.correct.changes import ADD, TIMES, Change, composed, known, scaled
 from evenspin.correct.found import Found
 from evenspin.correct.predict import Prediction
-from evenspin.correct.proposal import Correction, _together, propose
+from evenspin.correct.proposal import Correction, _Draft, _harm, _together, propose
 from evenspin.correct.quantities import Quantity
 from evenspin.correct.rules import RULES, NoRule, Rule, as_markdown
 from evenspin.errors import InputError
@@ -40,6 +40,9 @@ EFFECTS = {  # outside of what a healthy unit may be off by
     "encoder_offset": {"angle_el_rad": -0.07},
     "current_loop_delay": {"extra_periods": 1.0},
     "current_filter": {"tau_s": 8e-5},
+    "encoder_eccentricity": {"amplitude_rad": 0.007, "phase_rad": 2.2},
+    "flux_harmonics": {"torque_ripple_rel": 0.03, "sign": -1.0, "fifth_share": 0.5},
+    "two_mass": {"f_res_hz": 60.0, "load_ratio": 0.6, "damping_ratio": 0.02, "load_friction_share": 0.5},
 }
 
 
@@ -49,7 +52,14 @@ def _proposed(effects, halves=None, recorded=()):
     experiments = planning.plan(machine, 1)
     meta = planning.meta(experiments, "case")
     found = Found(effects, halves or {}, np.zeros(9), Nominal.of(MetaNumbers(Path("case"), meta)))
-    wanted = {name for effect in effects for name in RULES[effect].spoils(found, [effect]).records}
+    shown = [(rule.spoils, rule.beside) for rule in map(RULES.__getitem__, effects)]
+    wanted = {
+        name
+        for effect, quantities in zip(effects, shown, strict=True)
+        for quantity in quantities
+        if quantity is not None
+        for name in quantity(found, [effect]).records
+    }
     wanted = set(recorded) or wanted
     case = Case(Path("case"), meta, {e.name: planning.perform(e) for e in experiments if e.name in wanted})
     return propose(case, "case", tuple(effects), found)
@@ -186,6 +196,51 @@ def test_a_line_beside_a_wrong_electrical_zero_stands_over_the_angle_of_the_enco
         "cogging": True,
         "encoder_offset": True,
     }
+
+
+def test_the_angle_of_a_disc_off_centre_beside_a_wrong_electrical_zero_stands_over_the_angle_of_the_encoder():
+    effects = {
+        "encoder_eccentricity": {"amplitude_rad": 0.01, "phase_rad": 2.2},
+        "encoder_offset": {"angle_el_rad": 0.3},
+    }
+    proposal = _proposed(effects)
+
+    # with 3 pole pairs the angle is ahead by 0.1 rad
+    values = {c.parameter: c.value for each in proposal.corrections for c in each.changes}
+    assert math.atan2(values["encoder_cos1_rad"], values["encoder_sin1_rad"]) == pytest.approx(2.2 - 0.1)
+    assert {c.name: c.predicted.reduction > 0.9 for c in proposal.corrections} == dict.fromkeys(effects, True)
+
+
+def test_what_is_larger_than_its_parameter_is_not_corrected_in_part():
+    proposal = _proposed({"encoder_eccentricity": {"amplitude_rad": 0.11, "phase_rad": 0.0}}, recorded=("reversal",))
+    assert proposal.left[0].reason == "it is larger than the 0.1 rad that encoder_cos1_rad takes"
+
+
+def test_a_notch_is_proposed_only_where_load_steps_were_recorded_and_do_not_swing_more():
+    shaft = {"two_mass": EFFECTS["two_mass"]}
+    nowhere = _proposed(shaft, recorded=("staircase",))
+    assert nowhere.corrections == () and "shows in load_step, which was not recorded" in nowhere.left[0].reason
+
+    class Grown:
+        """A machine whose loop has damped the resonance by itself until the notch came."""
+
+        found = Found(shaft, {}, np.zeros(9), None)
+
+        def grows(self, quantity, changes):
+            assert quantity.records == ("load_step",) and quantity.hz == (60.0,)
+            return 0.5, 0.53
+
+    draft = _Draft("two_mass", ("two_mass",), (), Quantity("swing", ("staircase",), hz=(60.0,)))
+    assert _harm(Grown(), draft).endswith("would grow from 0.5 to 0.53 r/min")
+    Grown.grows = lambda self, quantity, changes: (0.5, 0.52)
+    assert _harm(Grown(), draft) == ""
+
+
+def test_a_notch_where_the_resonance_hardly_shows_is_not_worth_it_or_uncertain():
+    stiff = {"two_mass": {"f_res_hz": 140.0, "load_ratio": 0.25, "damping_ratio": 0.06, "load_friction_share": 0.5}}
+    proposal = _proposed(stiff)
+    assert proposal.corrections == ()
+    assert "swing of the speed at 140 Hz" in proposal.left[0].reason
 
 
 def test_factors_multiply_and_two_values_for_one_parameter_are_refused_naming_both():

@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import tomlkit
 from bench_model import MODEL
@@ -16,13 +17,18 @@ from evenspin.bench.operator import operator_for
 from evenspin.correct import trial as trial_module
 from evenspin.correct.changes import known
 from evenspin.correct.file import CORRECTION, EXPERIMENTS, NOMINAL, correction_toml
+from evenspin.correct.found import Found
 from evenspin.correct.predict import Prediction
 from evenspin.correct.proposal import Correction, Proposal
 from evenspin.correct.quantities import Quantity
+from evenspin.correct.rules import RULES, Rule
 from evenspin.correct.trial import TrialError, run_trial
 from evenspin.errors import InputError
+from evenspin.gap import plan as planning
 from evenspin.log.experiments import Experiment
-from evenspin.model import InputCurve
+from evenspin.log.meta_numbers import MetaNumbers
+from evenspin.log.nominal import Nominal
+from evenspin.model import InputCurve, builtin_models, load_machine
 
 PORT = (
     "sim:servo?cogging.amplitude_nm=0.05&cogging.order=18&cogging.phase_rad=0.7"
@@ -85,6 +91,29 @@ def test_two_corrections_that_help_are_kept_and_each_takes_its_own_ripple(folder
     assert held["current_offset_a_a"] == pytest.approx(0.15)
     assert done.values_before["speed_model_ff"] == 0.0
     assert done.uneven[1] < 0.2 * done.uneven[0]
+
+
+HIDDEN = {
+    "encoder_eccentricity": {"amplitude_rad": 0.007, "phase_rad": 2.2},
+    "flux_harmonics": {"torque_ripple_rel": 0.05, "sign": -1.0, "fifth_share": 0.5},
+    "two_mass": {"f_res_hz": 60.0, "load_ratio": 0.6, "damping_ratio": 0.03, "load_friction_share": 0.5},
+}
+
+
+@pytest.mark.parametrize(("name", "chosen"), [("encoder_eccentricity", 0), ("flux_harmonics", 0), ("two_mass", 3)])
+def test_what_the_table_makes_of_a_known_cause_takes_four_fifths_of_what_the_drive_shows(name, chosen, folder: Path):
+    machine = load_machine(builtin_models()["servo"])
+    meta = planning.meta(planning.plan(machine, 1), "short")
+    found = Found({name: HIDDEN[name]}, {}, np.zeros(9), Nominal.of(MetaNumbers(Path("short"), meta)))
+    rule = RULES[name]
+    assert isinstance(rule, Rule)
+    changes = [*rule.changes(found, [name]), *(rule.chosen(found)[chosen] if rule.chosen is not None else ())]
+    spoils = replace(rule.spoils(found, [name]), records=("staircase",))
+    given = "&".join(f"{name}.{key}={value}" for key, value in HIDDEN[name].items())
+    with Drive.connect(f"sim:servo?{given}") as drive:
+        done, _ = _run(drive, folder, Correction(name, (name,), tuple(changes), spoils, PREDICTED))
+    assert done.kept == (name,)
+    assert done.rows[0].after < 0.2 * done.rows[0].before
 
 
 def test_a_correction_that_makes_it_worse_is_taken_back_and_the_other_is_measured_without_it(folder: Path):

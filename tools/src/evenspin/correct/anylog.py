@@ -73,6 +73,7 @@ def _performed(folder: Path, machine: Machine, verdict: Mapping[str, Any], named
         rule = rule_of(name)
         if isinstance(rule, Rule):
             wanted |= set(rule.spoils(found, [name]).records)
+            wanted |= set(rule.beside(found, [name]).records) if rule.beside is not None else set()
     records = {}
     for experiment in experiments:
         if experiment.name in wanted:

@@ -72,6 +72,8 @@ def _correction(correction: Correction) -> Any:
     spoils["kind"] = quantity.kind
     spoils["records"] = list(quantity.records)
     spoils["orders"] = list(quantity.orders)
+    if quantity.hz:
+        spoils["hz"] = list(quantity.hz)
     for key in ("log", "healthy", "without", "corrected", "low", "high"):
         value = getattr(predicted, key)
         if math.isfinite(value):
@@ -112,6 +114,7 @@ class _Spoils(Strict):
     kind: str = pydantic.Field(description="what is measured, in quotes")
     records: list[str] = pydantic.Field(description="names of experiments", min_length=1)
     orders: list[Annotated[Real, within(0.0, 1e4)]] = pydantic.Field([], description="cycles per turn of the shaft")
+    hz: list[Annotated[Real, within(0.0, 1e4)]] = pydantic.Field([], description="frequencies in Hz")
     log: Real | None = pydantic.Field(None, description="a number")
     healthy: Real | None = pydantic.Field(None, description="a number")
     without: Real | None = pydantic.Field(None, description="a number")
@@ -151,7 +154,7 @@ def read_correction(folder: Path) -> Proposal:
         changes = tuple(_change(document, (*keys, "parameter", i), p) for i, p in enumerate(entry.parameter))
         s = entry.spoils
         predicted = Prediction(*(_or_nan(value) for value in (s.log, s.healthy, s.without, s.corrected, s.low, s.high)))
-        quantity = Quantity(s.kind, tuple(s.records), tuple(s.orders))
+        quantity = Quantity(s.kind, tuple(s.records), tuple(s.orders), tuple(s.hz))
         corrections.append(Correction(entry.name, tuple(entry.effects), changes, quantity, predicted))
     names = [correction.name for correction in corrections]
     for number, name in enumerate(names):

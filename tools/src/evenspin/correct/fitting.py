@@ -15,7 +15,11 @@ from evenspin.native import Field, tables
 
 Values = Mapping[str, float]
 
-OFF = {"current_correction": 0.0, "dead_time_s": 0.0, "speed_model_ff": 0.0}  # a log of the drive is made without these
+# A log of the drive is made without these.
+OFF = dict.fromkeys((
+    "current_correction", "dead_time_s", "speed_model_ff", "speed_notch_hz", "encoder_cos1_rad", "encoder_sin1_rad",
+    "encoder_cos2_rad", "encoder_sin2_rad", "flux_cos6", "flux_sin6", "flux_cos12", "flux_sin12",
+), 0.0)  # fmt: skip
 SENSORS = ("current_offset_a_a", "current_offset_b_a", "current_gain_a", "current_gain_b")
 FED = ("rdc_coulomb_nm", "rdc_static_nm", *(f"rdc_line{n}_nm" for n in range(1, LINES + 1)))
 CLOSE = 1e-6

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from evenspin.compare import Replay
-from evenspin.correct.changes import Change, composed, known
+from evenspin.correct.changes import Change, composed
 from evenspin.correct.found import Found
 from evenspin.correct.quantities import KINDS, Drive, Quantity, Records
+from evenspin.errors import EvenspinError
 from evenspin.log.case import Case
 from evenspin.log.unit import Unit
 from evenspin.native import tables
@@ -103,17 +104,29 @@ class Simulated:
             max(ideal, *others),
         )
 
-    def best(self, quantity: Quantity, changes: Sequence[Change], parameter: str, values: Sequence[float]) -> Change:
-        """The value of a parameter beside these changes that leaves least of the quantity."""
+    def best(
+        self, quantity: Quantity, changes: Sequence[Change], choices: Sequence[Sequence[Change]]
+    ) -> Sequence[Change]:
+        """The choice that leaves least of the quantity beside these changes, of those that the drive takes."""
         drive, unit = self.drive(quantity), self.found.unit(SEED)
-        tried = [known(parameter, value) for value in values]
+        left: dict[int, float] = {}
+        for number, choice in enumerate(choices):
+            try:
+                measured = quantity.measured(self.records(quantity.records, unit, {"": (*changes, *choice)}), drive)
+            except EvenspinError:
+                if number == len(choices) - 1 and not left:
+                    raise
+                continue
+            left[number] = measured if math.isfinite(measured) else math.inf
+        return choices[min(left, key=left.__getitem__)]
 
-        def left(change: Change) -> float:
-            records = self.records(quantity.records, unit, {"": (*changes, change)})
-            measured = quantity.measured(records, drive)
-            return measured if math.isfinite(measured) else math.inf
-
-        return min(tried, key=left)
+    def grows(self, quantity: Quantity, changes: Sequence[Change]) -> tuple[float, float]:
+        """The quantity of the machine that was found, without and with these changes."""
+        drive, unit = self.drive(quantity), self.found.unit(SEED)
+        without, corrected = (
+            quantity.measured(self.records(quantity.records, unit, given), drive) for given in ({}, {"": changes})
+        )
+        return without, corrected
 
     def _record(self, name: str, unit: Unit, drive: Mapping[str, float]) -> Record:
         if name not in self._replays:

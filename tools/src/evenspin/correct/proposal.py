@@ -20,6 +20,7 @@ WORTH = 0.25  # least share of what the effects add that a correction must take 
 SEEN = 0.1  # ...and of the quantity as it is measured
 STEADY = ("speed_ripple", "commutation")  # what any steady stretch shows
 INSTEAD = {"staircase": "staircase_load"}
+MORE = 1.05  # of what a correction must not make larger
 SURE = 1.0  # of the quantity without it: a machine at an end of the intervals must not end up above this
 
 Progress = Callable[[float], None]
@@ -76,7 +77,7 @@ def propose(
             try:
                 draft = _tuned(simulated, draft)
                 predicted = simulated.predict(draft.spoils, {draft.name: draft.changes}, draft.effects)
-                reason = _doubt(draft, predicted)
+                reason = _doubt(draft, predicted) or _harm(simulated, draft)
             except EvenspinError as error:
                 reason = f"the drive refuses it: {error.bare}"
         if reason or predicted is None:
@@ -127,8 +128,26 @@ def _tuned(simulated: Simulated, draft: _Draft) -> _Draft:
     rule = rule_of(draft.effects[0])
     if not isinstance(rule, Rule) or rule.chosen is None:
         return draft
-    chosen = simulated.best(draft.spoils, draft.changes, *rule.chosen(simulated.found))
-    return replace(draft, changes=(*draft.changes, chosen))
+    quantity = draft.spoils
+    if rule.beside is not None:
+        quantity = replace(quantity, records=(*quantity.records, *rule.beside(simulated.found, draft.effects).records))
+    chosen = simulated.best(quantity, draft.changes, rule.chosen(simulated.found))
+    return replace(draft, changes=(*draft.changes, *chosen))
+
+
+def _harm(simulated: Simulated, draft: _Draft) -> str:
+    """What the correction makes larger beside; empty where it is nothing."""
+    rule = rule_of(draft.effects[0])
+    if not isinstance(rule, Rule) or rule.beside is None:
+        return ""
+    quantity = rule.beside(simulated.found, draft.effects)
+    without, corrected = simulated.grows(quantity, draft.changes)
+    where = " or ".join(quantity.records)
+    if not math.isfinite(without) or not math.isfinite(corrected):
+        return f"what it may do beside ({quantity.what}) shows in {where}, which was not recorded"
+    if corrected > MORE * without:
+        return f"{quantity.what} in {where} would grow from {without:.3g} to {corrected:.3g} {quantity.unit}"
+    return ""
 
 
 def _recorded(case: Case, spoils: Quantity) -> Quantity:

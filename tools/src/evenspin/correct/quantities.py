@@ -31,6 +31,8 @@ OVERSHOOT_MEAN_S = 0.0003
 LARGE_STEP = 0.5  # of the largest: noise is a small share of these
 MOVED = 1e-6  # a reference or a load that stands changes by less
 AT_LIMIT = 0.98  # of the current limit: from there on no gain matters
+NEAR = np.linspace(0.75, 1.25, 11)  # of a resonance: where the closed loop may swing instead
+SWINGS = 3.0  # periods of a resonance after a step that tell it from the step
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +61,12 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """`kind` is a key of KINDS, `orders` are cycles per turn of the shaft."""
+    """`kind` is a key of KINDS, `orders` are cycles per turn of the shaft; `hz` has frequencies instead."""
 
     kind: str
     records: tuple[str, ...]
     orders: tuple[float, ...] = ()
+    hz: tuple[float, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -71,33 +74,36 @@ class Quantity:
 
     @property
     def what(self) -> str:
-        orders = " and ".join(f"{order:g}" for order in self.orders)
-        return KINDS[self.kind].what.format(orders=orders)
+        orders, hz = (" and ".join(f"{value:.4g}" for value in values) for values in (self.orders, self.hz))
+        return KINDS[self.kind].what.format(orders=orders, hz=hz)
 
     def measured(self, records: Records, drive: Drive) -> float:
         """nan where the records do not show it."""
         present = {name: records[name] for name in self.records if name in records}
-        return KINDS[self.kind].measure(present, drive, self.orders) if present else math.nan
+        return KINDS[self.kind].measure(present, drive, self.hz or self.orders) if present else math.nan
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    what: str  # for people; {orders} stands for the orders
+    what: str  # for people; {orders} stands for the orders, {hz} for the frequencies
     unit: str
-    measure: Callable[[Records, Drive, Sequence[float]], float]
+    measure: Callable[[Records, Drive, Sequence[float]], float]  # the last: orders or frequencies
     designed: bool = False  # whether it needs the designed records
 
 
-def steady_stretches(record: Record) -> list[slice]:
-    """Rows in which neither reference nor load moves, settled."""
-    t_s = record["t_s"]
+def _edges(record: Record) -> list[int]:
+    """The first row, rows in which reference or load moves, and the end."""
     moving = np.zeros(len(record), dtype=bool)
     load = np.nan_to_num(record["load_torque_nm"])
     noise = float(np.median(np.abs(np.diff(load)))) if len(load) > 1 else 0.0
     for column, least in ((record["speed_ref_rad_s"], MOVED), (load, MOVED + 12.0 * noise)):
         moving[1:] |= np.abs(np.diff(column)) > least
-    starts = np.flatnonzero(moving)
-    edges = [0, *(int(i) for i in starts), len(record)]
+    return [0, *(int(i) for i in np.flatnonzero(moving)), len(record)]
+
+
+def steady_stretches(record: Record) -> list[slice]:
+    """Rows in which neither reference nor load moves, settled."""
+    t_s, edges = record["t_s"], _edges(record)
     found = []
     for begin, end in zip(edges, edges[1:], strict=False):
         first = begin + int(np.searchsorted(t_s[begin:end] - t_s[begin], SETTLE_S)) if end > begin else end
@@ -176,6 +182,37 @@ def _speed_design(records: Records, drive: Drive, orders: Sequence[float]) -> fl
     return math.sqrt(float(np.mean(squares))) / RPM if squares else math.nan
 
 
+def _swing(records: Records, drive: Drive, hz: Sequence[float]) -> float:
+    """rms over the steps of the largest sine near a resonance in the speed less that of the designed drive."""
+    squares: list[float] = []
+    for name, record in records.items():
+        if name not in drive.designed:
+            continue
+        design, t_s, edges = drive.designed[name], record["t_s"], _edges(record)
+        if max(hz) > 0.5 * NYQUIST_SHARE / float(np.median(np.diff(t_s))):
+            continue
+        for begin, end in zip(edges, edges[1:], strict=False):
+            part = slice(begin, min(end, int(np.searchsorted(t_s, t_s[begin] + STEP_S)))) if begin < end else slice(0)
+            asked = np.maximum(np.abs(record["iq_ref_a"][part]), np.abs(design["iq_ref_a"][part]))
+            late_s = t_s[part] - t_s[begin]
+            if not len(late_s) or late_s[-1] * min(hz) < SWINGS or np.max(asked) > AT_LIMIT * drive.iq_limit_a:
+                continue
+            off = record["speed_rad_s"][part] - design["speed_rad_s"][part]
+            squares.append(sum(_largest_sine(late_s, off, each * NEAR) for each in hz) ** 2)
+    return math.sqrt(float(np.mean(squares))) / RPM if squares else math.nan
+
+
+def _largest_sine(t_s: Array, value: Array, hz: Array) -> float:
+    """Its amplitude beside mean and trend, by least squares that count the middle most."""
+    weight, found = np.hanning(len(t_s)), 0.0
+    for each in hz:
+        phase = math.tau * each * t_s
+        columns = np.column_stack((np.ones(len(t_s)), t_s, np.cos(phase), np.sin(phase))) * weight[:, None]
+        fit = np.linalg.lstsq(columns.T @ columns, columns.T @ (value * weight), rcond=None)[0]
+        found = max(found, math.hypot(fit[2], fit[3]))
+    return found
+
+
 def _current_design(records: Records, drive: Drive, orders: Sequence[float]) -> float:
     """rms of both currents less those of the designed drive after steps of their references."""
     squares: list[float] = []
@@ -233,6 +270,7 @@ KINDS: Mapping[str, Kind] = {
     "current_ripple": Kind("current ripple at order {orders} of the shaft", "A", _current_ripple),
     "reversal": Kind("speed after a reversal, off the designed one, rms", "r/min", _reversal, True),
     "speed_step": Kind("speed after a step, off the designed one, rms", "r/min", _speed_design, True),
+    "swing": Kind("swing of the speed at {hz} Hz after steps, off the designed one", "r/min", _swing, True),
     "current_step": Kind("current after a step, off the designed one, rms", "A", _current_design, True),
     "current_overshoot": Kind("overshoot of large current steps, rms", "%", _current_overshoot),
     "commutation": Kind("angle of the back-EMF off the q axis, electrical", "degree", _commutation),

@@ -35,7 +35,10 @@ class Rule:
     group: str = ""
     lines: Callable[[Found, str], list[tuple[float, float, float, float, float]]] | None = None
     unless: Callable[[Found, Sequence[str]], str] = lambda found, effects: ""  # why there is nothing to correct
-    chosen: Callable[[Found], tuple[str, tuple[float, ...]]] | None = None  # a parameter by simulation, of these values
+    chosen: Callable[[Found], Sequence[Sequence[Change]]] | None = None  # by simulation, which of these is made as well
+    beside: Callable[[Found, Sequence[str]], Quantity] | None = (
+        None  # must not grow; of the same kind, and chosen by, too
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +66,14 @@ def _model(found: Found) -> Changes:
     ]
 
 
+def _turned_rad(found: Found) -> float:
+    """By which the encoder is ahead of the shaft, mechanical."""
+    return found.effects.get("encoder_offset", {}).get("angle_el_rad", 0.0) / found.nominal.machine["pole_pairs"]
+
+
 def _line(found: Found, effect: str, order: float, amplitude: float, phase: float, halves: tuple[str, str]) -> _Line:
     """As the drive has it: no negative amplitude, and over the angle of its encoder instead of that of the shaft."""
-    turned = found.effects.get("encoder_offset", {}).get("angle_el_rad", 0.0) / found.nominal.machine["pole_pairs"]
+    turned = _turned_rad(found)
     if amplitude < 0.0:
         amplitude, phase = -amplitude, phase + math.pi
     phase = math.remainder(phase - order * turned, math.tau)
@@ -182,10 +190,10 @@ def _dead_time(found: Found, effects: Sequence[str]) -> Changes:
     return [known("dead_time_s", p["dead_time_s"], found.half("dead_time", "dead_time_s"))]
 
 
-def _soft(found: Found) -> tuple[str, tuple[float, ...]]:
+def _soft(found: Found) -> list[Changes]:
     """Where the sign of a current is not sure: from its noise up to the ripple that the current has of the bridge."""
     least = max(found.nominal.current_noise_a, tables().params["dead_time_soft_a"].minimum)
-    return "dead_time_soft_a", tuple(least * factor for factor in (1.0, 2.0, 4.0, 8.0, 16.0))
+    return [[known("dead_time_soft_a", least * factor)] for factor in (1.0, 2.0, 4.0, 8.0, 16.0)]
 
 
 def _sixth(found: Found, effects: Sequence[str]) -> Quantity:
@@ -196,6 +204,48 @@ def _sixth(found: Found, effects: Sequence[str]) -> Quantity:
 def _encoder_offset(found: Found, effects: Sequence[str]) -> Changes:
     half = found.half("encoder_offset", "angle_el_rad")
     return [moved("encoder_offset_rad", -found.effects["encoder_offset"]["angle_el_rad"], half)]
+
+
+def _eccentricity(found: Found, effects: Sequence[str]) -> Changes:
+    """The encoder shows m = x + A sin(x + phase); over m instead of x the error has a second order of A^2 / 2."""
+    p = found.effects["encoder_eccentricity"]
+    size, phase = p["amplitude_rad"], p["phase_rad"] - _turned_rad(found)
+    half, half_phase = (found.half("encoder_eccentricity", name) for name in ("amplitude_rad", "phase_rad"))
+    first = (math.sin(phase), math.cos(phase))
+    second = -0.5 * size * size
+    return [
+        known("encoder_cos1_rad", size * first[0], abs(first[0]) * half + abs(size * first[1]) * half_phase),
+        known("encoder_sin1_rad", size * first[1], abs(first[1]) * half + abs(size * first[0]) * half_phase),
+        known("encoder_cos2_rad", second * math.sin(2.0 * phase)),
+        known("encoder_sin2_rad", second * math.cos(2.0 * phase)),
+    ]
+
+
+def _beyond(name: str, effect: str, parameter: str) -> Callable[[Found, Sequence[str]], str]:
+    """What is larger than the parameter may be is not corrected in part."""
+
+    def why(found: Found, effects: Sequence[str]) -> str:
+        field = tables().params[name]
+        if abs(found.effects[effect][parameter]) <= field.maximum:
+            return ""
+        return f"it is larger than the {field.maximum:g} {field.unit} that {name} takes".replace("  ", " ")
+
+    return why
+
+
+def _flux(found: Found, effects: Sequence[str]) -> Changes:
+    """And the numbers of the motor by which the drive calculates the voltage of these harmonics."""
+    p = found.effects["flux_harmonics"]
+    return [
+        known(
+            "flux_cos6",
+            math.copysign(p["torque_ripple_rel"], p["sign"]),
+            found.half("flux_harmonics", "torque_ripple_rel"),
+        ),
+        known("motor_psi_wb", found.machine("psi_wb")),
+        known("motor_resistance_ohm", found.machine("resistance_ohm")),
+        known("motor_lq_h", found.machine("lq_h")),
+    ]
 
 
 def _commutation(found: Found, effects: Sequence[str]) -> Quantity:
@@ -260,6 +310,25 @@ def _slower(periods: float, half: float) -> Changes:
     return [scaled(name, factor, slope * half) for name in ("current_kp_v_per_a", "current_ki_v_per_as")]
 
 
+def _notch(found: Found, effects: Sequence[str]) -> Changes:
+    return [known("speed_notch_depth", NOTCH_DEPTH)]
+
+
+def _notches(found: Found) -> list[Changes]:
+    """At the resonance a notch keeps the speed loop from exciting it. Below, it turns the phase there, and a loop that
+    excites may damp instead: which of them does is simulated."""
+    hz, half = found.effects["two_mass"]["f_res_hz"], found.half("two_mass", "f_res_hz")
+    return [
+        [known("speed_notch_hz", share * hz, share * half), known("speed_notch_damping", damping)]
+        for share in NOTCH_AT
+        for damping in NOTCH_DAMPING
+    ]
+
+
+def _swing(record: str) -> Callable[[Found, Sequence[str]], Quantity]:
+    return lambda found, effects: Quantity("swing", (record,), hz=(found.effects["two_mass"]["f_res_hz"],))
+
+
 def _overshoot(found: Found, effects: Sequence[str]) -> Quantity:
     return Quantity("current_overshoot", ("standstill_steps",))
 
@@ -273,6 +342,8 @@ def _current_step(found: Found, effects: Sequence[str]) -> Quantity:
 
 
 GAINS = ("speed_kp_a_per_unit", "speed_ki_a_per_unit_s")
+NOTCH_DEPTH = 0.05
+NOTCH_AT, NOTCH_DAMPING = (0.7, 0.8, 0.9, 1.0), (0.3, 0.6, 1.0)  # of the resonance
 
 RULES: Mapping[str, Rule | NoRule] = {
     "current_offset": Rule(
@@ -297,13 +368,20 @@ RULES: Mapping[str, Rule | NoRule] = {
         ("current_kp_v_per_a", "current_ki_v_per_as", "angle_advance_periods"), _delay, _overshoot
     ),
     "current_filter": Rule(("current_kp_v_per_a", "current_ki_v_per_as"), _filter, _overshoot),
-    "encoder_eccentricity": NoRule("the drive has no table that corrects its angle: centre the disc of the encoder"),
-    "flux_harmonics": NoRule(
-        "their torque goes with the current, and the lines that the drive feeds forward do not; a repetitive method "
-        "(method = fal-forc, disturbance_observer = aro) takes the speed ripple"
+    "encoder_eccentricity": Rule(
+        ("encoder_cos1_rad", "encoder_sin1_rad", "encoder_cos2_rad", "encoder_sin2_rad"), _eccentricity,
+        lambda found, effects: Quantity("speed_ripple", ("staircase",), (1.0,)),
+        unless=_beyond("encoder_cos1_rad", "encoder_eccentricity", "amplitude_rad"),
+    ),
+    "flux_harmonics": Rule(
+        ("flux_cos6", "motor_psi_wb", "motor_resistance_ohm", "motor_lq_h"), _flux,
+        _electrical(6, ("staircase_load",)), unless=_beyond("flux_cos6", "flux_harmonics", "torque_ripple_rel"),
     ),
     "inductance_saturation": NoRule("the gain of the current controllers would have to follow the current"),
-    "two_mass": NoRule("the drive has no notch filter: lower the gains of the speed loop, or stiffen the coupling"),
+    "two_mass": Rule(
+        ("speed_notch_hz", "speed_notch_damping", "speed_notch_depth"), _notch, _swing("staircase"),
+        chosen=_notches, beside=_swing("load_step"),
+    ),
     "backlash": NoRule("no controller takes a gap away: the coupling has to be mended"),
     "load_torque": NoRule("none is needed: the integral part of the speed controller carries a constant torque"),
     "torque_ripple": NoRule("no verdict names it: it stands in scenarios only"),

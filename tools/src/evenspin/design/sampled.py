@@ -91,6 +91,9 @@ class _Walk:
             for name in names:
                 if not 0.0 < numbers[name] < math.inf:
                     raise InputError("design rc", name, numbers[name], "finite and above 0", "correct the model")
+        if self.drive.get("speed_notch_hz", 0.0) > 0.0:
+            hz, must = self.drive["speed_notch_hz"], "0: repetitive control does not go with a notch filter"
+            raise InputError("design rc", "speed_notch_hz", hz, must, "leave it out of [drive]")
         params = tables().params
         self.ts_s = 1.0 / self.plant["pwm_hz"]
         self.divider = int(self.drive["speed_divider"])

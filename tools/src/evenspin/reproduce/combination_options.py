@@ -83,6 +83,20 @@ OPTIONS = (
         _whole_ripple,
         position=False,
     ),
+    Option(
+        "encoder_sin1_rad = 0.01",
+        {"encoder_sin1_rad": 0.01, "encoder_sin2_rad": -5e-5},
+        {"encoder_eccentricity": {"amplitude_rad": 0.01, "phase_rad": 0.0}},
+        "speed, rms around its mean [%]",
+        _whole_ripple,
+    ),
+    Option(
+        "flux_cos6 = 0.05",
+        {"flux_cos6": 0.05},
+        {"flux_harmonics": {"torque_ripple_rel": 0.05, "sign": 1.0, "fifth_share": 0.5}},
+        "speed, rms around its mean [%]",
+        _whole_ripple,
+    ),
 )
 
 
@@ -184,6 +198,9 @@ REFUSED: Mapping[str, Words] = {
     "weight_without_integral": {"speed_setpoint_weight": 0.5, "speed_ki_a_per_unit_s": 0.0},
     "short_at_stop": {"stop_action": "short", "over_current_a": 20.0},
     "short_at_timeout": {"timeout_action": "short", "over_current_a": 20.0},
+    "notch_above_rate": {"speed_notch_hz": 450.0, "speed_divider": 10.0},
+    "notch_in_loop": {"speed_notch_hz": 20.0, "speed_ki_a_per_unit_s": 0.92},
+    "notch_repetitive": {"speed_notch_hz": 60.0, "method": "forc"},
     "jerk_without_ramp": {"speed_jerk_rad_s3": 20000.0, "speed_ramp_rad_s2": 0.0},
     "silc_observer": {"position_method": "silc", "method": "dob"},
     "silc_observer_beside": {"position_method": "silc", "disturbance_observer": "dob"},
@@ -195,9 +212,13 @@ REFUSED: Mapping[str, Words] = {
     "third_gain": {"current_correction": "fixed", "current_gain_c": 1.1},
     "no_resistance": {"current_correction": "learned", "motor_resistance_ohm": 0.0},
     "dead_time_deadbeat": {"dead_time_s": 1e-6, "current_controller": "deadbeat"},
+    "flux_deadbeat": {"flux_cos6": 0.05, "current_controller": "deadbeat"},
+    "flux_mtpa": {"flux_cos6": 0.05, "mtpa": 1.0},
+    "flux_weakening": {"flux_cos6": 0.05, "field_weakening": 1.0},
     "weakening_without_current": {"field_weakening": 1.0, "id_limit_a": 0.0},
     "emf_at_fault": {"field_weakening": 1.0, "over_voltage_v": 25.0},
     "room": {},  # a build for a board with less memory
+    "room_alone": {},
 }
 
 

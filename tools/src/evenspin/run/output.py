@@ -28,6 +28,7 @@ from evenspin.sim import Record, truth_signals
 from evenspin.sim.many import plain
 
 DEFAULT = "default, not measured"
+FLUX = ("flux_cos6", "flux_sin6", "flux_cos12", "flux_sin12")
 RO_SAMPLES = 6144  # of the firmware: DRIVE_OBSERVER_CAPACITY in firmware/app/drive.h
 
 
@@ -152,6 +153,8 @@ def motor_data(setup: Setup) -> dict[str, dict[str, Any]]:
         used += ["motor_psi_wb", "observer_inertia_kgm2", "observer_viscous_nms"]
     if params["current_controller"].to_text(setup.drive["current_controller"]) == "deadbeat":
         used += ["motor_resistance_ohm", "motor_ld_h", "motor_lq_h", "motor_psi_wb"]
+    if any(setup.drive[name] != 0.0 for name in FLUX):
+        used += ["motor_resistance_ohm", "motor_lq_h", "motor_psi_wb"]
     if controls_position(setup) and params["position_method"].to_text(setup.drive["position_method"]) == "rdc":
         used += ["motor_psi_wb", "rdc_inertia_kgm2", "rdc_viscous_nms", "rdc_coulomb_nm"]
     return {
