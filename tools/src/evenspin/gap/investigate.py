@@ -62,10 +62,10 @@ class Investigation:
     def __init__(self, case: Case, workers: int | None = None, progress: Progress | None = None) -> None:
         self.say = progress or (lambda what, share: None)
         self.say("reading", 0.0)
-        scale = Scale.of(case.meta["motor"], float(case.meta["encoder"]["counts_per_rev"]))
+        self.scale = Scale.of(case.meta["motor"], float(case.meta["encoder"]["counts_per_rev"]))
         forward = self.original = Forward(case, workers)
         self.say("noise and tolerance", 0.02)
-        self._begin(Fitter.nominal(forward, hypotheses(scale)), ())
+        self._begin(Fitter.nominal(forward, hypotheses(self.scale)), ())
 
     def _begin(self, fitter: Fitter, beside: tuple[PeriodicLine, ...]) -> None:
         """`beside`: lines that were taken off the log, so that whatever is named, something else is there, too."""
