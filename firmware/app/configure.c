@@ -52,6 +52,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
+    drive_make_stall(p, s);
     drive_make_thermal(p, &s->scale, &s->thermal);
     drive_make_correction(p, &s->scale, &s->sensors);
     drive_make_plausibility(p, s);

@@ -215,6 +215,7 @@ typedef struct {
     drive_observer_setup_t     observer;
     drive_position_setup_t     position;
     drive_motion_setup_t       motion;
+    drive_stall_setup_t        stall;
     drive_thermal_setup_t      thermal;
     drive_plausibility_setup_t plausibility;
     uint32_t                   period_cyc; /**< CPU cycles per PWM period. */
@@ -383,6 +384,7 @@ typedef struct {
     uint16_t                 saved_cells; /**< Of the table that is being saved. */
     drive_thermal_t          thermal;
     drive_motion_t           motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    drive_stall_t            stall;                     /**< Main loop. */
     float                    link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
     ctl_plausibility_state_t plausibility;              /**< Whether voltages, currents and angle agree; current interrupt. */
     uint16_t                 speed_count;               /**< Current periods until the next speed tick. */

@@ -167,6 +167,10 @@ angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s, angle_t theta);
 /** motion_check.c: torque and voltage against motion. Speed interrupt, after the speed has been measured. */
 void drive_check_motion(drive_t *d);
 
+/** stall.c: its share of the setup; a shaft that does not turn, or slips. Once per pass of the main loop. */
+void drive_make_stall(const drive_params_t *params, drive_setup_t *setup);
+void drive_attend_stall(drive_t *d);
+
 /** position.c: one sample of the position loop. */
 void drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
 void drive_position_step(drive_t *d, const drive_command_t *command);
@@ -251,5 +255,10 @@ static inline num_t drive_torque_room(const drive_t *d)
                                     : order->iq_max;
 }
 static inline num_t drive_iq_room(const drive_t *d) { return num_min(d->reference.iq_max, drive_active_order(d)->iq_max); }
+/** The q current is at its limit, by as much as noise may hide. */
+static inline bool drive_is_at_limit(const drive_t *d)
+{
+    return num_abs(d->current.ref.q) > num_mul(NUM_C(0.9f), drive_iq_room(d));
+}
 
 #endif

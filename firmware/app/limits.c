@@ -98,6 +98,9 @@ static void narrow(const drive_params_t *p, uint16_t param, float *low, float *h
     case PARAM_bridge_continuous_a:
         *high = least(*high, p->over_current_a);
         break;
+    case PARAM_stall_torque_a: /* more is never asked for */
+        *high = least(*high, p->iq_limit_a);
+        break;
     case PARAM_voltage_limit_v:
         *low = (p->voltage_limit_v > 0.0f) ? VOLTAGE_LIMIT_LEAST_V : *low;
         break;
@@ -146,11 +149,11 @@ static bool fits(const drive_params_t *p, uint16_t param)
 
 uint16_t drive_relation_refuses(const drive_params_t *p)
 {
-    static const uint16_t RELATED[] = {PARAM_under_voltage_v,    PARAM_iq_limit_a,          PARAM_align_current_a,
-                                       PARAM_voltage_limit_v,    PARAM_profile_speed_rad_s, PARAM_current_offset_a_a,
-                                       PARAM_current_offset_b_a, PARAM_current_offset_c_a,  PARAM_current_gain_a,
-                                       PARAM_current_gain_b,     PARAM_current_gain_c,      PARAM_motor_continuous_a,
-                                       PARAM_bridge_continuous_a};
+    static const uint16_t RELATED[] = {PARAM_under_voltage_v,     PARAM_iq_limit_a,          PARAM_align_current_a,
+                                       PARAM_voltage_limit_v,     PARAM_profile_speed_rad_s, PARAM_current_offset_a_a,
+                                       PARAM_current_offset_b_a,  PARAM_current_offset_c_a,  PARAM_current_gain_a,
+                                       PARAM_current_gain_b,      PARAM_current_gain_c,      PARAM_motor_continuous_a,
+                                       PARAM_bridge_continuous_a, PARAM_stall_torque_a};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
         if (!fits(p, RELATED[k])) {
             return RELATED[k];

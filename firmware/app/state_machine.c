@@ -242,6 +242,7 @@ void drive_background(drive_t *d)
     attend_observer(d);
     drive_attend_correction(d);
     drive_attend_thermal(d);
+    drive_attend_stall(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)

@@ -224,6 +224,8 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_lost_sample_limit,
                                     PARAM_non_finite_limit,
                                     PARAM_stall_s,
+                                    PARAM_stall_torque_a,
+                                    PARAM_stall_torque_s,
                                     PARAM_speed_deviation_s,
                                     PARAM_zero_check,
                                     PARAM_plausibility_share,

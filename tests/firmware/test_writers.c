@@ -228,6 +228,7 @@ static const member_t MEMBERS[] = {
     MEMBER(started_up, REST),
     MEMBER(permitted, MAIN | REST),
     MEMBER(stopping, MAIN | REST),
+    MEMBER(stall, MAIN | REST),
     MEMBER(thermal.share, MAIN | REST),
     MEMBER(thermal, SPEED),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */

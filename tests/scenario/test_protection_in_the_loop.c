@@ -116,6 +116,55 @@ void test_protection_drive_that_works_hard_is_no_stall(void)
     TEST_ASSERT_EQUAL_STRING("none", rig_fault());
 }
 
+/* 0.05 N m s/rad: 0.43 N m against the drive's 0.384 turn the shaft back at 0.92 rad/s, 1.69 against nine tenths of it: less than any
+ * other check sees (2.54). */
+void test_protection_load_that_turns_a_resting_shaft_slowly_is_a_stall(void)
+{
+    rig_model("viscous_nms", 0.05);
+    rig_step("load_torque_nm", 0.0, BREAKS_S, 0.43);
+    rig_start();
+    rig_run(BREAKS_PERIOD);
+    double speed = 0.0;
+    for (int k = 0; (k < 800) && (rig_read("fault") == 0.0); k++) {
+        speed = rig_read("true_speed_rad_s");
+        rig_run(10);
+    }
+    TEST_ASSERT_EQUAL_STRING("stall", rig_fault());
+    TEST_ASSERT_TRUE_MESSAGE((speed < -0.92) && (speed > -1.69), at("%g rad/s", speed));
+}
+
+/* 20 times the inertia and 0.9 of the torque: stopped at 27 rad/s^2, which takes 0.37 s from 10 rad/s and 94 ms from the margin. */
+void test_protection_heavy_load_that_is_stopped_at_the_limit_is_no_stall(void)
+{
+    rig_model("inertia_kgm2", 20.0 * 7.06e-5);
+    rig_step("load_torque_nm", 0.0, 0.5, -0.9 * 0.384);
+    rig_step("speed_ref_rad_s", 10.0, 0.5, 0.0);
+    rig_start();
+    rig_run(15000);
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, 0.0, rig_read("true_speed_rad_s"));
+}
+
+void test_protection_blocked_shaft_in_torque_and_current_mode_is_a_stall_where_it_is_asked_for(void)
+{
+    for (double mode = 0.0; mode < 4.0; mode += 3.0) {
+        for (double least_a = 0.0; least_a < 5.0; least_a += 4.0) {
+            rig_new();
+            rig_input("control_mode", mode);
+            rig_input("speed_ref_rad_s", 100.0);
+            rig_input("iq_ref_a", 5.0);
+            rig_param("stall_torque_a", least_a);
+            rig_param("stall_torque_s", 0.3);
+            rig_input("load_brake_nm", 2.0);
+            rig_start();
+            rig_run(2900);
+            TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+            rig_run(300);
+            TEST_ASSERT_EQUAL_STRING_MESSAGE((least_a > 0.0) ? "stall" : "none", rig_fault(), at("mode %g", mode));
+        }
+    }
+}
+
 /* Counts lost or added, 10 to 180 degrees of the shaft at once: the second sample. Nothing has run away by then. */
 void test_protection_encoder_that_slips_is_lost_in_the_second_sample(void)
 {
