@@ -328,6 +328,15 @@ typedef struct {
     float      share; /**< Of the longest current vector that they allow; main loop. */
 } drive_thermal_t;
 
+#define DRIVE_RESTARTS 8U /**< Most of restart_limit. */
+
+/** Starts after a trip; main loop. */
+typedef struct {
+    uint32_t at[DRIVE_RESTARTS]; /**< Numbers of the samples in which they were, within restart_window_s; the oldest first. */
+    uint16_t count;
+    bool     tripped; /**< A fault has been cleared since the last start. */
+} drive_restarts_t;
+
 /** A parameter set, and what follows from it. */
 typedef struct {
     drive_params_t params;
@@ -359,7 +368,7 @@ typedef struct {
     volatile drive_state_t state;
     volatile drive_fault_t fault;
     uint16_t      fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows;
-                            *   FAULT_memory_changed: what has changed, memory_check.h. */
+                            *   FAULT_memory_changed: what has changed, memory_check.h; FAULT_restart_lockout: seconds to wait. */
     bool          started_up;   /**< The offsets are known. */
     bool          start_wanted, stop_wanted, clear_wanted;
     drive_stop_t  stopping;
@@ -383,7 +392,8 @@ typedef struct {
     store_t                  storage;     /**< Main loop; parameters (services) and table. */
     uint16_t                 saved_cells; /**< Of the table that is being saved. */
     drive_thermal_t          thermal;
-    drive_motion_t           motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    drive_motion_t           motion; /**< Whether motion and torque agree; speed interrupt. */
+    drive_restarts_t         restarts;
     drive_stall_t            stall;                     /**< Main loop. */
     float                    link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
     ctl_plausibility_state_t plausibility;              /**< Whether voltages, currents and angle agree; current interrupt. */
@@ -510,6 +520,8 @@ float drive_motor_heat(const drive_t *d);
 float drive_bridge_heat(const drive_t *d);
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
+/** Until a start after a trip is allowed again; 0: now. Any context. */
+float drive_restart_wait_s(const drive_t *d);
 /** How far currents, voltages and angle contradict each other, over what is allowed; 0 while nothing is judged. Any context. */
 float drive_contradiction(const drive_t *d);
 /** Position and its command in rad, with the precision of a float. Any context. */

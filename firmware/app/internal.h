@@ -112,6 +112,11 @@ bool drive_stop_goes_on(drive_t *d);
 /** stop.c: no stop is under way any more. Main loop. */
 void drive_stop_forget(drive_t *d);
 
+/** restart.c: a fault has been cleared; whether a start is allowed, which it counts, or trips; drop what is too old. Main loop. */
+void drive_note_clear(drive_t *d);
+bool drive_may_restart(drive_t *d);
+void drive_attend_restarts(drive_t *d);
+
 /** thermal.c: its share of the setup; one sample, speed interrupt, where it is used; what the heat leaves of the current, main loop. */
 void drive_make_thermal(const drive_params_t *params, const drive_scale_t *scale, drive_thermal_setup_t *setup);
 void drive_heat(drive_t *d);

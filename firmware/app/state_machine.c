@@ -124,6 +124,7 @@ static void leave_fault(drive_t *d)
     if (drive_fault_voids_zero(d->fault)) {
         forget_zero(d);
     }
+    drive_note_clear(d);
     d->fault = FAULT_none;
     d->fault_detail = 0U;
     d->lost_samples = 0U;
@@ -149,7 +150,7 @@ static void wait_for_start(drive_t *d)
     if (zero_is_stale(d)) {
         forget_zero(d);
     }
-    if (!d->start_wanted) {
+    if (!d->start_wanted || !drive_may_restart(d)) {
         return;
     }
     if (!drive_zero_is_known(d)) {
@@ -243,6 +244,7 @@ void drive_background(drive_t *d)
     drive_attend_correction(d);
     drive_attend_thermal(d);
     drive_attend_stall(d);
+    drive_attend_restarts(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)

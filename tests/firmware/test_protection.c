@@ -305,6 +305,22 @@ static void overload(float motor_a, float bridge_a)
 static void provoke_motor_overload(void) { overload(5.0f, 0.0f); }
 static void provoke_bridge_overload(void) { overload(0.0f, 5.0f); }
 
+static void provoke_restart_lockout(void)
+{
+    drive_params_t p = bench_params();
+    p.restart_limit = 1U;
+    bench_run_with(&p);
+    for (int k = 0; k < 2; k++) {
+        bench.sample.vdc_v = 100.0f;
+        bench_period();
+        bench.sample.vdc_v = (float)BENCH_VDC;
+        drive_clear_fault(&drive);
+        bench_live(20U);
+        drive_start(&drive);
+        bench_live(20U);
+    }
+}
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_align_turning] = provoke_align_turning,
@@ -347,6 +363,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_memory_changed] = provoke_memory_changed,
     [FAULT_motor_overload] = provoke_motor_overload,
     [FAULT_bridge_overload] = provoke_bridge_overload,
+    [FAULT_restart_lockout] = provoke_restart_lockout,
 };
 
 /* The board is well again. */

@@ -116,6 +116,7 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.motor_continuous_a = 5.0f;
     p.speed_ramp_rad_s2 = (float)(method & 1U) * 100.0f;
     p.stop_action = DRIVE_STOP_RAMP;
+    p.restart_limit = 8U;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -229,6 +230,7 @@ static const member_t MEMBERS[] = {
     MEMBER(permitted, MAIN | REST),
     MEMBER(stopping, MAIN | REST),
     MEMBER(stall, MAIN | REST),
+    MEMBER(restarts, MAIN | REST),
     MEMBER(thermal.share, MAIN | REST),
     MEMBER(thermal, SPEED),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */

@@ -153,6 +153,7 @@ drive_params_t bench_params(void)
     p.stall_s = 0.0f;
     p.zero_check = 0U;           /* ...and has no back-EMF, */
     p.plausibility_share = 0.0f; /* no windings either */
+    p.restart_limit = 0U;        /* a test trips and starts as often as it wants */
     return p;
 }
 
