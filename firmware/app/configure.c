@@ -53,6 +53,7 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_motion(p, s);
     drive_make_stall(p, s);
+    drive_make_index(p, s);
     drive_make_thermal(p, &s->scale, &s->thermal);
     drive_make_correction(p, &s->scale, &s->sensors);
     drive_make_plausibility(p, s);

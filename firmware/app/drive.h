@@ -203,6 +203,11 @@ typedef struct {
     num_t                fast; /**< Speed from which the legs share the heat. */
 } drive_thermal_setup_t;
 
+/** Index pulse against count, SI. */
+typedef struct {
+    float tolerance_rad, counts_per_rad; /**< Tolerance 0: never judged. */
+} drive_index_setup_t;
+
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_sensors_setup_t      sensors;
@@ -216,6 +221,7 @@ typedef struct {
     drive_position_setup_t     position;
     drive_motion_setup_t       motion;
     drive_stall_setup_t        stall;
+    drive_index_setup_t        index;
     drive_thermal_setup_t      thermal;
     drive_plausibility_setup_t plausibility;
     uint32_t                   period_cyc; /**< CPU cycles per PWM period. */
@@ -337,6 +343,13 @@ typedef struct {
     bool     tripped; /**< A fault has been cleared since the last start. */
 } drive_restarts_t;
 
+/** Where the index pulse comes; main loop. */
+typedef struct {
+    uint16_t passes; /**< Of the newest that has been seen. */
+    bool     known;
+    float    first_rad, error_rad; /**< The first since the electrical zero was found, and how far the newest is from it. */
+} drive_index_t;
+
 /** A parameter set, and what follows from it. */
 typedef struct {
     drive_params_t params;
@@ -368,7 +381,8 @@ typedef struct {
     volatile drive_state_t state;
     volatile drive_fault_t fault;
     uint16_t      fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows;
-                            *   FAULT_memory_changed: what has changed, memory_check.h; FAULT_restart_lockout: seconds to wait. */
+                            *   FAULT_memory_changed: what has changed, memory_check.h; FAULT_restart_lockout: seconds to wait;
+                            *   FAULT_encoder_index: counts lost or added. */
     bool          started_up;   /**< The offsets are known. */
     bool          start_wanted, stop_wanted, clear_wanted;
     drive_stop_t  stopping;
@@ -394,6 +408,7 @@ typedef struct {
     drive_thermal_t          thermal;
     drive_motion_t           motion; /**< Whether motion and torque agree; speed interrupt. */
     drive_restarts_t         restarts;
+    drive_index_t            index;
     drive_stall_t            stall;                     /**< Main loop. */
     float                    link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
     ctl_plausibility_state_t plausibility;              /**< Whether voltages, currents and angle agree; current interrupt. */

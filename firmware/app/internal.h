@@ -176,6 +176,11 @@ void drive_check_motion(drive_t *d);
 void drive_make_stall(const drive_params_t *params, drive_setup_t *setup);
 void drive_attend_stall(drive_t *d);
 
+/** index_check.c: its share of the setup; the newest index pulse, once per pass of the main loop; begin again with the next one. */
+void drive_make_index(const drive_params_t *params, drive_setup_t *setup);
+void drive_attend_index(drive_t *d);
+void drive_forget_index(drive_t *d);
+
 /** position.c: one sample of the position loop. */
 void drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
 void drive_position_step(drive_t *d, const drive_command_t *command);

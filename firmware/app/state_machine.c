@@ -76,6 +76,7 @@ static void finish_calibration(drive_t *d)
 /* From here on the parameter counts, until an alignment. */
 static void forget_zero(drive_t *d)
 {
+    drive_forget_index(d);
     d->zero.found = false;
     d->zero.e = drive_newest(d)->setup.tracking.encoder_offset;
 }
@@ -245,6 +246,7 @@ void drive_background(drive_t *d)
     drive_attend_thermal(d);
     drive_attend_stall(d);
     drive_attend_restarts(d);
+    drive_attend_index(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)

@@ -102,11 +102,11 @@ static bool fires(recorder_t *r, const drive_t *d)
 
 static inline void store(recorder_t *r, const drive_t *d)
 {
-    telemetry_read_row(d, r->config.signal, r->config.count, &r->value[r->at]);
-    r->at = (uint16_t)(r->at + r->config.count);
-    if (r->at >= r->end) {
-        r->at = 0U;
-    }
+    const uint16_t count = r->config.count;
+    const uint16_t at = r->at;
+    const uint16_t next = (uint16_t)(at + count);
+    telemetry_read_row(d, r->config.signal, count, &r->value[at]);
+    r->at = (next < r->end) ? next : 0U;
 }
 
 void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter)

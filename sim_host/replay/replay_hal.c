@@ -54,7 +54,7 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
     const hal_status_t status = (hal_status_t)trace_get(in, TRACE_ORDER);
     out->edge_count = (int32_t)trace_get_count(in, TRACE_CH_EDGE);
     out->edge_cyc = trace_get_count(in, TRACE_CH_EDGE_CYC);
-    out->index_seen = trace_get(in, TRACE_ORDER) != 0U;
+    out->index_passes = (uint16_t)trace_get(in, TRACE_ORDER);
     out->index_rad = trace_get_number(in, TRACE_CH_INDEX);
     return status;
 }

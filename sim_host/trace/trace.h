@@ -22,7 +22,7 @@
 #include "hal/hal_reset.h"
 #include "hal/hal_sample.h"
 
-#define TRACE_VERSION 1
+#define TRACE_VERSION 2
 
 typedef enum {
 #define MARK(name, doc) TRACE_##name,

@@ -178,7 +178,7 @@ void trace_edge(trace_t *t, hal_status_t status, const hal_encoder_edge_t *e)
     trace_status(t, TRACE_hal_encoder_edge, (uint16_t)status);
     trace_put_count(t, TRACE_CH_EDGE, (uint32_t)e->edge_count);
     trace_put_count(t, TRACE_CH_EDGE_CYC, e->edge_cyc);
-    trace_put(t, TRACE_ORDER, e->index_seen ? 1U : 0U);
+    trace_put(t, TRACE_ORDER, e->index_passes);
     trace_put_number(t, TRACE_CH_INDEX, e->index_rad);
 }
 

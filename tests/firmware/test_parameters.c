@@ -223,6 +223,7 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_encoder_jump_periods,
                                     PARAM_lost_sample_limit,
                                     PARAM_non_finite_limit,
+                                    PARAM_encoder_index_rad,
                                     PARAM_restart_limit,
                                     PARAM_restart_window_s,
                                     PARAM_stall_s,

@@ -305,6 +305,17 @@ static void overload(float motor_a, float bridge_a)
 static void provoke_motor_overload(void) { overload(5.0f, 0.0f); }
 static void provoke_bridge_overload(void) { overload(0.0f, 5.0f); }
 
+static void provoke_encoder_index(void)
+{
+    const drive_params_t p = bench_params();
+    bench_run_with(&p);
+    for (uint16_t k = 1U; k <= 2U; k++) {
+        bench.edge.index_passes = k;
+        bench.edge.index_rad = (float)k;
+        bench_live(20U);
+    }
+}
+
 static void provoke_restart_lockout(void)
 {
     drive_params_t p = bench_params();
@@ -363,6 +374,7 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_memory_changed] = provoke_memory_changed,
     [FAULT_motor_overload] = provoke_motor_overload,
     [FAULT_bridge_overload] = provoke_bridge_overload,
+    [FAULT_encoder_index] = provoke_encoder_index,
     [FAULT_restart_lockout] = provoke_restart_lockout,
 };
 

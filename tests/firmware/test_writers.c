@@ -71,6 +71,7 @@ static void periods(unsigned count)
         bench_angle(0.001 * k);
         bench.edge.edge_count += 1;
         bench.edge.edge_cyc += 20000U;
+        bench.edge.index_passes = (uint16_t)(1U + (k / 100U));
         bench_currents(0.2, 0.1 * (k % 7U), 0.0);
         period();
         if ((k % 10U) == 9U) {
@@ -231,6 +232,7 @@ static const member_t MEMBERS[] = {
     MEMBER(stopping, MAIN | REST),
     MEMBER(stall, MAIN | REST),
     MEMBER(restarts, MAIN | REST),
+    MEMBER(index, MAIN | REST),
     MEMBER(thermal.share, MAIN | REST),
     MEMBER(thermal, SPEED),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */

@@ -393,7 +393,7 @@ static void run(const variant_t *v)
     }
     (void)memset(&drive, 0, sizeof drive);
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
-    edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
+    edge = (hal_encoder_edge_t){0, 0U, 0U, 0.0f};
     drive_init(&drive, &p);
     drive_start(&drive);
     for (int pass = 0; pass < 5; pass++) {
@@ -658,7 +658,7 @@ static void alignment(void)
     p.over_current_a = 100.0f;
     (void)memset(&drive, 0, sizeof drive);
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
-    edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
+    edge = (hal_encoder_edge_t){0, 0U, 0U, 0.0f};
     drive_init(&drive, &p);
     drive_start(&drive);
     float rotor = 0.0f;
