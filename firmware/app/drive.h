@@ -331,7 +331,9 @@ typedef struct {
 /** How hot motor and bridge are; speed interrupt. */
 typedef struct {
     ctl_heat_t motor, leg[3];
-    float      share; /**< Of the longest current vector that they allow; main loop. */
+    float      share;                     /**< Of the longest current vector that they allow, and the sensors; main loop. */
+    float      celsius[HAL_TEMPERATURES]; /**< What the sensors show, */
+    uint16_t   bad[HAL_TEMPERATURES];     /**< and for how many passes too much, or nothing; main loop. */
 } drive_thermal_t;
 
 #define DRIVE_RESTARTS 8U /**< Most of restart_limit. */
@@ -382,7 +384,8 @@ typedef struct {
     volatile drive_fault_t fault;
     uint16_t      fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows;
                             *   FAULT_memory_changed: what has changed, memory_check.h; FAULT_restart_lockout: seconds to wait;
-                            *   FAULT_encoder_index: counts lost or added. */
+                            *   FAULT_encoder_index: counts lost or added; FAULT_temperature_sensor: 1 of the motor, 2 of the
+                            *   bridge. */
     bool          started_up;   /**< The offsets are known. */
     bool          start_wanted, stop_wanted, clear_wanted;
     drive_stop_t  stopping;

@@ -178,6 +178,15 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     return status;
 }
 
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
+{
+    const sim_disturbance_t *const d = &selected->disturbance;
+    const hal_status_t             status = d->celsius_lost[which] ? HAL_SENSOR_FAULT : HAL_OK;
+    *celsius = (float)d->celsius[which];
+    trace_temperature(selected->trace, status, *celsius);
+    return status;
+}
+
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
     sim_board_t *const b = selected;

@@ -59,6 +59,18 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
     return status;
 }
 
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
+{
+    (void)which;
+    *celsius = 0.0f;
+    if (!replay_take(selected, TRACE_hal_temperature)) {
+        return HAL_SENSOR_FAULT;
+    }
+    const hal_status_t status = (hal_status_t)trace_get(&selected->in, TRACE_ORDER);
+    *celsius = trace_get_number(&selected->in, TRACE_CH_VALUE);
+    return status;
+}
+
 uint32_t hal_clock_cyc(void)
 {
     return replay_take(selected, TRACE_hal_clock_cyc) ? trace_get_count(&selected->in, TRACE_CH_CLOCK) : 0U;

@@ -206,6 +206,14 @@ void trace_limits(trace_t *t, const hal_limits_t *limits)
     trace_put_number(t, TRACE_CH_VALUE, limits->encoder_counts);
 }
 
+void trace_temperature(trace_t *t, hal_status_t status, float celsius)
+{
+    if (t != NULL) {
+        trace_status(t, TRACE_hal_temperature, (uint16_t)status);
+        trace_put_number(t, TRACE_CH_VALUE, celsius);
+    }
+}
+
 void trace_link_read(trace_t *t, const uint16_t *octets, uint16_t count)
 {
     if (t == NULL) {

@@ -118,6 +118,7 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.speed_ramp_rad_s2 = (float)(method & 1U) * 100.0f;
     p.stop_action = DRIVE_STOP_RAMP;
     p.restart_limit = 8U;
+    p.motor_trip_c = 100.0f;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -234,6 +235,8 @@ static const member_t MEMBERS[] = {
     MEMBER(restarts, MAIN | REST),
     MEMBER(index, MAIN | REST),
     MEMBER(thermal.share, MAIN | REST),
+    MEMBER(thermal.celsius, MAIN | REST),
+    MEMBER(thermal.bad, MAIN | REST),
     MEMBER(thermal, SPEED),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */
     MEMBER(sample, CURRENT),
