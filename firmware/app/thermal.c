@@ -5,7 +5,8 @@
 
 #define FAST_HZ 60.0f /* electrical: from here on a leg has the mean of its turns, which samples at 1 kHz may miss */
 #define STEP_SHARE 0.005f
-#define BAD_PASSES 16U /* of a sensor, in a row: a round of the memory check, which finds a limit that has changed, takes 12 */
+#define BAD_PASSES                                                                                                               \
+    16U /* of a sensor, in a row: two rounds of the memory check, which by then has found a limit that has changed */
 #define TRIPS_Q24 ((int32_t)(CTL_THERMAL_TRIPS * 16777216.0f))
 
 static ctl_thermal_params_t part(float continuous_a, float tau_s, float ts_s)
