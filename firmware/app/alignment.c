@@ -330,5 +330,5 @@ bool drive_fault_voids_zero(drive_fault_t fault)
 {
     return (fault == FAULT_encoder_lost) || (fault == FAULT_encoder_error) || (fault == FAULT_stall) ||
            (fault == FAULT_over_speed) || (fault == FAULT_speed_deviation) || (fault == FAULT_electrical_zero) ||
-           (fault == FAULT_current_implausible);
+           (fault == FAULT_current_implausible) || (fault == FAULT_encoder_index);
 }

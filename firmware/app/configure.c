@@ -58,6 +58,8 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_reference(p, &s->scale, &s->reference);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
     drive_make_motion(p, s);
+    drive_make_stall(p, s);
+    drive_make_index(p, s);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_speed(p, &s->scale, &s->speed);
     return (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_observer(p, &s->scale, &s->observer);
 }

@@ -212,6 +212,11 @@ typedef struct {
     num_t                fast; /**< Speed from which the legs share the heat. */
 } drive_thermal_setup_t;
 
+/** Index pulse against count, SI. */
+typedef struct {
+    float tolerance_rad, counts_per_rad; /**< Tolerance 0: never judged. */
+} drive_index_setup_t;
+
 /** Everything that follows from the parameters, part by part, in the numeric of the build. */
 typedef struct {
     drive_sensors_setup_t      sensors;
@@ -224,6 +229,8 @@ typedef struct {
     drive_observer_setup_t     observer;
     drive_position_setup_t     position;
     drive_motion_setup_t       motion;
+    drive_stall_setup_t        stall;
+    drive_index_setup_t        index;
     drive_thermal_setup_t      thermal;
     drive_plausibility_setup_t plausibility;
     uint32_t                   period_cyc; /**< CPU cycles per PWM period. */
@@ -334,8 +341,26 @@ typedef struct {
 /** How hot motor and bridge are; speed interrupt. */
 typedef struct {
     ctl_heat_t motor, leg[3];
-    float      share; /**< Of the longest current vector that they allow; main loop. */
+    float      share;                     /**< Of the longest current vector that they allow, and the sensors; main loop. */
+    float      celsius[HAL_TEMPERATURES]; /**< What the sensors show, */
+    uint16_t   bad[HAL_TEMPERATURES];     /**< and for how many passes too much, or nothing; main loop. */
 } drive_thermal_t;
+
+#define DRIVE_RESTARTS 8U /**< Most of restart_limit. */
+
+/** Starts after a trip; main loop. */
+typedef struct {
+    uint32_t at[DRIVE_RESTARTS]; /**< Numbers of the samples in which they were, within restart_window_s; the oldest first. */
+    uint16_t count;
+    bool     tripped; /**< A fault has been cleared since the last start. */
+} drive_restarts_t;
+
+/** Where the index pulse comes; main loop. */
+typedef struct {
+    uint16_t passes; /**< Of the newest that has been seen. */
+    bool     known;
+    float    first_rad, error_rad; /**< The first since the electrical zero was found, and how far the newest is from it. */
+} drive_index_t;
 
 /** A parameter set, and what follows from it. */
 typedef struct {
@@ -368,7 +393,9 @@ typedef struct {
     volatile drive_state_t state;
     volatile drive_fault_t fault;
     uint16_t      fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows;
-                            *   FAULT_memory_changed: what has changed, memory_check.h. */
+                            *   FAULT_memory_changed: what has changed, memory_check.h; FAULT_restart_lockout: seconds to wait;
+                            *   FAULT_encoder_index: counts lost or added; FAULT_temperature_sensor: 1 of the motor, 2 of the
+                            *   bridge. */
     bool          started_up;   /**< The offsets are known. */
     bool          start_wanted, stop_wanted, clear_wanted;
     drive_stop_t  stopping;
@@ -392,7 +419,10 @@ typedef struct {
     store_t                  storage;     /**< Main loop; parameters (services) and table. */
     uint16_t                 saved_cells; /**< Of the table that is being saved. */
     drive_thermal_t          thermal;
-    drive_motion_t           motion;                    /**< Whether motion and torque agree; speed interrupt. */
+    drive_motion_t           motion; /**< Whether motion and torque agree; speed interrupt. */
+    drive_restarts_t         restarts;
+    drive_index_t            index;
+    drive_stall_t            stall;                     /**< Main loop. */
     float                    link_mean_v;               /**< Mean of the dc link over the last samples; current interrupt. */
     ctl_plausibility_state_t plausibility;              /**< Whether voltages, currents and angle agree; current interrupt. */
     uint16_t                 speed_count;               /**< Current periods until the next speed tick. */
@@ -518,6 +548,8 @@ float drive_motor_heat(const drive_t *d);
 float drive_bridge_heat(const drive_t *d);
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
+/** Until a start after a trip is allowed again; 0: now. Any context. */
+float drive_restart_wait_s(const drive_t *d);
 /** How far currents, voltages and angle contradict each other, over what is allowed; 0 while nothing is judged. Any context. */
 float drive_contradiction(const drive_t *d);
 /** Position and its command in rad, with the precision of a float. Any context. */

@@ -114,6 +114,11 @@ bool drive_stop_goes_on(drive_t *d);
 /** stop.c: no stop is under way any more. Main loop. */
 void drive_stop_forget(drive_t *d);
 
+/** restart.c: a fault has been cleared; whether a start is allowed, which it counts, or trips; drop what is too old. Main loop. */
+void drive_note_clear(drive_t *d);
+bool drive_may_restart(drive_t *d);
+void drive_attend_restarts(drive_t *d);
+
 /** thermal.c: its share of the setup; one sample, speed interrupt, where it is used; what the heat leaves of the current, main loop. */
 void drive_make_thermal(const drive_params_t *params, const drive_scale_t *scale, drive_thermal_setup_t *setup);
 void drive_heat(drive_t *d);
@@ -170,6 +175,15 @@ angle_t drive_true_angle(const drive_t *d, angle_t shown);
 angle_t drive_judge_motion(drive_t *d, float speed_abs_rad_s);
 /** motion_check.c: torque and voltage against motion. Speed interrupt, after the speed has been measured. */
 void drive_check_motion(drive_t *d);
+
+/** stall.c: its share of the setup; a shaft that does not turn, or slips. Once per pass of the main loop. */
+void drive_make_stall(const drive_params_t *params, drive_setup_t *setup);
+void drive_attend_stall(drive_t *d);
+
+/** index_check.c: its share of the setup; the newest index pulse, once per pass of the main loop; begin again with the next one. */
+void drive_make_index(const drive_params_t *params, drive_setup_t *setup);
+void drive_attend_index(drive_t *d);
+void drive_forget_index(drive_t *d);
 
 /** position.c: one sample of the position loop. */
 void drive_position_measure(drive_t *d); /* in every mode: turns must not be lost */
@@ -255,5 +269,10 @@ static inline num_t drive_torque_room(const drive_t *d)
                                     : order->iq_max;
 }
 static inline num_t drive_iq_room(const drive_t *d) { return num_min(d->reference.iq_max, drive_active_order(d)->iq_max); }
+/** The q current is at its limit, by as much as noise may hide. */
+static inline bool drive_is_at_limit(const drive_t *d)
+{
+    return num_abs(d->current.ref.q) > num_mul(NUM_C(0.9f), drive_iq_room(d));
+}
 
 #endif

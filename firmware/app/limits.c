@@ -4,6 +4,7 @@
 #include "control/numeric/num_math.h"
 #include "firmware/app/internal.h"
 #include "hal/hal_limits.h"
+#include "hal/hal_sample.h"
 
 /* Below it no current flows in any motor that these boards drive: whoever asks for less means something else. */
 #define VOLTAGE_LIMIT_LEAST_V 0.1f
@@ -34,6 +35,13 @@ float drive_short_a(const drive_params_t *p)
     return ((w * p->motor_psi_wb / impedance) * (1.0f + (1.0f / (1.0f + x + (0.5f * x * x))))) + drive_longest_a(p);
 }
 
+/* A board without a sensor judges no temperature. */
+static float hottest(hal_temperature_t which, float range)
+{
+    float celsius = 0.0f;
+    return (hal_temperature(which, &celsius) == HAL_UNSUPPORTED) ? 0.0f : range;
+}
+
 /* The board's limit of a parameter, or the end of its range where the board has none. */
 static float most(const hal_limits_t *board, uint16_t param)
 {
@@ -54,6 +62,10 @@ static float most(const hal_limits_t *board, uint16_t param)
         return least(info->max, board->speed_rad_s);
     case PARAM_offset_limit_a:
         return least(info->max, board->offset_a);
+    case PARAM_motor_trip_c:
+        return hottest(HAL_TEMPERATURE_MOTOR, info->max);
+    case PARAM_bridge_trip_c:
+        return hottest(HAL_TEMPERATURE_BRIDGE, info->max);
     case PARAM_encoder_counts:
         return (board->encoder_counts > 0.0f) ? board->encoder_counts : info->max;
     default:
@@ -77,6 +89,12 @@ uint16_t drive_board_refuses(const drive_params_t *p)
     if ((board.encoder_counts > 0.0f) && (p->encoder_counts != board.encoder_counts)) {
         return PARAM_encoder_counts;
     }
+    if ((p->motor_trip_c > 0.0f) && !(p->motor_trip_c <= most(&board, PARAM_motor_trip_c))) {
+        return PARAM_motor_trip_c;
+    }
+    if ((p->bridge_trip_c > 0.0f) && !(p->bridge_trip_c <= most(&board, PARAM_bridge_trip_c))) {
+        return PARAM_bridge_trip_c;
+    }
     for (uint16_t k = 0U; k < (uint16_t)(sizeof BOUND / sizeof BOUND[0]); k++) {
         if (!(params_get(p, BOUND[k]) <= most(&board, BOUND[k]))) {
             return BOUND[k];
@@ -97,6 +115,15 @@ static void narrow(const drive_params_t *p, uint16_t param, float *low, float *h
     case PARAM_motor_continuous_a:
     case PARAM_bridge_continuous_a:
         *high = least(*high, p->over_current_a);
+        break;
+    case PARAM_motor_derate_c: /* beyond it the drive has tripped */
+        *high = (p->motor_trip_c > 1.0f) ? (p->motor_trip_c - 1.0f) : 0.0f;
+        break;
+    case PARAM_bridge_derate_c:
+        *high = (p->bridge_trip_c > 1.0f) ? (p->bridge_trip_c - 1.0f) : 0.0f;
+        break;
+    case PARAM_stall_torque_a: /* more is never asked for */
+        *high = least(*high, p->iq_limit_a);
         break;
     case PARAM_voltage_limit_v:
         *low = (p->voltage_limit_v > 0.0f) ? VOLTAGE_LIMIT_LEAST_V : *low;
@@ -146,11 +173,11 @@ static bool fits(const drive_params_t *p, uint16_t param)
 
 uint16_t drive_relation_refuses(const drive_params_t *p)
 {
-    static const uint16_t RELATED[] = {PARAM_under_voltage_v,    PARAM_iq_limit_a,          PARAM_align_current_a,
-                                       PARAM_voltage_limit_v,    PARAM_profile_speed_rad_s, PARAM_current_offset_a_a,
-                                       PARAM_current_offset_b_a, PARAM_current_offset_c_a,  PARAM_current_gain_a,
-                                       PARAM_current_gain_b,     PARAM_current_gain_c,      PARAM_motor_continuous_a,
-                                       PARAM_bridge_continuous_a};
+    static const uint16_t RELATED[] = {
+        PARAM_under_voltage_v,     PARAM_iq_limit_a,         PARAM_align_current_a,    PARAM_voltage_limit_v,
+        PARAM_profile_speed_rad_s, PARAM_current_offset_a_a, PARAM_current_offset_b_a, PARAM_current_offset_c_a,
+        PARAM_current_gain_a,      PARAM_current_gain_b,     PARAM_current_gain_c,     PARAM_motor_continuous_a,
+        PARAM_bridge_continuous_a, PARAM_stall_torque_a,     PARAM_motor_derate_c,     PARAM_bridge_derate_c};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
         if (!fits(p, RELATED[k])) {
             return RELATED[k];

@@ -15,28 +15,25 @@
 #define SPEED_SHARE NUM_C(0.125f)    /* of the speed: harmonics of the flux stay below */
 #define RIPPLE_SHARE NUM_C(0.03125f) /* of the speed: an encoder disc off centre by 0.02 rad makes 0.04 from peak to peak */
 #define NEARER_SHARE NUM_C(0.5f)     /* of the margin: what counts as nearer */
-#define AT_LIMIT_SHARE NUM_C(0.9f)   /* of the current limit: noise must not hide that it is reached */
 #define OHM_SHARE NUM_C(0.3f)        /* of the resistive drop: copper warmer by 75 K */
 #define INV_SQRT3 NUM_C(0.57735026919f)
 #define AGAINST_LIMIT 3U
-#define SPEED_COUNTS 3.0f          /* between which a speed has been measured */
-#define STALL_TURN (1.0f / 256.0f) /* a motion, mechanical: 1.4 degrees; an elastic shaft yields by less */
-#define STALL_TRAVEL 3.0f          /* motions that the speed asked for would have made */
-#define COUNTS_PER_CYCLE 16.0f     /* below that the voltages follow the steps of the angle */
+#define SPEED_COUNTS 3.0f      /* between which a speed has been measured */
+#define COUNTS_PER_CYCLE 16.0f /* below that the voltages follow the steps of the angle */
 
 /* The travel from rest under the same acceleration grows with the square of the time: a coarse encoder gets more of it. */
 static void make_stall(const drive_params_t *p, drive_setup_t *s)
 {
     drive_motion_setup_t *const m = &s->motion;
     const float                 count = 1.0f / p->encoder_counts;
-    const float                 turn = (count > STALL_TURN) ? count : STALL_TURN;
+    const float                 turn = (count > DRIVE_STALL_TURN) ? count : DRIVE_STALL_TURN;
     const float                 sample_s = (float)p->speed_divider / (float)DRIVE_PWM_HZ;
-    const float                 samples = p->stall_s / sample_s * num_to_float(num_sqrt(drive_number(turn / STALL_TURN)));
+    const float                 samples = p->stall_s / sample_s * num_to_float(num_sqrt(drive_number(turn / DRIVE_STALL_TURN)));
 
-    m->stall_angle = (angle_t)(turn * 4294967296.0f * ((count > STALL_TURN) ? 0.75f : 1.0f));
+    m->stall_angle = (angle_t)(turn * 4294967296.0f * ((count > DRIVE_STALL_TURN) ? 0.75f : 1.0f));
     m->stall_samples = (samples < 65535.0f) ? (uint16_t)(samples + 0.5f) : UINT16_MAX;
     m->stall_samples = ((m->stall_samples == 0U) && (p->stall_s > 0.0f)) ? 1U : m->stall_samples;
-    m->stall_travel = drive_number(STALL_TRAVEL * turn * DRIVE_TWO_PI / (sample_s * s->scale.speed_rad_s));
+    m->stall_travel = drive_number((float)DRIVE_STALL_MOTIONS * turn * DRIVE_TWO_PI / (sample_s * s->scale.speed_rad_s));
 }
 
 void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
@@ -298,7 +295,7 @@ void drive_check_motion(drive_t *d)
     const voltage_t    v = look_at_voltage(d);
     const drive_mode_t mode = drive_active_command(d)->mode;
     if ((mode == DRIVE_MODE_SPEED) || (mode == DRIVE_MODE_POSITION)) {
-        const bool at_limit = num_abs(torque) > num_mul(AT_LIMIT_SHARE, drive_iq_room(d));
+        const bool at_limit = drive_is_at_limit(d);
         if (d->setup->motion.samples != 0U) {
             const bool  forwards = torque > (num_t)0;
             const num_t along = forwards ? d->speed.meas : num_neg(d->speed.meas);

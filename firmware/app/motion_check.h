@@ -22,6 +22,15 @@
  *   static friction stronger than the drive: at its limit the current cannot grow any more, so waiting longer helps only where the
  *   friction falls by itself; stall_s is longer for such a machine. Longer by itself where the reference would not have turned the
  *   shaft by three times that motion yet, and with less than 256 counts a turn, where a motion is a count: by sqrt(256 / counts).
+ * - A shaft that is to rest, by a reference within the margin of 0, turns against the torque, slower than the margin and for twice
+ *   stall_s and three motions or longer: stall (main loop, stall.c). The load is a little stronger than the drive. One that stands is
+ *   held, and in order.
+ *
+ * Stall in current and torque mode, main loop (stall.c), with stall_torque_a: from that torque on the shaft has to move by 1.4 degrees
+ * within stall_torque_s, in whatever direction, for a load that overhauls the torque is in order there. So is a torque at standstill,
+ * which looks the same as a blocked shaft and a stuck encoder: it is off by default. In torque mode it waits until the limit of the
+ * speed would have turned the shaft by three motions; with a limit of 0, for ever.
+ *
  * Not counted: a drive whose speed is within the margin of its reference, swinging, and a drive that turns with its torque at its
  * voltage limit. Together they leave a wrong zero 0.1 s at the limit without coming nearer, from rest and while running, at every
  * angle, with 256 counts a turn or more. Not seen: a zero off by so little less than a quarter turn that the remaining torque turns
@@ -49,6 +58,9 @@ typedef enum {
     DRIVE_ANGLE_SEEN,
     DRIVE_ANGLE_KNOWN
 } drive_angle_t;
+
+#define DRIVE_STALL_TURN (1.0f / 256.0f) /**< A motion, mechanical: 1.4 degrees; an elastic shaft yields by less. */
+#define DRIVE_STALL_MOTIONS 3U           /**< That the speed asked for would have made, or a load against the torque. */
 
 /** From the parameters. */
 typedef struct {
@@ -88,5 +100,19 @@ typedef struct {
     uint16_t stall_samples; /**< Samples at the limit since then. */
     num_t    stall_travel;  /**< Sum of the speed commands in these samples. */
 } drive_motion_t;
+
+/** Of stall.c, from the parameters; 0 periods: never judged. */
+typedef struct {
+    uint32_t slip_periods, pull_periods;
+    num_t    pull;       /**< Torque from which the shaft has to turn, as q current. */
+    float    travel_rad; /**< That the speed must have left room for. */
+} drive_stall_setup_t;
+
+/** Main loop. */
+typedef struct {
+    angle_t  from;    /**< Encoder when the shaft seemed to stop, or at its last motion, */
+    uint32_t since;   /**< and the sample in which all of it began. */
+    uint16_t motions; /**< Against the torque since then. */
+} drive_stall_t;
 
 #endif

@@ -55,7 +55,7 @@ static ctl_position_t search(drive_t *d, ctl_position_t target)
     if (!o->homing) {
         return target;
     }
-    if (d->speed.edge.index_seen) {
+    if (d->speed.edge.index_passes != 0U) {
         const angle_t        at = angle_from_rad(num_from_float(d->speed.edge.index_rad));
         const ctl_position_t index = ctl_position_follow(o->raw, drive_true_angle(d, at));
         const ctl_position_t shift = ctl_position_sub(index, o->zero);

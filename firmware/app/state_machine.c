@@ -76,6 +76,7 @@ static void finish_calibration(drive_t *d)
 /* From here on the parameter counts, until an alignment. */
 static void forget_zero(drive_t *d)
 {
+    drive_forget_index(d);
     d->zero.found = false;
     d->zero.e = drive_newest(d)->setup.tracking.encoder_offset;
 }
@@ -124,6 +125,7 @@ static void leave_fault(drive_t *d)
     if (drive_fault_voids_zero(d->fault)) {
         forget_zero(d);
     }
+    drive_note_clear(d);
     d->fault = FAULT_none;
     d->fault_detail = 0U;
     d->lost_samples = 0U;
@@ -149,7 +151,7 @@ static void wait_for_start(drive_t *d)
     if (zero_is_stale(d)) {
         forget_zero(d);
     }
-    if (!d->start_wanted) {
+    if (!d->start_wanted || !drive_may_restart(d)) {
         return;
     }
     if (!drive_zero_is_known(d)) {
@@ -242,6 +244,9 @@ void drive_background(drive_t *d)
     attend_observer(d);
     drive_attend_correction(d);
     drive_attend_thermal(d);
+    drive_attend_stall(d);
+    drive_attend_restarts(d);
+    drive_attend_index(d);
 }
 
 void drive_init(drive_t *d, const drive_params_t *params)

@@ -11,7 +11,8 @@
 
 static inline drive_state_t drive_state(const drive_t *d) { return d->state; }
 static inline drive_fault_t drive_fault(const drive_t *d) { return d->fault; }
-/** FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows. */
+/** FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows; FAULT_restart_lockout: seconds to wait;
+ *  FAULT_encoder_index: counts lost or added. */
 static inline uint16_t drive_fault_detail(const drive_t *d) { return d->fault_detail; }
 /** Whether current may flow in this state. */
 static inline bool drive_state_is_armed(drive_state_t state)

@@ -1,10 +1,12 @@
-/* I2t of motor and bridge: the speed interrupt heats and cools, the main loop makes the current limits of it. The heat outlives
- * everything but drive_init. */
+/* I2t of motor and bridge: the speed interrupt heats and cools, the main loop makes the current limits of it, and of the temperatures that
+ * sensors show. The heat outlives everything but drive_init. */
 #include "control/motor/thermal.h"
 #include "firmware/app/internal.h"
 
 #define FAST_HZ 60.0f /* electrical: from here on a leg has the mean of its turns, which samples at 1 kHz may miss */
 #define STEP_SHARE 0.005f
+#define BAD_PASSES                                                                                                               \
+    16U /* of a sensor, in a row: two rounds of the memory check, which by then has found a limit that has changed */
 #define TRIPS_Q24 ((int32_t)(CTL_THERMAL_TRIPS * 16777216.0f))
 
 static ctl_thermal_params_t part(float continuous_a, float tau_s, float ts_s)
@@ -64,6 +66,37 @@ static float allowed(float heat, const ctl_thermal_params_t *p, float most_a, fl
     return (p->per_square > 0.0f) ? (ctl_thermal_allowed(heat, most) / (p->per_square * share)) : (most_a * most_a);
 }
 
+/* What a sensor leaves of the longest current vector. NaN is hot. */
+static float attend_sensor(drive_t *d, hal_temperature_t which, float derate_c, float trip_c, drive_fault_t fault)
+{
+    float celsius = 0.0f;
+    if (!(trip_c > 0.0f)) {
+        d->thermal.celsius[which] = 0.0f;
+        return 1.0f;
+    }
+    const bool works = hal_temperature(which, &celsius) == HAL_OK;
+    const bool hot = !(celsius < trip_c);
+    d->thermal.celsius[which] = celsius;
+    uint16_t *const bad = &d->thermal.bad[which];
+    *bad = (drive_is_armed(d) && (!works || hot)) ? (uint16_t)(*bad + 1U) : 0U;
+    if (*bad > BAD_PASSES) {
+        d->fault_detail = works ? 0U : (uint16_t)(which + 1);
+        drive_trip(d, works ? fault : FAULT_temperature_sensor);
+    }
+    if (!works || hot) {
+        return works ? 0.0f : 1.0f;
+    }
+    const float part_of = (trip_c - celsius) / (trip_c - derate_c);
+    return ((derate_c > 0.0f) && (part_of < 1.0f)) ? part_of : 1.0f;
+}
+
+static float sensors_allow(drive_t *d, const drive_params_t *p)
+{
+    const float motor = attend_sensor(d, HAL_TEMPERATURE_MOTOR, p->motor_derate_c, p->motor_trip_c, FAULT_motor_temperature);
+    const float bridge = attend_sensor(d, HAL_TEMPERATURE_BRIDGE, p->bridge_derate_c, p->bridge_trip_c, FAULT_over_temperature);
+    return (motor < bridge) ? motor : bridge;
+}
+
 void drive_attend_thermal(drive_t *d)
 {
     const drive_set_t *const set = drive_newest(d);
@@ -72,7 +105,9 @@ void drive_attend_thermal(drive_t *d)
     const float              by_bridge = allowed(drive_bridge_heat(d), &set->setup.thermal.bridge, most, 2.0f);
     const float              square = (by_motor < by_bridge) ? by_motor : by_bridge;
     const bool               derates = set->setup.thermal.used && (square < (most * most * (1.0f - STEP_SHARE)));
-    const float              part_of = derates ? num_to_float(num_sqrt(num_from_float(square / (most * most)))) : 1.0f;
+    const float              by_heat = derates ? num_to_float(num_sqrt(num_from_float(square / (most * most)))) : 1.0f;
+    const float              by_sensor = sensors_allow(d, &set->params);
+    const float              part_of = (by_heat < by_sensor) ? by_heat : by_sensor;
     const float              step = part_of - d->thermal.share;
     if ((step > STEP_SHARE) || (step < -STEP_SHARE) || ((part_of == 1.0f) != (d->thermal.share == 1.0f))) {
         d->thermal.share = part_of;

@@ -76,10 +76,9 @@ static bool fault_appears(recorder_t *r, const drive_t *d)
     return appears;
 }
 
-static bool fires(recorder_t *r, const drive_t *d)
+static bool fires(recorder_t *r, const drive_t *d, bool ready)
 {
-    const bool ready = r->status == RECORDER_WAITING;
-    bool       hit = false;
+    bool hit = false;
     switch (r->config.trigger) {
     case RECORDER_AT_ONCE:
         hit = ready;
@@ -102,23 +101,24 @@ static bool fires(recorder_t *r, const drive_t *d)
 
 static inline void store(recorder_t *r, const drive_t *d)
 {
-    telemetry_read_row(d, r->config.signal, r->config.count, &r->value[r->at]);
-    r->at = (uint16_t)(r->at + r->config.count);
-    if (r->at >= r->end) {
-        r->at = 0U;
-    }
+    const uint16_t count = r->config.count;
+    const uint16_t at = r->at;
+    const uint16_t next = (uint16_t)(at + count);
+    telemetry_read_row(d, r->config.signal, count, &r->value[at]);
+    r->at = (next < r->end) ? next : 0U;
 }
 
 void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter)
 {
-    const uint16_t status = r->status;
+    uint16_t status = r->status;
     if ((status < RECORDER_FILLING) || (status > RECORDER_AFTER)) {
         return;
     }
-    if ((status != RECORDER_AFTER) && fires(r, d)) {
+    if ((status != RECORDER_AFTER) && fires(r, d, status == RECORDER_WAITING)) {
         r->before = (r->held < r->config.pre) ? r->held : r->config.pre;
         r->trigger_counter = counter;
-        r->status = RECORDER_AFTER;
+        status = RECORDER_AFTER;
+        r->status = status;
     }
     if (r->wait > 0U) {
         r->wait--;
@@ -126,7 +126,7 @@ void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter)
     }
     r->wait = (uint16_t)(r->config.decimation - 1U);
     store(r, d);
-    if (r->status == RECORDER_AFTER) {
+    if (status == RECORDER_AFTER) {
         if (r->left == r->config.post) {
             r->first = counter - ((uint32_t)r->before * r->config.decimation);
             r->held = r->before;

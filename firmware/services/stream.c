@@ -58,9 +58,10 @@ void stream_sample(stream_t *s, const drive_t *d, uint32_t counter)
         }
         return;
     }
-    telemetry_read_row(d, s->signal, s->count, &s->value[(uint16_t)(s->write_slot * s->count)]); /* below STREAM_VALUES */
-    s->counter[s->write_slot] = counter;
-    s->write_slot = (uint16_t)((s->write_slot + 1U < s->rows) ? (s->write_slot + 1U) : 0U);
+    const uint16_t slot = s->write_slot;
+    telemetry_read_row(d, s->signal, s->count, &s->value[(uint16_t)(slot * s->count)]); /* below STREAM_VALUES */
+    s->counter[slot] = counter;
+    s->write_slot = (uint16_t)((slot + 1U < s->rows) ? (slot + 1U) : 0U);
     s->written++;
 }
 

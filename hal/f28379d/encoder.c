@@ -30,7 +30,7 @@ void port_encoder_init(void)
     EQEP_clearInterruptStatus(BOARD_EQEP_BASE, EQEP_INT_PHASE_ERROR | EQEP_INT_INDEX_EVNT_LATCH);
     EQEP_enableModule(BOARD_EQEP_BASE);
 
-    const hal_encoder_edge_t none = {0, 0U, false, 0.0f};
+    const hal_encoder_edge_t none = {0, 0U, 0U, 0.0f};
     edge = none;
     edge.edge_cyc = hal_clock_cyc();
     port_encoder.position = 0U;
@@ -89,7 +89,7 @@ BOARD_RAM_CODE void port_encoder_latch(void)
     const uint16_t events = EQEP_getInterruptStatus(BOARD_EQEP_BASE);
     if ((events & EQEP_INT_INDEX_EVNT_LATCH) != 0U) {
         edge.index_rad = (float)EQEP_getIndexPositionLatch(BOARD_EQEP_BASE) * RAD_PER_COUNT;
-        edge.index_seen = true;
+        edge.index_passes = (uint16_t)((edge.index_passes < UINT16_MAX) ? (edge.index_passes + 1U) : 1U);
         EQEP_clearInterruptStatus(BOARD_EQEP_BASE, EQEP_INT_INDEX_EVNT_LATCH);
     }
     port_encoder.failed = false;

@@ -89,6 +89,12 @@ static double  slipped_rad(const sim_board_t *b)
     return (b->disturbance.encoder_slip_rad == 0.0) ? 0.0 : ((double)slipped_counts(b) * b->plant.edge_pitch_rad);
 }
 
+static double within_turn(double rad)
+{
+    const double turns = rad / 6.283185307179586;
+    return (turns - (double)sim_whole_below(turns)) * 6.283185307179586;
+}
+
 static uint32_t to_cycles(double time_s)
 {
     return (uint32_t)(int64_t)(time_s * SIM_CLOCK_HZ + 0.5); /* wraps, as the counter on the chip does */
@@ -172,6 +178,15 @@ hal_status_t hal_sample_read(hal_sample_t *out)
     return status;
 }
 
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
+{
+    const sim_disturbance_t *const d = &selected->disturbance;
+    const hal_status_t             status = d->celsius_lost[which] ? HAL_SENSOR_FAULT : HAL_OK;
+    *celsius = (float)d->celsius[which];
+    trace_temperature(selected->trace, status, *celsius);
+    return status;
+}
+
 hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
 {
     sim_board_t *const b = selected;
@@ -179,8 +194,10 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
         sim_plant_find_edge(&b->plant);
         b->stuck_edge.edge_count = (int32_t)(uint32_t)(uint64_t)(b->plant.edge_count + slipped_counts(b));
         b->stuck_edge.edge_cyc = to_cycles(b->plant.edge_time_s);
-        b->stuck_edge.index_seen = b->plant.index_seen;
-        b->stuck_edge.index_rad = (float)b->plant.index_rad;
+        if (b->stuck_edge.index_passes != b->plant.index_passes) { /* the count is latched as it is there */
+            b->stuck_edge.index_passes = b->plant.index_passes;
+            b->stuck_edge.index_rad = (float)within_turn(b->plant.index_rad + slipped_rad(b));
+        }
     }
     *out = b->stuck_edge;
     const hal_status_t status = b->disturbance.encoder_error ? HAL_SENSOR_FAULT : HAL_OK;

@@ -39,7 +39,9 @@ typedef struct {
     bool                 encoder_stuck;    /**< The angle no longer changes, and no edge comes. */
     double               encoder_slip_rad; /**< Angle that the encoder shows too much, in whole counts. */
     bool                 encoder_error;    /**< Phase error of the encoder interface. */
-    hal_inverter_fault_t inverter_fault;   /**< The cause, as long as it stands. */
+    double               celsius[HAL_TEMPERATURES];      /**< Of motor and bridge. */
+    bool                 celsius_lost[HAL_TEMPERATURES]; /**< The sensor is open or shorted. */
+    hal_inverter_fault_t inverter_fault;                 /**< The cause, as long as it stands. */
 } sim_disturbance_t;
 
 /** CPU cycles that each interrupt takes; a speed interrupt that does not fit between current interrupts ends later. */

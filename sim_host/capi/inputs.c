@@ -138,6 +138,11 @@ void capi_inputs_apply(es_sim_t *s, double t)
     d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
     d->encoder_slip_rad = now[INPUT_encoder_slip_rad];
     d->encoder_error = now[INPUT_encoder_error] >= 0.5;
+    d->celsius[HAL_TEMPERATURE_MOTOR] = now[INPUT_motor_temperature_c];
+    d->celsius[HAL_TEMPERATURE_BRIDGE] = now[INPUT_bridge_temperature_c];
+    for (int k = 0; k < (int)HAL_TEMPERATURES; k++) {
+        d->celsius_lost[k] = (int)(now[INPUT_temperature_lost] + 0.5) == (k + 1);
+    }
     d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
     s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];
     s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];

@@ -16,8 +16,8 @@ static void take_turn(sim_plant_t *s, int64_t turn)
 void sim_encoder_start(sim_plant_t *s, double edges_per_rev)
 {
     const int64_t turn = sim_whole_below(sim_encoder_angle(s) * (0.5 / SIM_PI));
-    s->index_seen = s->model.encoder_absolute != 0.0;
-    s->origin_rad = s->index_seen ? 0.0 : sim_encoder_angle(s);
+    s->index_passes = (s->model.encoder_absolute != 0.0) ? 1U : 0U;
+    s->origin_rad = (s->index_passes != 0U) ? 0.0 : sim_encoder_angle(s);
     take_turn(s, turn);
     s->count_rad = (s->model.counts_per_rev > 0.0) ? 2.0 * SIM_PI / s->model.counts_per_rev : 0.0;
     s->first_count = 0.0;
@@ -72,7 +72,7 @@ void sim_encoder_note_index(sim_plant_t *s, const sim_seen_step_t *step)
     if (turn != s->index_turn) {
         const int64_t passed = (turn > s->index_turn) ? turn : (turn + 1);
         take_turn(s, turn);
-        s->index_seen = true;
+        s->index_passes = (uint16_t)((s->index_passes < UINT16_MAX) ? (s->index_passes + 1U) : 1U);
         s->index_rad = wrapped((double)passed * 2.0 * SIM_PI - s->origin_rad);
     }
 }

@@ -122,7 +122,7 @@ typedef struct {
     double          origin_rad;                  /**< Angle that the encoder reads as 0: 0 for an absolute one. */
     int64_t         index_turn;                  /**< floor(measured angle / turn). */
     double          turn_low_rad, turn_high_rad; /**< Within these the measured angle is in this turn for sure. */
-    bool            index_seen;                  /**< The index pulse has been passed. */
+    uint16_t        index_passes;                /**< How often the index pulse has been passed; after 65535 comes 1. */
     double          index_rad;                   /**< Encoder reading at the index pulse, [0, 2 pi). */
 } sim_plant_t;
 

@@ -54,8 +54,20 @@ hal_status_t hal_encoder_edge(hal_encoder_edge_t *out)
     const hal_status_t status = (hal_status_t)trace_get(in, TRACE_ORDER);
     out->edge_count = (int32_t)trace_get_count(in, TRACE_CH_EDGE);
     out->edge_cyc = trace_get_count(in, TRACE_CH_EDGE_CYC);
-    out->index_seen = trace_get(in, TRACE_ORDER) != 0U;
+    out->index_passes = (uint16_t)trace_get(in, TRACE_ORDER);
     out->index_rad = trace_get_number(in, TRACE_CH_INDEX);
+    return status;
+}
+
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
+{
+    (void)which;
+    *celsius = 0.0f;
+    if (!replay_take(selected, TRACE_hal_temperature)) {
+        return HAL_SENSOR_FAULT;
+    }
+    const hal_status_t status = (hal_status_t)trace_get(&selected->in, TRACE_ORDER);
+    *celsius = trace_get_number(&selected->in, TRACE_CH_VALUE);
     return status;
 }
 

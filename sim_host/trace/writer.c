@@ -178,7 +178,7 @@ void trace_edge(trace_t *t, hal_status_t status, const hal_encoder_edge_t *e)
     trace_status(t, TRACE_hal_encoder_edge, (uint16_t)status);
     trace_put_count(t, TRACE_CH_EDGE, (uint32_t)e->edge_count);
     trace_put_count(t, TRACE_CH_EDGE_CYC, e->edge_cyc);
-    trace_put(t, TRACE_ORDER, e->index_seen ? 1U : 0U);
+    trace_put(t, TRACE_ORDER, e->index_passes);
     trace_put_number(t, TRACE_CH_INDEX, e->index_rad);
 }
 
@@ -204,6 +204,14 @@ void trace_limits(trace_t *t, const hal_limits_t *limits)
     trace_put_number(t, TRACE_CH_VALUE, limits->speed_rad_s);
     trace_put_number(t, TRACE_CH_VALUE, limits->offset_a);
     trace_put_number(t, TRACE_CH_VALUE, limits->encoder_counts);
+}
+
+void trace_temperature(trace_t *t, hal_status_t status, float celsius)
+{
+    if (t != NULL) {
+        trace_status(t, TRACE_hal_temperature, (uint16_t)status);
+        trace_put_number(t, TRACE_CH_VALUE, celsius);
+    }
 }
 
 void trace_link_read(trace_t *t, const uint16_t *octets, uint16_t count)

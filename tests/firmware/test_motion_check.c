@@ -186,12 +186,15 @@ void test_motion_check_first_samples_may_be_anywhere_at_any_speed(void)
 /* The default motor: 0.36 ohm, 0.2 mH, 4 pole pairs of 6.4 mWb, in a frame that is off by `zero_error` rad. */
 static double zero_error;
 static bool   reached; /* the speed that is asked for; else that is far beyond, along the torque */
+static bool   rests;   /* what is asked for is to stand */
 
 static void at_point(double speed_rad_s, double iq_ref_a, double iq_a, double vq_v)
 {
-    drive.motion.asked = num_from_float((float)(reached ? speed_rad_s : copysign(600.0, iq_ref_a)) * drive.scale.inv_speed);
+    const double asked = rests ? 0.0 : (reached ? speed_rad_s : copysign(600.0, iq_ref_a));
+    drive.motion.asked = num_from_float((float)asked * drive.scale.inv_speed);
     drive.speed.meas = num_from_float((float)speed_rad_s * drive.scale.inv_speed);
     drive.current.ref.q = num_from_float((float)iq_ref_a * drive.scale.inv_current);
+    drive.current.torque = drive.current.ref.q;
     drive.current.meas.q = num_from_float((float)iq_a * drive.scale.inv_current);
     drive.current.meas.d = (num_t)0;
     drive.current.volt.q = num_from_float((float)vq_v * drive.scale.inv_voltage);
@@ -212,6 +215,7 @@ static void with_checks(double deviation_s, uint16_t zero_check, drive_mode_t mo
     bench_command(mode, 100.0, 0.0, 0.0);
     zero_error = 0.0;
     reached = false;
+    rests = false;
 }
 
 /* Samples at iq_ref with a speed that changes evenly; how many until a fault, 0: none. */
@@ -438,4 +442,110 @@ void test_motion_check_right_zero_excuses_an_overhauled_drive(void)
     TEST_ASSERT_EQUAL_INT(0, volts_to_fault(0.0, 100.0, -2.0, 10.0, 300)); /* 37.5 rad/s in 19 samples */
     TEST_ASSERT_TRUE(volts_to_fault(0.0, -400.0, -0.4, 10.0, 300) > 0);    /* 20 rad/s in 50 samples, of 2.5 + 12.5 and 37.5 */
     ASSERT_FAULT(FAULT_speed_deviation, "too slow for a verdict");
+}
+
+/* ---- stall of a shaft that is to rest, and of one under a torque that is asked for --------------------------------------------- */
+
+static void with_stall(drive_mode_t mode, float torque_a, float torque_s)
+{
+    drive_params_t p = bench_params();
+    p.stall_s = 0.05f;
+    p.stall_torque_a = torque_a;
+    p.stall_torque_s = torque_s;
+    bench_start();
+    bench_run_with(&p);
+    bench_command(mode, (mode == DRIVE_MODE_TORQUE) ? 20.0 : 0.0, 0.0, 0.0);
+    zero_error = 0.0;
+    reached = false;
+    rests = true;
+}
+
+/* A speed sample, and a pass of the main loop. */
+static void push_at(double speed_rad_s, double iq_a)
+{
+    drive.sample.seq += 10U;
+    at_point(speed_rad_s, iq_a, iq_a, 0.36 * iq_a);
+    drive_attend_stall(&drive);
+}
+
+static int samples_at(double speed_rad_s, double iq_a, int most)
+{
+    for (int k = 1; k <= most; k++) {
+        push_at(speed_rad_s, iq_a);
+        if (drive.state == DRIVE_FAULT) {
+            return k;
+        }
+    }
+    return 0;
+}
+
+/* Margin 650 / 256 = 2.54 rad/s. A motion is 1/256 turn, 0.02454 rad: 12.3 samples at 2 rad/s, of which twice 50 samples are
+ * longer than three: it trips at the end of the next motion. */
+void test_motion_check_load_that_turns_a_resting_shaft_slowly_against_the_torque_is_a_stall(void)
+{
+    for (double sign = -1.0; sign < 2.0; sign += 2.0) {
+        with_stall(DRIVE_MODE_SPEED, 0.0f, 1.0f);
+        int k = samples_at(-2.0 * sign, 10.0 * sign, 500);
+        ASSERT_FAULT(FAULT_stall, "2 rad/s");
+        TEST_ASSERT_TRUE_MESSAGE((k >= 100) && (k <= 113), at("2 rad/s: %d samples", k));
+
+        with_stall(DRIVE_MODE_SPEED, 0.0f, 1.0f);
+        k = samples_at(-0.5 * sign, 10.0 * sign, 500);
+        ASSERT_FAULT(FAULT_stall, "0.5 rad/s");
+        TEST_ASSERT_TRUE_MESSAGE((k >= 147) && (k <= 155), at("0.5 rad/s: %d samples", k));
+    }
+}
+
+void test_motion_check_resting_shaft_that_is_held_stopped_or_turned_by_the_drive_is_no_stall(void)
+{
+    with_stall(DRIVE_MODE_SPEED, 0.0f, 1.0f);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(0.0, 10.0, 5000), "held");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(1.0, 10.0, 5000), "along the torque");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(-1.0, 8.9, 5000), "below the limit");
+    for (int k = 0; k < 20; k++) { /* gives way, and is brought back */
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(-1.0, 10.0, 60), "swings");
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(1.0, 10.0, 60), "swings");
+    }
+    rests = false;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(-1.0, 10.0, 5000), "one that is to turn: speed_deviation, off here");
+    with_stall(DRIVE_MODE_SPEED, 0.0f, 1.0f);
+    for (int k = 0; k < 200; k++) { /* stops at 30 rad/s^2, 83 samples within the margin */
+        push_at(fmin(0.0, -3.0 + 0.03 * k), 10.0);
+    }
+    ASSERT_NO_FAULT("stops");
+}
+
+void test_motion_check_torque_that_does_not_turn_the_shaft_is_a_stall_where_it_is_asked_for(void)
+{
+    static const drive_mode_t MODE[] = {DRIVE_MODE_CURRENT, DRIVE_MODE_TORQUE};
+    for (size_t m = 0; m < COUNT_OF(MODE); m++) {
+        for (double sign = -1.0; sign < 2.0; sign += 2.0) {
+            with_stall(MODE[m], 4.0f, 0.3f);
+            TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(0.0, 3.9 * sign, 2000), "less than 4 A");
+            const int k = samples_at(0.0, 4.0 * sign, 2000);
+            ASSERT_FAULT(FAULT_stall, "4 A");
+            TEST_ASSERT_TRUE_MESSAGE((k >= 300) && (k <= 302), at("%d samples", k));
+
+            with_stall(MODE[m], 4.0f, 0.3f);
+            TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(0.2 * sign, 8.0, 2000), "turns, in either direction");
+            with_stall(MODE[m], 0.0f, 0.3f);
+            TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(0.0, 10.0 * sign, 20000), "not asked for");
+        }
+    }
+    with_stall(DRIVE_MODE_TORQUE, 4.0f, 0.3f);
+    bench_command(DRIVE_MODE_TORQUE, 0.0, 0.0, 0.0);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(0.0, 10.0, 20000), "a limit of the speed that lets nothing turn");
+    with_stall(DRIVE_MODE_SPEED, 4.0f, 0.3f);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, samples_at(0.0, 8.0, 20000), "speed mode has its own limit");
+}
+
+void test_motion_check_stall_torque_beyond_the_limit_is_refused(void)
+{
+    drive_params_t p = bench_params();
+    p.stall_torque_a = 10.0f;
+    drive_init(&drive, &p);
+    ASSERT_NO_FAULT("as much as iq_limit_a");
+    p.stall_torque_a = 10.1f;
+    drive_init(&drive, &p);
+    TEST_ASSERT_EQUAL_UINT16(PARAM_stall_torque_a, drive.fault_detail);
 }

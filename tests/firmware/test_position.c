@@ -41,7 +41,7 @@ static void see(double theta)
     const double from = floor((shaft.theta - shaft.index) / TWO_PI);
     const double to = floor((theta - shaft.index) / TWO_PI);
     if (!isnan(shaft.index) && (from != to)) {
-        bench.edge.index_seen = true;
+        bench.edge.index_passes++;
         bench.edge.index_rad = (float)(drive.setup->tracking.encoder_reversed ? TWO_PI - shaft.index : shaft.index);
     }
     shaft.theta = theta;
@@ -394,7 +394,7 @@ void test_position_homing_finds_the_index_in_both_directions_and_makes_it_zero(v
 void test_position_homing_with_an_index_already_known_needs_no_motion(void)
 {
     home_from(2.0, NAN, 1.0, false, 0.0);
-    bench.edge.index_seen = true;
+    bench.edge.index_passes = 1U;
     bench.edge.index_rad = 1.5f;
     sample();
 

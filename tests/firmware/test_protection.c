@@ -305,6 +305,51 @@ static void overload(float motor_a, float bridge_a)
 static void provoke_motor_overload(void) { overload(5.0f, 0.0f); }
 static void provoke_bridge_overload(void) { overload(0.0f, 5.0f); }
 
+static void provoke_motor_temperature(void)
+{
+    drive_params_t p = bench_params();
+    p.motor_trip_c = 100.0f;
+    bench_run_with(&p);
+    bench.celsius[HAL_TEMPERATURE_MOTOR] = 100.0f;
+    bench_live(200U);
+}
+
+static void provoke_temperature_sensor(void)
+{
+    drive_params_t p = bench_params();
+    p.bridge_trip_c = 100.0f;
+    bench_run_with(&p);
+    bench.celsius_status[HAL_TEMPERATURE_BRIDGE] = HAL_SENSOR_FAULT;
+    bench_live(200U);
+}
+
+static void provoke_encoder_index(void)
+{
+    const drive_params_t p = bench_params();
+    bench_run_with(&p);
+    for (uint16_t k = 1U; k <= 2U; k++) {
+        bench.edge.index_passes = k;
+        bench.edge.index_rad = (float)k;
+        bench_live(20U);
+    }
+}
+
+static void provoke_restart_lockout(void)
+{
+    drive_params_t p = bench_params();
+    p.restart_limit = 1U;
+    bench_run_with(&p);
+    for (int k = 0; k < 2; k++) {
+        bench.sample.vdc_v = 100.0f;
+        bench_period();
+        bench.sample.vdc_v = (float)BENCH_VDC;
+        drive_clear_fault(&drive);
+        bench_live(20U);
+        drive_start(&drive);
+        bench_live(20U);
+    }
+}
+
 /* A fault without a row here fails the next test. */
 static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_align_turning] = provoke_align_turning,
@@ -347,6 +392,10 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_memory_changed] = provoke_memory_changed,
     [FAULT_motor_overload] = provoke_motor_overload,
     [FAULT_bridge_overload] = provoke_bridge_overload,
+    [FAULT_motor_temperature] = provoke_motor_temperature,
+    [FAULT_temperature_sensor] = provoke_temperature_sensor,
+    [FAULT_encoder_index] = provoke_encoder_index,
+    [FAULT_restart_lockout] = provoke_restart_lockout,
 };
 
 /* The board is well again. */

@@ -796,6 +796,7 @@ void test_state_machine_faults_that_a_wrong_zero_makes_are_followed_by_an_alignm
     for (int f = FAULT_none + 1; f < FAULT_COUNT; f++) {
         const bool doubt = (f == FAULT_encoder_lost) || (f == FAULT_encoder_error) || (f == FAULT_stall) ||
                            (f == FAULT_over_speed) || (f == FAULT_speed_deviation) || (f == FAULT_electrical_zero) ||
+                           (f == FAULT_encoder_index) ||
                            (f == FAULT_current_implausible); /* the angle is in the motor's equations */
         TEST_ASSERT_EQUAL_MESSAGE(doubt, drive_fault_voids_zero((drive_fault_t)f), faults_info((uint16_t)f)->name);
     }

@@ -71,6 +71,7 @@ static void periods(unsigned count)
         bench_angle(0.001 * k);
         bench.edge.edge_count += 1;
         bench.edge.edge_cyc += 20000U;
+        bench.edge.index_passes = (uint16_t)(1U + (k / 100U));
         bench_currents(0.2, 0.1 * (k % 7U), 0.0);
         period();
         if ((k % 10U) == 9U) {
@@ -116,6 +117,8 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.motor_continuous_a = 5.0f;
     p.speed_ramp_rad_s2 = (float)(method & 1U) * 100.0f;
     p.stop_action = DRIVE_STOP_RAMP;
+    p.restart_limit = 8U;
+    p.motor_trip_c = 100.0f;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -228,7 +231,12 @@ static const member_t MEMBERS[] = {
     MEMBER(started_up, REST),
     MEMBER(permitted, MAIN | REST),
     MEMBER(stopping, MAIN | REST),
+    MEMBER(stall, MAIN | REST),
+    MEMBER(restarts, MAIN | REST),
+    MEMBER(index, MAIN | REST),
     MEMBER(thermal.share, MAIN | REST),
+    MEMBER(thermal.celsius, MAIN | REST),
+    MEMBER(thermal.bad, MAIN | REST),
     MEMBER(thermal, SPEED),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */
     MEMBER(sample, CURRENT),

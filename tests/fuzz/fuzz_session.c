@@ -103,6 +103,12 @@ uint16_t hal_link_write(const uint16_t *octets, uint16_t count)
     return count;
 }
 
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
+{
+    (void)which;
+    *celsius = 25.0f;
+    return HAL_OK;
+}
 void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){20.0f, 40.0f, 2000.0f, 1.0f, 0.0f}; }
 uint16_t     hal_storage_pages(void) { return PAGES; }
 uint16_t     hal_storage_page_words(void) { return WORDS; }

@@ -131,13 +131,13 @@ void test_speed_from_edges_is_exact_to_a_tick(void)
 
 void test_index_gives_the_angle_at_which_it_was_passed(void)
 {
-    TEST_ASSERT_FALSE(edge.index_seen);
+    TEST_ASSERT_EQUAL_UINT16(0U, edge.index_passes);
     chip.qep_index = 3000U;
     chip.qep_flags = EQEP_INT_INDEX_EVNT_LATCH;
 
     turn_to(1500U, 1, 100U);
 
-    TEST_ASSERT_TRUE(edge.index_seen);
+    TEST_ASSERT_EQUAL_UINT16(1U, edge.index_passes);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 4.71238898f, edge.index_rad);
     TEST_ASSERT_EQUAL_HEX16(0, chip.qep_flags);
 }
@@ -149,7 +149,21 @@ void test_index_stays_seen(void)
     period();
     period();
 
-    TEST_ASSERT_TRUE(edge.index_seen);
+    TEST_ASSERT_EQUAL_UINT16(1U, edge.index_passes);
+}
+
+/* 65535 turns in one direction take 3 minutes at 360 r/s: from there on 1, since 0 means that none was seen */
+void test_index_is_counted_in_every_turn_and_never_back_to_none(void)
+{
+    for (uint32_t turn = 1U; turn <= 65540U; turn++) {
+        chip.qep_index = 3000U + (turn & 1U);
+        chip.qep_flags = EQEP_INT_INDEX_EVNT_LATCH;
+        period();
+        if ((turn == 2U) || (turn == 65535U) || (turn == 65536U)) {
+            TEST_ASSERT_EQUAL_UINT16((turn > 65535U) ? 1U : (uint16_t)turn, edge.index_passes);
+        }
+    }
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 4.71238898f, edge.index_rad);
 }
 
 static void phase_error(void)

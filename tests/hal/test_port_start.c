@@ -213,6 +213,15 @@ void test_start_sets_the_comparators_to_18_a_of_their_own_reference(void)
 }
 
 /* The board's maximum of the software limit is the level at which the hardware trips, and below where the converter clips. */
+/* The DRV8305 warns of its own heat, and has no value to read; its board has no sensor for the motor's. */
+void test_board_has_no_temperature_sensor(void)
+{
+    float celsius = NAN;
+    TEST_ASSERT_EQUAL(HAL_UNSUPPORTED, hal_temperature(HAL_TEMPERATURE_MOTOR, &celsius));
+    TEST_ASSERT_EQUAL(HAL_UNSUPPORTED, hal_temperature(HAL_TEMPERATURE_BRIDGE, &celsius));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, celsius);
+}
+
 void test_start_the_board_states_maxima_that_its_hardware_keeps(void)
 {
     hal_limits_t board;

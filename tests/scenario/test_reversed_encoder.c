@@ -62,10 +62,16 @@ void                 hal_inverter_clear_fault(void) {}
 uint32_t             hal_clock_cyc(void) { return cycles(plant.time_s); }
 uint32_t             hal_clock_hz(void) { return 200000000U; }
 void                 hal_clock_request_speed_isr(void) { speed_wanted = true; }
-void                 hal_limits(hal_limits_t *out) { *out = (hal_limits_t){1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f}; }
-uint16_t             hal_storage_pages(void) { return 0U; }
-uint16_t             hal_storage_page_words(void) { return 0U; }
-hal_status_t         hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
+hal_status_t         hal_temperature(hal_temperature_t which, float *celsius)
+{
+    (void)which;
+    *celsius = 0.0f;
+    return HAL_UNSUPPORTED;
+}
+void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f}; }
+uint16_t     hal_storage_pages(void) { return 0U; }
+uint16_t     hal_storage_page_words(void) { return 0U; }
+hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
 {
     (void)page, (void)offset, (void)words, (void)count;
     return HAL_UNSUPPORTED;

@@ -131,3 +131,27 @@ void test_overload_of_the_machine_brings_the_current_down_to_the_continuous_one_
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, rig_read("motor_heat"));
     TEST_ASSERT_EQUAL_STRING("none", rig_fault());
 }
+
+/* The motor warms up by 50 degrees a second, as its sensor has it: from 10 A at 100 degrees down a line that ends at 140, where it
+ * trips. 1 ms of sampling, steps of half a percent of 10 A, and 4 ms until the current follows. */
+void test_temperature_of_the_machine_brings_the_current_down_and_then_trips(void)
+{
+    const double t[3] = {0.0, 0.2, 2.2};
+    const double celsius[3] = {100.0, 100.0, 200.0};
+    rig_input("control_mode", 0.0);
+    rig_model("rotor_locked", 1.0);
+    rig_param("motor_derate_c", 100.0);
+    rig_param("motor_trip_c", 140.0);
+    rig_input("iq_ref_a", 10.0);
+    TEST_ASSERT_TRUE(es_sim_set_input(rig, "motor_temperature_c", t, celsius, 3, true));
+    rig_start();
+    rig_run(2000);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05, 10.0, rig_read("true_iq_a"));
+    rig_run(4000); /* 120 degrees */
+    TEST_ASSERT_DOUBLE_WITHIN(0.12, 5.0, rig_read("true_iq_a"));
+    rig_run(3980);
+    TEST_ASSERT_EQUAL_STRING("none", rig_fault());
+    TEST_ASSERT_DOUBLE_WITHIN(0.12, 0.05, rig_read("true_iq_a"));
+    rig_run(220); /* 17 passes of the main loop, 1 ms each */
+    TEST_ASSERT_EQUAL_STRING("motor_temperature", rig_fault());
+}

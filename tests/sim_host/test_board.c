@@ -263,6 +263,26 @@ void test_board_edge_has_position_and_time_in_cycles(void)
     TEST_ASSERT_EQUAL_UINT32(50000000U, e.edge_cyc);
 }
 
+/* Counts that were lost before the pulse are in its latch; those after it come with the next one. */
+void test_board_index_is_latched_with_the_counts_that_were_lost_until_then(void)
+{
+    hal_encoder_edge_t e;
+    board.plant.edge_pitch_rad = TWO_PI / 4000.0;
+    board.plant.index_rad = 0.1;
+    board.plant.index_passes = 1U;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_encoder_edge(&e));
+    TEST_ASSERT_EQUAL_UINT16(1U, e.index_passes);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, e.index_rad);
+
+    board.disturbance.encoder_slip_rad = -0.2;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_encoder_edge(&e));
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.1f, e.index_rad);
+    board.plant.index_passes = 2U;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, hal_encoder_edge(&e));
+    TEST_ASSERT_EQUAL_UINT16(2U, e.index_passes);
+    TEST_ASSERT_FLOAT_WITHIN(0.8e-3f, (float)(TWO_PI - 0.1), e.index_rad); /* half a count */
+}
+
 void test_board_remembers_the_request_for_the_speed_interrupt(void)
 {
     TEST_ASSERT_FALSE(board.speed_requested);

@@ -188,7 +188,7 @@ void test_sensors_incremental_encoder_counts_from_zero_at_the_start(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, reading.theta_m_rad);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 100.0 * COUNT, angle_at(2.3 + 100.5 * COUNT));
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 3999.0 * COUNT, angle_at(2.3 - 0.5 * COUNT));
-    TEST_ASSERT_FALSE(plant.index_seen);
+    TEST_ASSERT_EQUAL_UINT16(0U, plant.index_passes);
 }
 
 /* the pulse is at the true angle 0; the encoder, which began at 0 where the rotor stood, reads 2 pi less that angle */
@@ -198,9 +198,9 @@ void test_sensors_index_is_seen_where_the_true_angle_is_zero_in_both_directions(
         const double way = (sign > 0) ? TWO_PI - 2.3 : 2.3;
         incremental(100.0 * sign, 2.3);
         machine_voltage(0.0, 0.0, (int)(way / 0.01) - 1);
-        TEST_ASSERT_FALSE(plant.index_seen);
+        TEST_ASSERT_EQUAL_UINT16(0U, plant.index_passes);
         machine_voltage(0.0, 0.0, 3);
-        TEST_ASSERT_TRUE(plant.index_seen);
+        TEST_ASSERT_EQUAL_UINT16(1U, plant.index_passes);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, TWO_PI - 2.3, plant.index_rad);
     }
 }
@@ -208,7 +208,7 @@ void test_sensors_index_is_seen_where_the_true_angle_is_zero_in_both_directions(
 void test_sensors_absolute_encoder_needs_no_index(void)
 {
     turn_at(0.0, 2.3);
-    TEST_ASSERT_TRUE(plant.index_seen);
+    TEST_ASSERT_EQUAL_UINT16(1U, plant.index_passes);
 }
 
 /* ---- current sensors ------------------------------------------------------------------------------------------------ */

@@ -26,7 +26,7 @@ from evenspin.native.simulation import Simulation
 sys.path.insert(0, str(Path(__file__).parent))
 from random_machines import random_machine
 
-CHECKED = ("encoder_lost", "speed_deviation", "electrical_zero", "stall", "current_implausible")
+CHECKED = ("encoder_lost", "encoder_index", "speed_deviation", "electrical_zero", "stall", "current_implausible")
 RUN_S = 10.0
 STEP_PERIODS = 1000
 ECCENTRICITY_RAD = 0.02

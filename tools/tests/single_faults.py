@@ -70,8 +70,7 @@ REST = (
 )
 CREEP = (
     "the torque falls with the cosine of the angle that is lost, and the back-EMF contradicts once that is "
-    "more than motor_flux_tolerance. The count at the index, compared with a turn, would show it within a "
-    "turn"
+    "more than motor_flux_tolerance. With an index pulse (encoder_index_rad) it is found at the next one"
 )
 SAG = (
     "under_voltage_v of these models is the default, 10 V: a fifth of their link is above it. Set "

@@ -219,6 +219,22 @@ def test_a_fault_comes_with_its_advice_and_the_last_samples(drive: Drive) -> Non
     assert drive.state().state is State.READY
 
 
+def test_a_start_after_too_many_trips_says_when_it_is_allowed_again(drive: Drive) -> None:
+    drive.set({"restart_limit": 1.0, "restart_window_s": 30.0})
+    for _ in range(2):
+        virtual(drive).set_input("encoder_error", 1.0)
+        drive.sleep(0.01)
+        virtual(drive).set_input("encoder_error", 0.0)
+        drive.clear_fault()
+        drive.sleep(0.01)
+        try:
+            drive.start()
+        except DriveFaultError as error:
+            said = str(error)
+    assert said.startswith("restart_lockout (again in 30 s): More than restart_limit"), said
+    assert drive.read(("restart_wait_s",))["restart_wait_s"] == pytest.approx(30.0, abs=5.0)
+
+
 def test_a_start_into_a_fault_is_an_error_and_not_a_wait(drive: Drive) -> None:
     virtual(drive).set_input("dc_link_v", 5.0)
     drive.sleep(0.1)

@@ -8,10 +8,11 @@
 #include "hal/hal_types.h"
 
 typedef struct {
-    int32_t  edge_count; /**< Position of the newest edge, counts; wraps at 2^32. Independent of the direction of the motion. */
-    uint32_t edge_cyc;   /**< When it was passed, on hal_clock_cyc. */
-    bool     index_seen; /**< The index pulse has been passed since start-up. */
-    float    index_rad;  /**< Shaft angle at which it was passed last, rad, [0, 2 pi). */
+    int32_t  edge_count;   /**< Position of the newest edge, counts; wraps at 2^32. Independent of the direction of the motion. */
+    uint32_t edge_cyc;     /**< When it was passed, on hal_clock_cyc. */
+    uint16_t index_passes; /**< How often the index pulse has been passed since start-up; 0: not yet; after 65535 comes 1. */
+    float
+        index_rad; /**< Count at which it was passed last, as shaft angle, rad, [0, 2 pi): another one after counts were lost. */
 } hal_encoder_edge_t;
 
 /**

@@ -23,4 +23,13 @@ typedef struct {
  */
 hal_status_t hal_sample_read(hal_sample_t *out);
 
+typedef enum { HAL_TEMPERATURE_MOTOR = 0, HAL_TEMPERATURE_BRIDGE, HAL_TEMPERATURES } hal_temperature_t;
+
+/**
+ * Temperature of a winding, or of the switches, degrees Celsius: the port knows its sensor, NTC or KTY, and filters over 0.1 s or so.
+ * From the main loop, in every pass where the drive judges it; does not wait.
+ * @return HAL_OK; HAL_UNSUPPORTED: this board has no such sensor, now and ever; HAL_SENSOR_FAULT: it is open or shorted.
+ */
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius);
+
 #endif

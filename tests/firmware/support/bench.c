@@ -113,6 +113,13 @@ static void request_speed_isr(int calls)
     bench.speed_requested = true;
 }
 
+static hal_status_t temperature(hal_temperature_t which, float *celsius, int calls)
+{
+    (void)calls;
+    *celsius = bench.celsius[which];
+    return bench.celsius_status[which];
+}
+
 static void limits(hal_limits_t *out, int calls)
 {
     (void)calls;
@@ -123,10 +130,12 @@ void bench_start(void)
 {
     const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U},
                            .seq_by_itself = true,
+                           .celsius = {25.0f, 25.0f},
                            .limits = {1000.0f, 1000.0f, 20000.0f, 100.0f}};
     bench = board;
     (void)memset(&drive, 0, sizeof drive);
     hal_sample_read_Stub(sample_read);
+    hal_temperature_Stub(temperature);
     hal_encoder_edge_Stub(encoder_edge);
     hal_inverter_set_duty_Stub(set_duty);
     hal_limits_Stub(limits);
@@ -153,6 +162,7 @@ drive_params_t bench_params(void)
     p.stall_s = 0.0f;
     p.zero_check = 0U;           /* ...and has no back-EMF, */
     p.plausibility_share = 0.0f; /* no windings either */
+    p.restart_limit = 0U;        /* a test trips and starts as often as it wants */
     return p;
 }
 

@@ -11,6 +11,7 @@
 #include "firmware/app/drive.h"
 #include "hal/hal_inverter.h"
 #include "hal/hal_limits.h"
+#include "hal/hal_sample.h"
 #include "tests/support/numeric.h"
 
 #define BENCH_CPU_HZ 200000000U
@@ -33,6 +34,8 @@ typedef struct {
     hal_status_t         edge_status;
     hal_status_t         arm_status;
     hal_inverter_fault_t inverter_fault;
+    float                celsius[HAL_TEMPERATURES];        /* what its temperature sensors show, */
+    hal_status_t         celsius_status[HAL_TEMPERATURES]; /* if it has any */
     hal_limits_t         limits; /* what it bears: as much as the list of parameters knows, unless a test says less */
     uint32_t             clock_cyc;
     uint32_t             isr_cyc;       /* how far the clock goes between two readings */

@@ -128,6 +128,12 @@ uint32_t hal_clock_cyc(void)
     return clock_now;
 }
 uint32_t     hal_clock_hz(void) { return 200000000U; }
+hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
+{
+    (void)which;
+    *celsius = 25.0f;
+    return HAL_OK;
+}
 void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){100.0f, 100.0f, 2000.0f, 1.0f, 0.0f}; }
 uint16_t     hal_storage_pages(void) { return 0U; }
 uint16_t     hal_storage_page_words(void) { return 0U; }
@@ -402,7 +408,7 @@ static void run(const variant_t *v)
     }
     (void)memset(&drive, 0, sizeof drive);
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
-    edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
+    edge = (hal_encoder_edge_t){0, 0U, 0U, 0.0f};
     drive_init(&drive, &p);
     drive_start(&drive);
     for (int pass = 0; pass < 5; pass++) {
@@ -667,7 +673,7 @@ static void alignment(void)
     p.over_current_a = 100.0f;
     (void)memset(&drive, 0, sizeof drive);
     sample = (hal_sample_t){0.0f, 0.0f, 0.0f, 24.0f, 0U, 0U, 0U};
-    edge = (hal_encoder_edge_t){0, 0U, false, 0.0f};
+    edge = (hal_encoder_edge_t){0, 0U, 0U, 0.0f};
     drive_init(&drive, &p);
     drive_start(&drive);
     float rotor = 0.0f;

@@ -86,7 +86,7 @@ class FaultReport:
     name: str
     cause: str
     check: str
-    detail: str  # the parameter that was refused, the pole pairs that an alignment has seen, or ""
+    detail: str  # the parameter that was refused, the pole pairs that an alignment has seen, the wait, or ""
     period: int  # in which it was found
     text: str
     last_samples: Capture | None

@@ -291,6 +291,12 @@ def fault_detail(parameters: Sequence[str], fault: str, detail: int) -> str:
         return parameters[detail]
     if fault == "align_pole_pairs" and detail > 0:
         return f"the motion shows pole_pairs = {detail}"
+    if fault == "encoder_index" and detail > 0:
+        return f"off by {detail} counts"
+    if fault == "temperature_sensor":
+        return "that of the bridge" if detail > 1 else "that of the motor"
+    if fault == "restart_lockout":
+        return f"again in {detail} s" if detail > 0 else "again now"
     return ""
 
 

@@ -62,6 +62,7 @@ def blank(bounds: Bounds, supply_v: float, speed: float) -> dict[str, float]:
         "align_periods": float(ALIGN_PERIODS), "align_turns": 1.0, "align_rest_s": 20.0,
         "align_current_a": ALIGN_PART * limit,
         "zero_check": 0.0, "plausibility_share": 0.0, "auto_run": 0.0,
+        "restart_limit": 0.0,  # a step that trips counts its attempts itself
     }  # fmt: skip
     numbers |= {name: tables().params[name].to_number(word) for name, word in words.items()}
     # Whatever else another motor may have needed is as the firmware has it.

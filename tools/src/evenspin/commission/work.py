@@ -142,6 +142,7 @@ def drive_values(done: Commissioned) -> dict[str, float]:
     more = {
         "encoder_offset_rad": known.offset_rad, "encoder_reversed": float(known.reversed), "zero_check": 1.0,
         "plausibility_share": tables().params["plausibility_share"].default,
+        "restart_limit": tables().params["restart_limit"].default,
         "rdc_coulomb_nm": max(known.coulomb.value, 0.0), "rdc_static_nm": max(known.coulomb.value, 0.0),
     }  # fmt: skip
     for step in done.steps:
