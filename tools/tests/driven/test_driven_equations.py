@@ -70,7 +70,7 @@ def test_with_its_own_parameters_an_effect_leaves_what_a_healthy_machine_leaves(
     assert np.any(without > (1.25 if effect == "inductance_saturation" else 3.0) * with_it), (without, with_it)
 
 
-def told_s(rows):
+def delays_s(rows):
     """How late the torque and the q axis each say that the currents and voltages are, which come so many rows later."""
     columns = columns_of(speeds=SPEEDS_RAD_S)
     late = {name: x[: len(x) - rows] if name in ELECTRICAL else x[rows:] for name, x in columns.items()}
@@ -84,7 +84,7 @@ def told_s(rows):
 def test_torque_and_voltage_tell_alike_how_much_later_the_currents_and_voltages_of_a_row_are_than_its_angle(rows):
     """As those of a program are that logs means since the last row: half a row."""
     # Noise of the acceleration, by which it is told, takes a tenth off what the voltage tells.
-    assert told_s(rows) - told_s(0) == pytest.approx([5e-4 * rows] * 2, rel=0.15)
+    assert delays_s(rows) - delays_s(0) == pytest.approx([5e-4 * rows] * 2, rel=0.15)
 
 
 def test_a_dead_time_leaves_no_mean_loss_where_the_current_is_clear():
