@@ -83,7 +83,7 @@ def delays_s(rows):
 @pytest.mark.parametrize("rows", [2, 4])
 def test_torque_and_voltage_tell_alike_how_much_later_the_currents_and_voltages_of_a_row_are_than_its_angle(rows):
     """As those of a program are that logs means since the last row: half a row."""
-    # Noise of the acceleration, by which it is told, takes a tenth off what the voltage tells.
+    # Noise of the acceleration, which the column is made of, takes a tenth off what the voltage tells.
     assert delays_s(rows) - delays_s(0) == pytest.approx([5e-4 * rows] * 2, rel=0.15)
 
 
