@@ -52,6 +52,7 @@ LEARN_PART, LEARN_TURNS, LEARN_PARTS = 0.25, 60.0, 20  # speed, of the top; how 
 LEARN_LIMIT = 0.7  # of the ripple without it
 RIPPLE_TURNS = 4.0
 SURE = 0.10
+BELOW = 2.0  # halves of its 95 % interval by which a friction of 0 may come out below it: exceeded once in 20000 times
 STILL_RAD_S = 0.5
 
 
@@ -360,8 +361,8 @@ def _mechanics(drive: Drive, operator: Operator, progress: Progress) -> Found:
     verdicts = [
         Verdict("inertia", inertia.value, "kg m^2", least, 1e3),
         Verdict("inertia, half of its 95 % interval over it", inertia.relative, "", 0.0, SURE),
-        Verdict("viscous friction", viscous.value, "N m s/rad", -viscous.half, 1e3),
-        Verdict("Coulomb friction", coulomb.value, "N m", -coulomb.half, 1e3),
+        Verdict("viscous friction", viscous.value, "N m s/rad", -BELOW * viscous.half, 1e3),
+        Verdict("Coulomb friction", coulomb.value, "N m", -BELOW * coulomb.half, 1e3),
     ]
     return Found(verdicts, parameters)
 
