@@ -34,14 +34,19 @@ SECOND_SHAFT = "[effects.empirical]\nline_1_nm = 0.12\nline_1_order = 13\nline_1
 
 
 @contextmanager
-def investigation_of(machine: str, folder: Path) -> Iterator[core.Investigation]:
-    """The staircase under load of that machine and a validation record, with two kinds of friction to choose from."""
+def investigation_of(machine: str, folder: Path, validated: str | None = None) -> Iterator[core.Investigation]:
+    """The staircase under load of that machine and a validation record, with two kinds of friction to choose from.
+
+    `validated`: another machine, of which the validation record is.
+    """
 
     def library(scale: Scale) -> dict[str, Hypothesis]:
         return {name: h for name, h in hypotheses(scale).items() if name in FRICTION}
 
-    (folder / "machine.toml").write_text(machine)
-    chosen = [e for e in plan(load_machine(folder / "machine.toml")) if e.name in ("staircase_load", "validation")]
+    chosen = []
+    for name, text in (("staircase_load", machine), ("validation", validated or machine)):
+        (folder / f"{name}.toml").write_text(text)
+        chosen += [e for e in plan(load_machine(folder / f"{name}.toml")) if e.name == name]
     case = folder / "case"
     case.mkdir()
     write_case(case, meta(chosen, "small"), {e.name: perform(e) for e in chosen})
@@ -97,6 +102,19 @@ def test_a_line_that_is_strongest_at_rest_does_not_end_the_search(tmp_path: Path
         at_rest = Line(layout.record, "iq_a", 0.0, 40.0, math.inf, 1.0, 1e6, 1.0)
         assert len(turning) > PERIODIC_STRETCHES
         assert periodic_lines(forward, [at_rest, *turning], Unit()) == ()  # there is no such line in what it recorded
+
+
+@pytest.mark.parametrize(("validated", "changes"), [(True, ("coulomb_friction",)), (False, ())])
+def test_an_effect_whose_size_differs_counts_where_it_serves_records_that_no_fit_has_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, validated: bool, changes: tuple[str, ...]
+) -> None:
+    """A small friction in the staircase; in the validation record, too, or not. That its size differs is given."""
+    machine = f"{HEALTHY}[effects.coulomb_friction]\ntorque_nm = 0.0055\n"
+    monkeypatch.setattr(core, "size_spread", lambda fitter, best, name: 0.5)
+    with investigation_of(machine, tmp_path, machine if validated else HEALTHY) as investigation:
+        finding = investigation.run()
+    assert finding.changes == changes
+    assert set(finding.model.z) == set(changes)
 
 
 def wave_at(x: np.ndarray, cycles: float) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -121,10 +121,15 @@ class Investigation:
         best = search.refine(best) if best.z else best  # to the end of its way down
         best, weights = self._drop(best, expected)
         lines = self.lines(best)
-        named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
         spread = {name: size_spread(search.fitter, best, name) for name in best.z}
         changes = changing(spread, self.library)
-        unexplained = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines) or bool(changes)
+        left = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines)
+        if changes and not left and not self._serve(best, changes):
+            best, weights = self._without(best, weights, changes)
+            lines, changes = self.lines(best), ()
+            left = expected.excess(best.cost) > expected.limit or _has_unknown_lines(lines)
+        named = tuple(sorted(best.z, key=lambda name: -weights.get(name, 0.0)))
+        unexplained = left or bool(changes)
         unknown = unexplained or bool(self.beside)
         part = partial(best, weights, spread, self.gap_of(best)) if unknown else ()
         before = search.fitter.judge.fit(self.forward.measured - nothing.features, search.fitter.nuisance).cost
@@ -320,6 +325,25 @@ class Investigation:
             if not self._stands(name, weights[name], without, best) or not self.rules.all_large(best):
                 return self._drop(without, expected)
         return best, weights
+
+    def _serve(self, best: Model, names: Sequence[str]) -> bool:
+        """Whether effects lower the gap on records that no fit has seen."""
+        gap = self.gap_of(best)
+        return gap(tuple(best.z)) < gap(tuple(name for name in best.z if name not in names))
+
+    def _without(
+        self, best: Model, weights: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[Model, dict[str, float]]:
+        """What the others leave. They were chance: the log is as well explained without them."""
+        others = {name: z for name, z in best.z.items() if name not in names}
+        fitter = self.search.fitter
+        model = (
+            self.search.refine(Candidate(others, 0.0), 5, downhill=True)
+            if others
+            else fitter.judged(self.search.nothing)
+        )
+        self.tried.append(model)
+        return model, {name: weights[name] for name in others}
 
     # ---- what is left -----------------------------------------------------------------------------------------------
 
