@@ -99,10 +99,10 @@ flash: ## load the newest build/c2000/**/*.out into the LaunchPad by DSLite (doc
 	@$(if $(wildcard $(PYTHON)),$(PYTHON),python3) tools/setup/flash.py $(FILE)
 
 BLIND_CASES ?= 120
-BLIND_SEED  ?= 20261207
+BLIND_SEED  ?= 20261219
 BLIND       := out/blind-$(BLIND_SEED)
 
-blind: setup ## hidden effects from another simulator: make, solve, score, write docs/blind.md (120 cases: 40 min)
+blind: setup ## hidden effects from another simulator: make, solve, score, write docs/blind.md (120 cases: 50 min)
 	@rm -rf $(BLIND)
 	@.venv/bin/evenspin gap blind make --count $(BLIND_CASES) --seed $(BLIND_SEED) --out $(BLIND)/cases --truth $(BLIND)/truth.json
 	-@.venv/bin/evenspin gap batch $(BLIND)/cases --out $(BLIND)/verdicts
