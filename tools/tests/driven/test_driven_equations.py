@@ -87,6 +87,12 @@ def test_torque_and_voltage_tell_alike_how_much_later_the_currents_and_voltages_
     assert delays_s(rows) - delays_s(0) == pytest.approx([5e-4 * rows] * 2, rel=0.15)
 
 
+def test_currents_are_no_later_than_a_row_and_a_pwm_period():
+    """Where torque and inertia fit a little better with currents of 5 ms before, at rows of 1 ms, they are wrong."""
+    term = late_current("late", 1e-3, {"pwm_hz": 1e4, "pole_pairs": 4.0, "psi_wb": 0.01}, 0)
+    assert (term.low[0], term.high[0]) == pytest.approx((-1.1e-3, 1.1e-3))
+
+
 def test_a_dead_time_leaves_no_mean_loss_where_the_current_is_clear():
     params = {"dead_time_s": 1.5e-6}
     columns = columns_of((("dead_time", tuple(params.items())),), speeds=SPEEDS_RAD_S)

@@ -59,7 +59,8 @@ def late_current(name: str, period_s: float, plant: dict[str, float], log: int) 
         q_v = faster * e.winding.value(psi_wb + plant["ld_h"] * e.signals.id_a)
         return [*shaft, d_v[:, None], q_v[:, None]]
 
-    return replace(unit_term(name, most_s, 0.1 * most_s, log=log), columns=columns)
+    edge = np.full(1, most_s + 0.5 * period_s)  # those of the row before, at most
+    return replace(unit_term(name, most_s, 0.1 * most_s, log=log), columns=columns, low=-edge, high=edge)
 
 
 def _columns(e: Equations) -> Sequence[Array | None]:
