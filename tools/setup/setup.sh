@@ -180,7 +180,9 @@ with open("pyproject.toml", "rb") as file:
 project = config["project"]
 print(*config["build-system"]["requires"], *project["dependencies"], *project["optional-dependencies"]["test"], sep="\n")')
         rm -f "$installed"
-        run "installing the Python packages that evenspin needs" "${pip[@]}" "${wanted[@]}"
+        # byte code, most of the work, on all cores: pip has one do it; some packages have files that are not Python
+        run "installing the Python packages that evenspin needs" "${pip[@]}" --no-compile "${wanted[@]}"
+        log "$VENV/bin/python" -m compileall -q -j 0 "$VENV/lib" || true
         printf '%s\n' "$ROOT" >"$requirements"
     fi
     if sources_changed "$installed" || [ ! -x "$VENV/bin/evenspin" ]; then

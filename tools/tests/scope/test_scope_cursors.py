@@ -5,24 +5,16 @@ from __future__ import annotations
 import io
 import re
 import urllib.request
-from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from browser import Browser, missing
-from hands import drag, figure, opened_page, table, turn
+from hands import drag, figure, table
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with opened_page(tmp_path_factory.mktemp("registry")) as (browser, _):
-        turn(browser)
-        yield browser
 
 
 def exported(page: Browser, source: str) -> dict[str, np.ndarray]:

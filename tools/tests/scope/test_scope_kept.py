@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import io
 import urllib.request
-from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from browser import Browser, missing
-from hands import figure, opened_page, table, turn
+from hands import figure, table
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 PIXELS = "return document.querySelector('#view-live canvas').toDataURL()"
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with opened_page(tmp_path_factory.mktemp("registry")) as (browser, _):
-        turn(browser)
-        yield browser
 
 
 def exported(page: Browser, seconds: float) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from browser import Browser, missing
-from hands import opened_page
+from hands import opened_page, turn
 from selenium.webdriver.common.keys import Keys
 from virtual_bench import Bench
 
@@ -82,3 +82,28 @@ def test_the_stop_key_ends_a_calibration(opened: tuple[Browser, Bench]) -> None:
     page.until(lambda: bench.server.drive.read("state") != RUN, "the motor is off", wait_s=1.0)
     page.until(lambda: page.text("#calibration-said").startswith("Stopped"), "the page says so")
     assert page.find("#calibrate").is_enabled()
+
+
+def test_a_frequency_response_is_drawn_with_its_points_and_goes_away_as_csv(
+    opened: tuple[Browser, Bench], tmp_path: Path
+) -> None:
+    page, _ = opened
+    page.key("5")
+    assert not page.find("#bode-start").is_enabled()  # the motor stands
+    page.type("#speed", "30")
+    turn(page)
+    page.until(lambda: float(page.text("[data-read='speed_rad_s rad/s']").split()[1]) > 29.0, "at speed")
+    for field, value in (("first", "50"), ("last", "150"), ("points", "2"), ("amplitude", "2,0")):
+        page.type(f"#bode-{field}", value)
+    page.press("#bode-start")
+    page.until(lambda: page.data("#bode-said", "status") == "done", "measured")
+    assert "2 of 2 points are good" in page.text("#bode-said")
+    assert "plant / rad/s per A" in page.text("#bode-legend")
+    assert len(page.driver.find_elements("css selector", ".bode-plot canvas")) == 3
+    page.driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
+    page.key("e")
+    page.until((tmp_path / "bode.csv").exists, "the points are a file")
+    rows = (tmp_path / "bode.csv").read_text().splitlines()
+    assert rows[0].startswith("f_hz,plant_gain,plant_phase_deg,plant_coherence") and len(rows) == 3
+    page.key(Keys.SPACE)
+    page.key("1")

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from browser import Browser, missing
-from hands import drag, figure, opened_page, table, turn
+from hands import drag, figure, table
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "-")
 
 LEVEL = 45.0  # rad/s; a drive at 30 has a ripple of 1.1
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with opened_page(tmp_path_factory.mktemp("registry")) as (browser, _):
-        turn(browser)
-        yield browser
 
 
 def status(page: Browser) -> str:
