@@ -23,7 +23,8 @@ NEVER = {
 }
 
 
-SHAFTS = ("two_mass", "backlash")
+BACKLASH = "backlash"
+SHAFTS = ("two_mass", BACKLASH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,10 @@ class Findable:
     why: str
 
 
-def findable(terms: Sequence[Term], normal: Normal, equations: Sequence[Equations]) -> list[Findable]:
+def findable(
+    terms: Sequence[Term], normal: Normal, equations: Sequence[Equations], opened: bool = False
+) -> list[Findable]:
+    """`opened`: crossings of a gap were seen."""
     logs = [each.signals for each in equations]
     found: dict[str, Findable] = {}
     held = prior_of(terms, ())
@@ -58,6 +62,8 @@ def findable(terms: Sequence[Term], normal: Normal, equations: Sequence[Equation
         if known is None or times < known.times:
             why = "the tolerance decides" if times < 1.0 else "the noise of the log decides"
             found[term.effect] = Findable(term.effect, times, why)
+    if opened:
+        found[BACKLASH] = Findable(BACKLASH, 1.0, "what looks like crossings of its gap is in the log")
     for name, effect in tables().effects.items():
         if name not in found and not effect.scenario_only:
             why = (

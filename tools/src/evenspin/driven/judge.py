@@ -78,10 +78,11 @@ class Verdict:
 EQUATIONS = (("torque_nm", "N m"), ("torque_fine_nm", "N m"), ("vd_v", "V"), ("vq_v", "V"))
 
 
-def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False) -> Verdict:
+def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False, bounces: bool = False) -> Verdict:
     """`pwm_known`: else a dead time is known as lost voltage only, and its interval has all common PWM frequencies.
     `confirmed`: the causes that the table does not have are terms that unseen stretches confirm; the effects beside
-    them keep their names where little else is left and no other choice is near."""
+    them keep their names where little else is left and no other choice is near. `bounces`: the load does, between the
+    flanks of a gap, and no equation has the torque of that."""
     verdict = Verdict()
     verdict.gaps = gaps_of(found)
     weights = _weights(found.rivals)
@@ -95,7 +96,7 @@ def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False) -> 
         ]
     without_unsure(found, verdict)
     doubtful = [name for name in verdict.names if verdict.cannot_separate.get(name)]
-    left = _left(found, verdict)
+    left = _left(found, verdict, bounces)
     if found.foreign and not confirmed:
         verdict.unexplained += [name.removeprefix("foreign: ") for name in found.foreign]
     if confirmed and not left:
@@ -282,10 +283,12 @@ def _doubt(found: Explained, log: int) -> list[Array] | None:
     return [a - b for a, b in zip(other, found.after[log], strict=True)]
 
 
-def _left(found: Explained, verdict: Verdict) -> bool:
+def _left(found: Explained, verdict: Verdict, bounces: bool) -> bool:
     """Is more left than noise and the tolerances of the equations themselves?"""
     much = []
     for gap in verdict.gaps:
+        if bounces and gap.unit == "N m":
+            continue
         recording = next(each for each in found.recordings if each.signals.name == gap.log)
         s = recording.signals
         scale = found.scale.rated_torque_nm

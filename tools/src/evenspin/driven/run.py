@@ -11,6 +11,7 @@ from evenspin.driven.fading import without_faded
 from evenspin.driven.findable import advice, findable
 from evenspin.driven.judge import judge
 from evenspin.driven.model_file import estimates, model_text
+from evenspin.driven.open_gap import name_backlash, open_gap
 from evenspin.driven.read import nominal_of, read_logs
 from evenspin.driven.report import page_of, summary_of, tables_of
 from evenspin.driven.verdict_file import empirical_json, verdict_json
@@ -70,10 +71,13 @@ def run_driven(
     search = Search(found)
     beyond = confirmed(search, look_beyond(search, say))
     found = beyond.found
-    verdict = judge(found, known_pwm, bool(beyond.terms))
+    opened = open_gap(found)
+    verdict = judge(found, known_pwm, bool(beyond.terms), bounces=opened is not None)
     without_faded(found, verdict, beyond.evidence)
+    if opened is not None:
+        name_backlash(verdict, opened)
     verdict.unexplained += [sentence(term) for term in beyond.evidence]
-    table = findable(found.model.terms, found.normal, found.model.logs)
+    table = findable(found.model.terms, found.normal, found.model.logs, opened is not None)
     advised = advice(table, signals)
     name = logs[0].signals.name if len(logs) == 1 else f"{logs[0].signals.name} and {len(logs) - 1} more"
     content = verdict_json(name, found, verdict, nominal, logs, table, advised)

@@ -84,6 +84,15 @@ def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnM
     if raw is None:
         names = ", ".join(table.names[:30])
         raise InputError(table.path, f"columns.{quantity}.from", column.source, f"one of {names}", HINT)
+    values = raw.values
+    if QUANTITIES[quantity] == "angle":
+        values = unwrapped(values, _period_of(values))
+    return np.asarray((values + column.offset) * _si_per_unit(table, mapping, quantity))
+
+
+def _si_per_unit(table: RawTable, mapping: Mapping, quantity: str) -> float:
+    """SI units of a quantity for each unit of its column, the scale of the map included."""
+    column = mapping.columns[quantity]
     unit = unit_of(column.unit)
     factor = 1.0 if unit is None else unit.si
     if unit is not None and unit.counts:
@@ -96,10 +105,7 @@ def _converted(table: RawTable, mapping: Mapping, quantity: str, column: ColumnM
         if mapping.pole_pairs is None:
             raise InputError(table.path, "pole_pairs", "(missing)", f"given, because {quantity} is electrical", HINT)
         factor /= mapping.pole_pairs
-    values = raw.values
-    if QUANTITIES[quantity] == "angle":
-        values = unwrapped(values, _period_of(values))
-    return np.asarray((values + column.offset) * (column.scale * factor))
+    return column.scale * factor
 
 
 def _period_of(values: Array) -> float | None:
@@ -118,7 +124,7 @@ def _far_apart(table: RawTable, mapping: Mapping, si: dict[str, Array], notes: l
         period = _period_of(raw.values) if raw is not None else None
         if raw is None or period is None:
             continue
-        turn_rad = period * float(np.ptp(si[name]) / max(np.ptp(unwrapped(raw.values, period)), 1e-300))
+        turn_rad = abs(period * _si_per_unit(table, mapping, name))
         steps = pairs * foretold(si["t_s"], si["speed_rad_s"])
         if np.max(np.abs(steps)) > FAR * turn_rad and likeness(si[name], turn_rad, steps) > FORETOLD:
             si[name] = unwrapped_along(si[name], turn_rad, steps)

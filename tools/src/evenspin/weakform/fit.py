@@ -150,47 +150,82 @@ def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:
 
 
 def solve(h: Array, g: Array, prior: Array, toward: Array) -> Array:
-    a = h + prior
-    b = prior @ toward - g
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    return np.asarray(scale * np.linalg.solve(a * np.outer(scale, scale) + 1e-12 * np.eye(len(b)), scale * b))
+    return _even_solve(h + prior, prior @ toward - g)
+
+
+def _even_solve(a: Array, b: Array) -> Array:
+    """a^-1 b, with a scaled to an even diagonal; a is overwritten."""
+    scale = 1.0 / np.sqrt(np.maximum(a.diagonal(), 1e-300))
+    a *= scale[:, None] * scale
+    a.flat[:: len(b) + 1] += 1e-12
+    return np.asarray(scale * np.linalg.solve(a, scale * b))
 
 
 def cost_of(normal: Normal, prior: Array, toward: Array, low: Array) -> tuple[float, Array]:
     """`low`: the smallest step of each coordinate; one that would go below stays there."""
-    pinned = np.zeros(len(low), dtype=bool)
-    step = solve(normal.h, normal.g, prior, toward)
+    drawn = prior @ toward
+    a, lowest = normal.h + prior, low - SLACK * np.abs(low) - 1e-15
+    diagonal = np.maximum(a.diagonal(), 1e-300)
+    pinned: Flags | None = None
+    step = _even_solve(a, drawn - normal.g)
     for _ in range(PINS):
-        below = (step < low - SLACK * np.abs(low) - 1e-15) & ~pinned
-        if not np.any(below):
+        below = step < lowest
+        if pinned is not None:
+            below &= ~pinned
+        if not below.any():
             break
-        pinned |= below
+        pinned = below if pinned is None else pinned | below
         at = np.flatnonzero(pinned)
-        stiff = PINNED * np.maximum(np.diag(normal.h)[at] + np.diag(prior)[at], 1e-300)
-        held, aim = prior.copy(), prior @ toward
+        stiff = PINNED * diagonal[at]
+        held, aim = prior.copy(), drawn.copy()
         held[at, at] += stiff
         aim[at] += stiff * low[at]
-        step = solve(normal.h, normal.g - aim, held, np.zeros(len(low)))
+        step = _even_solve(normal.h + held, aim - normal.g)
     data = normal.constant + float(2.0 * normal.g @ step + step @ normal.h @ step)
-    return data + float((step - toward) @ prior @ (step - toward)), step
+    away = step - toward
+    return data + float(away @ prior @ away), step
+
+
+class Priors:
+    """Inverse covariances of these terms, for any choice of those that are named. `reach`: of a free term, over its
+    least size, where it is not to go as far as it could."""
+
+    def __init__(self, terms: Sequence[Term], reach: float = 1.0) -> None:
+        ends = np.cumsum([len(term) for term in terms])
+        self._place = {term.name: slice(end - len(term), end) for term, end in zip(terms, ends, strict=True)}
+        self._order = {term.name: number for number, term in enumerate(terms)}
+        self._free = {term.name: 1.0 / (reach * term.free) ** 2 for term in terms}
+        self._variants: dict[str, dict[str, Array]] = {}  # by effect: what each has while another one acts
+        self._effect: dict[str, str] = {}  # of the terms that are variants
+        held = []
+        self._together = np.zeros((ends[-1], ends[-1]))
+        for term in terms:
+            off = term.variant and term.effect in self._variants  # the first one acts
+            held.append(1.0 / (term.held * OFF if off else term.held) ** 2)
+            if term.variant:
+                self._variants.setdefault(term.effect, {})[term.name] = 1.0 / (term.held * OFF) ** 2
+                self._effect[term.name] = term.effect
+            if term.together is not None:
+                here = self._place[term.name]
+                self._together[here, here] += 1.0 / (len(term) * term.together) ** 2
+        self._held = np.concatenate(held)
+
+    def of(self, named: Collection[str]) -> Array:
+        """Of the variants of an effect one acts: the named one, or the first."""
+        diagonal = self._held.copy()
+        for name in sorted((name for name in named if name in self._order), key=self._order.__getitem__):
+            if name in self._effect:
+                for other, off in self._variants[self._effect[name]].items():
+                    diagonal[self._place[other]] = off
+            diagonal[self._place[name]] = self._free[name]
+        prior = self._together.copy()
+        prior.flat[:: len(diagonal) + 1] += diagonal
+        return prior
 
 
 def prior_of(terms: Sequence[Term], named: Collection[str], reach: float = 1.0) -> Array:
-    """Inverse covariance. Of the variants of an effect one acts: the named one, or the first. `reach`: of a free term,
-    over its least size, where it is not to go as far as it could."""
-    acting = {term.effect: term.name for term in reversed(terms) if term.variant}
-    acting |= {term.effect: term.name for term in terms if term.variant and term.name in named}
-    sigma = []
-    for term in terms:
-        off = term.variant and acting[term.effect] != term.name
-        sigma.append(term.held * OFF if off else reach * term.free if term.name in named else term.held)
-    prior = np.diag(1.0 / np.concatenate(sigma) ** 2)
-    at = 0
-    for term in terms:
-        if term.together is not None:
-            prior[at : at + len(term), at : at + len(term)] += 1.0 / (len(term) * term.together) ** 2
-        at += len(term)
-    return np.asarray(prior)
+    """One of the `Priors` of these terms."""
+    return Priors(terms, reach).of(named)
 
 
 def pull_of(terms: Sequence[Term], point: Point) -> Array:

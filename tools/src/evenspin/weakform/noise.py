@@ -17,6 +17,7 @@ from evenspin.weakform.windows import Bump
 Array = NDArray[np.float64]
 
 FREQUENCIES = 1024
+BLOCK = 64  # rows: the rms of so many scatters by 9 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +41,16 @@ def noise_of(s: Signals) -> Noise:
 
 
 def scatter(x: Array) -> float:
+    """The lesser of two robust measures.
+
+    That of the rows is one of a few steps where the signal is rounded coarsely, up to twice the noise. The rms of a
+    block of rows, median over the blocks in which anything moves, is too much where a record hardly moves.
+    """
     fourth = np.diff(x, 4) / math.sqrt(70.0)  # the sum of the squares of 1, 4, 6, 4, 1
-    return float(1.4826 * np.median(np.abs(fourth - np.median(fourth))))
+    rows = float(1.4826 * np.median(np.abs(fourth - np.median(fourth))))
+    squares = np.mean(fourth[: len(fourth) // BLOCK * BLOCK].reshape(-1, BLOCK) ** 2, axis=1)
+    moving = squares[squares > 0.0]
+    return min(rows, float(np.sqrt(np.median(moving)))) if len(moving) else rows
 
 
 def floors(e: Equations, noise: Noise) -> list[float]:

@@ -44,13 +44,14 @@ class Left:
             m += piece.x.T @ weighted
         if count == 0 or float(np.max(np.diag(a))) <= 0.0:
             return 0.0, np.zeros(count)
-        for w, (square, product) in zip(self.w, noises, strict=False):
-            weight = float(np.sum(w))
-            a, b = a - np.minimum(square * weight, MOST_NOISE * a), b - product * weight
         own = np.diag(a).copy()
         solved = even_solve(self.h, m)
         b = b - solved.T @ self.g
         a = a - m.T @ solved + 1e-9 * np.diag(own) + 1e-300 * np.eye(count)
+        if noises:  # of which no other term takes anything up
+            whole, product = (sum(n[k] * float(np.sum(w)) for w, n in zip(self.w, noises, strict=True)) for k in (0, 1))
+            kept = min(1.0, MOST_NOISE * float(a[0, 0]) / max(whole, 1e-300))
+            a, b = a - kept * whole, b - kept * product
         z = -np.linalg.solve(a, b)
         return float(-z @ b), z
 

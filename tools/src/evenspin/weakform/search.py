@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.weakform.fit import Normal, cost_of, prior_of
+from evenspin.weakform.fit import Normal, Priors, cost_of
 from evenspin.weakform.terms import SHAFT, Kind, Term
 
 Array = NDArray[np.float64]
@@ -46,6 +46,14 @@ def choices(
     low = np.concatenate([np.where(term.details, -np.inf, term.low) - point[term.name] for term in terms])
     by_name = {term.name: term for term in terms}
     candidates = [term.name for term in terms if term.kind is not Kind.UNIT]
+    lowest = {name: np.where(by_name[name].details, -np.inf, by_name[name].low - 1e-12) for name in candidates}
+    highest = {name: by_name[name].high + np.where(by_name[name].details, np.inf, 0.0) for name in candidates}
+    price_of = {
+        name: (PRICE_FOREIGN if by_name[name].kind is Kind.FOREIGN else PRICE)
+        + PER_COORDINATE * (np.sum(~by_name[name].details) - 1)
+        for name in candidates
+    }
+    priors = Priors(terms)
     known: dict[frozenset[str], Choice | None] = {}
     place, at = {}, 0
     for term in terms:
@@ -59,13 +67,11 @@ def choices(
         effects = [by_name[name].effect or name for name in names]
         if len(set(effects)) < len(effects):
             return None
-        cost, step = cost_of(normal, prior_of(terms, names), toward, low)
+        cost, step = cost_of(normal, priors.of(names), toward, low)
         for name in names:
             term = by_name[name]
             z = point[name] + step[place[name]]
-            if np.any(z[~term.details] < term.low[~term.details] - 1e-12) or np.any(
-                z > term.high + np.where(term.details, np.inf, 0.0)
-            ):
+            if (z < lowest[name]).any() or (z > highest[name]).any():
                 return None
             if term.effect == SHAFT and np.any(z > term.high):  # so damped is noise of the angle, or a gap
                 return None
@@ -73,11 +79,7 @@ def choices(
                 return None
             if not term.shaft_only and not _shows(normal, place[name], z - term.off, edges):
                 return None
-        price = sum(
-            (PRICE_FOREIGN if by_name[name].kind is Kind.FOREIGN else PRICE)
-            + PER_COORDINATE * (np.sum(~by_name[name].details) - 1)
-            for name in names
-        )
+        price = sum(price_of[name] for name in names)
         known[names] = Choice(names, cost + float(price), step)
         return known[names]
 

@@ -77,7 +77,8 @@ def _at_most(gatherer: Gatherer, left: Left) -> list[Noise]:
     for e, noise, flags in zip(gatherer.model.logs, gatherer.noise, gatherer.fits, strict=True):
         piece, sigma = left.pieces[at + FINE], left.sigma[at + FINE]
         own = e.plant["inertia_kgm2"] * acceleration_noise(e.fine.bump, noise)
-        more = math.hypot(own, math.sqrt(max(sigma**2 - piece.floor**2, 0.0))) / max(own, 1e-300)
+        square = own**2 + sigma**2 - piece.floor**2  # less is left where the noise is less than was thought
+        more = math.sqrt(max(square, 0.0)) / max(own, 1e-300)
         found.append(replace(noise, theta_rad=more * noise.theta_rad, speed_rad_s=more * noise.speed_rad_s))
         at += len(flags)
     return found

@@ -1,0 +1,126 @@
+"""Backlash in a log of any drive: two bodies with a gap between them, integrated here, under a speed controller."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+from driven_logs import write_log
+from evenspin.driven import run_driven
+from evenspin.driven.judge import Verdict
+from evenspin.driven.open_gap import OpenGap, name_backlash
+
+INERTIA_KGM2, NM_PER_A = 1.9e-3, 1.5 * 3 * 0.11  # as in MODEL
+MODEL = f"""
+name = "two bodies"
+[plant]
+pole_pairs = 3
+psi_wb = 0.11
+inertia_kgm2 = {INERTIA_KGM2}
+viscous_nms = 4e-4
+resistance_ohm = 1.0
+ld_h = 3e-3
+lq_h = 3e-3
+dc_link_v = 300.0
+counts_per_rev = 16384
+rated_current_a = 6.0
+rated_torque_nm = 2.9
+"""
+STEP_S, ROWS_S, SECONDS = 1e-4, 1e-3, 40.0
+
+
+@functools.cache
+def log_of(gap_rad: float, load_ratio: float = 0.5, f_res_hz: float = 120.0, bursts: bool = False):
+    """Speeds up and down in both directions. The gap is 0: one body. `bursts`: torque on the rotor for 20 ms each."""
+    rng = np.random.default_rng(5)
+    knots = np.cumsum(rng.uniform(0.7, 1.3, 60))
+    levels = np.where(np.arange(60) % 2, -1.0, 1.0) * rng.uniform(20.0, 90.0, 60)
+    t_s = np.arange(round(SECONDS / STEP_S)) * STEP_S
+    corners = np.column_stack((knots[:-1] + 0.2, knots[1:])).ravel()  # each level is reached within 0.2 s
+    wanted = np.interp(t_s, [0.0, *corners], [0.0, *np.repeat(levels[:-1], 2)])
+    extra = np.where(bursts & (t_s % 0.37 < 0.02), 0.6, 0.0)
+    rotor_j, load_j = INERTIA_KGM2 * (1.0 - load_ratio), INERTIA_KGM2 * load_ratio
+    if gap_rad == 0.0:
+        rotor_j, load_j = INERTIA_KGM2, 1.0
+    rate = 2.0 * np.pi * f_res_hz
+    spring = rate * rate * rotor_j * load_j / (rotor_j + load_j) if gap_rad > 0.0 else 0.0
+    damper = 0.15 * spring / rate if gap_rad > 0.0 else 0.0
+    half, kp, ki = 0.5 * gap_rad, 0.15, 1.5
+    rotor = load = rotor_speed = load_speed = summed = 0.0
+    out = []
+    for k, (speed, more) in enumerate(zip(wanted.tolist(), extra.tolist(), strict=True)):
+        off = speed - rotor_speed
+        summed += ki * off * STEP_S
+        torque = kp * off + summed
+        twist = rotor - load
+        pressed = twist - half if twist > half else twist + half if twist < -half else 0.0
+        passed = spring * pressed + damper * (rotor_speed - load_speed) if pressed else 0.0
+        if passed * pressed < 0.0:  # a flank pushes and never pulls
+            passed = 0.0
+        if k % round(ROWS_S / STEP_S) == 0:
+            out.append((rotor, torque))
+        rotor_speed += STEP_S * (torque + more - passed - 4e-4 * rotor_speed) / rotor_j
+        load_speed += STEP_S * passed / load_j
+        rotor += STEP_S * rotor_speed
+        load += STEP_S * load_speed
+    rotor_rad, torque_nm = np.array(out).T
+    count_rad = 2.0 * np.pi / 16384
+    return {
+        "t_s": ROWS_S * np.arange(len(rotor_rad)),
+        "theta_m_rad": np.round(rotor_rad / count_rad) * count_rad,
+        "iq_a": torque_nm / NM_PER_A + 0.01 * rng.standard_normal(len(rotor_rad)),
+        "id_a": 0.01 * rng.standard_normal(len(rotor_rad)),
+    }
+
+
+def verdict_of(folder, columns):
+    model = folder / "model.toml"
+    model.write_text(MODEL, encoding="utf-8")
+    return run_driven([write_log(folder / "log.csv", columns)], model, "bench", None).verdict
+
+
+@pytest.mark.usefixtures("by_the_table")
+@pytest.mark.parametrize(("gap_rad", "load_ratio"), [(0.03, 0.65)])
+def test_a_load_that_is_missing_time_and_again_is_behind_backlash(gap_rad, load_ratio, tmp_path):
+    verdict = verdict_of(tmp_path, log_of(gap_rad, load_ratio))
+    assert verdict["verdict"] == ["backlash"]
+    assert verdict["can_be_found"]["backlash"]["times_least_size"] == 1.0
+    for name, true in (("load_ratio", load_ratio), ("gap_rad", gap_rad)):
+        interval = verdict["intervals"]["backlash"][name]
+        assert interval["low"] <= true <= interval["high"], name
+
+
+@pytest.mark.usefixtures("by_the_table")
+@pytest.mark.parametrize("bursts", [True])
+def test_one_body_has_no_backlash_also_where_something_pushes_it(bursts, tmp_path):
+    verdict = verdict_of(tmp_path, log_of(0.0, bursts=bursts))
+    assert "backlash" not in " ".join(verdict["verdict"])
+    assert verdict["can_be_found"]["backlash"]["times_least_size"] != 1.0
+
+
+def test_beside_a_cause_that_no_table_has_backlash_is_a_remark():
+    opened = OpenGap(0.4, 0.02, 0.01, 0.6, 50, 20)
+    verdict = Verdict(["inertia", "unknown"], [("inertia", {"factor": 0.4})])  # without its load, now and then
+    verdict.confidence["inertia"] = 0.95
+    name_backlash(verdict, opened)
+    assert verdict.names == ["unknown"] and verdict.nearest == ["backlash"]
+    assert not verdict.effects and not verdict.confidence
+    assert "share of about 0.40 of the inertia" in verdict.unexplained[0]
+
+
+def test_backlash_takes_the_place_of_a_shaft_that_twists():
+    verdict = Verdict(["two_mass", "cogging"], [("two_mass", {"f_res_hz": 80.0}), ("cogging", {"order": 18.0})])
+    verdict.called["two_mass"] = "two_mass or backlash"
+    verdict.confidence |= {"two_mass": 0.8, "cogging": 0.9}
+    name_backlash(verdict, OpenGap(0.4, 0.02, 0.01, 0.6, 50, 20))
+    assert verdict.names == ["cogging", "backlash"]
+    assert [name for name, _ in verdict.effects] == ["cogging", "backlash"]
+    assert set(verdict.confidence) == {"cogging", "backlash"} and "two_mass" not in verdict.called
+
+
+def test_crossings_that_no_gap_explains_are_a_remark_and_no_name():
+    verdict = Verdict(["two_mass"], [("two_mass", {"f_res_hz": 80.0})])
+    name_backlash(verdict, OpenGap(0.4, 0.02, 0.01, 1.05, 50, 20))
+    assert verdict.names == ["two_mass"]
+    assert "or a shaft that twists" in verdict.warnings[0]
