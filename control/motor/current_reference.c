@@ -5,7 +5,8 @@
 #define ONE NUM_C(1.0f)
 #define HALF NUM_C(0.5f)
 #define T_MOST NUM_C(60.0f)
-#define N_MOST NUM_C(11.0f)      /* beyond it no machine is at its voltage limit; its square is within the fixed numeric */
+#define N_MOST NUM_C(11.0f) /* beyond it no machine is at its voltage limit; its square is within the fixed numeric */
+#define N_DEEP NUM_C(3.0f)  /* beyond it no d current as deep as (4) is needed; its square times 8 is within the fixed numeric */
 #define GAIN_LEAST NUM_C(0.125f) /* of 1 + k id, where field weakening takes reluctance torque away: Ld > Lq */
 #define TRIM_LEAST NUM_C(0.25f)
 #define TRIM_MOST NUM_C(1.5f)
@@ -83,44 +84,70 @@ static void follow_voltage(const ctl_reference_params_t *p, ctl_reference_state_
 /* n for the voltage v at the speed voltage e. */
 static num_t ratio(num_t v, num_t e) { return (v >= num_mul(N_MOST, e)) ? N_MOST : num_quotient(num_max(v, (num_t)0), e); }
 
+/* Least id: (4), and what the magnets bear. */
+static num_t deepest(const ctl_reference_plan_t *plan, num_t n)
+{
+    const num_t c = num_mul(plan->volt_gain, num_min(n, N_DEEP));
+    const num_t root = num_sqrt(num_mac(ONE, num_mul(NUM_C(8.0f), c), c));
+    const num_t x = num_quotient(num_mul(num_mul(NUM_C(2.0f), c), num_min(n, N_DEEP)), num_add(ONE, root));
+    return num_max(num_mul(plan->params.d_full, num_sub(x, ONE)), num_neg(plan->params.id_max));
+}
+
 /* d current of (3) for a torque current, from that of the last sample: two Newton steps of id = F (sqrt(n^2 - m^2) - 1), in which more d
- * current leaves less q current m to the same torque. Exact at once without reluctance. */
-static num_t weakened(const ctl_reference_plan_t *plan, num_t n, num_t torque, num_t id)
+ * current leaves less q current m to the same torque. Exact at once without reluctance. Where the flux of the d axis is
+ * nearly gone, of the torque along (3) over that flux, x: it is concave, so no step passes the solution. */
+static num_t weakened(const ctl_reference_plan_t *plan, num_t n, num_t torque, num_t id, num_t least)
 {
     const ctl_reference_params_t *const p = &plan->params;
-    const num_t                         of_q = num_quotient(torque, p->q_full);
-    const num_t                         reluctance = num_neg(num_mul(p->saliency, p->d_full));
+    const num_t                         of_q = num_abs(num_quotient(torque, p->q_full));
+    const bool                          reluctance = p->saliency < (num_t)0;
     for (uint16_t k = 0U; k < 2U; k++) {
         const num_t gain = gain_of(p, id);
         const num_t m = num_quotient(of_q, gain);
         const num_t flux = beside(n, m);
-        const num_t slope = num_quotient(num_mul(num_mul(reluctance, m), m), num_mul(num_max(flux, FLUX_LEAST), gain));
-        const num_t off = num_sub(num_mul(p->d_full, num_sub(flux, ONE)), id);
-        id = num_clamp(num_add(id, num_quotient(off, num_max(num_add(ONE, slope), HALF))), plan->id_deepest, p->id_max);
+        const num_t x = num_mac(ONE, id, plan->per_d_full);
+        if (reluctance && (num_min(flux, x) < num_mul(NUM_C(0.25f), n))) {
+            const num_t y = num_max(beside(n, x), num_mul(HALF, n));
+            const num_t fall = num_sub(num_quotient(num_mul(x, gain), y), num_mul(plan->share_full, y));
+            const num_t least_fall = num_mul(num_mul(NUM_C(-0.25f), plan->share_full), n);
+            const num_t step = num_quotient(num_sub(num_mul(y, gain), of_q), num_max(num_max(fall, least_fall), NUM_EPS));
+            id = num_mac(id, p->d_full, num_clamp(step, num_neg(n), n));
+        } else {
+            const num_t slope = num_quotient(num_mul(num_mul(plan->share_full, m), m), num_mul(num_max(flux, FLUX_LEAST), gain));
+            const num_t off = num_sub(num_mul(p->d_full, num_sub(flux, ONE)), id);
+            id = num_add(id, num_quotient(off, num_max(num_sub(ONE, slope), HALF)));
+        }
+        id = num_clamp(id, least, p->id_max);
     }
     return id;
 }
 
-/* Largest torque current: where (3) meets the circle, a id^2 - id - h = 0 with h = I^2 Lq^2 / (2 psi Ld) + F (1 - n^2) / 2. */
-static void make_room(const ctl_reference_plan_t *plan, ctl_reference_state_t *s, num_t n, num_t torque)
+/* Largest torque current: where (3) meets the circle, a id^2 - id - h = 0 with h = I^2 Lq^2 / (2 psi Ld) + F (1 - n^2) / 2, or (4).
+ * @return its id: no torque needs more. */
+static num_t make_room(const ctl_reference_plan_t *plan, ctl_reference_state_t *s, num_t n, num_t torque)
 {
     const ctl_reference_params_t *const p = &plan->params;
     const num_t h = num_mac(plan->half_square, num_mul(HALF, p->d_full), num_mul(num_sub(ONE, n), num_add(ONE, n)));
     s->room = plan->torque_max;
     if (h <= (num_t)0) {
-        return;
+        return num_neg(p->id_max);
     }
-    const num_t root = num_sqrt(num_max(num_mac(ONE, num_mul(NUM_C(4.0f), plan->curvature), h), (num_t)0));
-    const num_t meets = num_neg(num_quotient(num_mul(NUM_C(2.0f), h), num_add(ONE, root)));
+    const num_t root = num_sqrt(num_max(num_mac(NUM_C(0.25f), plan->curvature, h), (num_t)0)); /* halves: 4 a h has no room */
+    const num_t meets = num_neg(num_quotient(h, num_add(HALF, root)));
     if (meets >= num_min(plan->id_at_max, (num_t)0)) {
-        return;
+        return num_neg(p->id_max);
     }
-    const num_t id = num_max(meets, plan->id_deepest);
-    const num_t flux = num_max(num_add(ONE, num_quotient(id, p->d_full)), (num_t)0);
-    const num_t iq = (flux < n) ? num_min(beside(p->i_max, id), num_mul(p->q_full, beside(n, flux))) : (num_t)0;
-    s->iq_max = num_min(s->iq_max, iq);
-    s->room = num_min(plan->torque_max, num_mul(s->iq_max, gain_of(p, id)));
+    const num_t id = (meets >= plan->surely) ? num_max(meets, num_neg(p->id_max)) : num_max(meets, deepest(plan, n));
+    const num_t flux = num_add(ONE, num_quotient(id, p->d_full));
+    const bool  inside = num_abs(flux) < n;
+    const num_t circle = num_min(p->iq_max, beside(p->i_max, id));
+    const num_t iq = inside ? num_min(circle, num_mul(p->q_full, beside(n, flux))) : (num_t)0;
+    /* beyond id = -F the q current comes down again: less torque has more of it */
+    const num_t iq_most = (inside && (flux < (num_t)0)) ? num_min(p->iq_max, num_mul(p->q_full, n)) : iq;
+    s->iq_max = num_min(s->iq_max, iq_most);
+    s->room = num_min(plan->torque_max, num_mul(iq, gain_of(p, id)));
     s->limited = num_abs(torque) > num_mul(NEARLY, s->room); /* with less the voltage may be none */
+    return id;
 }
 
 static void weaken(const ctl_reference_plan_t *plan, ctl_reference_state_t *s, const ctl_reference_in_t *in, num_t id_last)
@@ -139,8 +166,8 @@ static void weaken(const ctl_reference_plan_t *plan, ctl_reference_state_t *s, c
     s->drop = num_mac(s->drop, HALF, num_sub(drop, s->drop));
 
     s->limited = false;
-    make_room(plan, s, ratio(num_sqrt(num_sub(have, s->drop)), num_abs(e)), in->torque);
-    const num_t id = weakened(plan, ratio(num_sqrt(num_sub(have, drop)), num_abs(e)), in->torque, id_last);
+    const num_t least = make_room(plan, s, ratio(num_sqrt(num_sub(have, s->drop)), num_abs(e)), in->torque);
+    const num_t id = weakened(plan, ratio(num_sqrt(num_sub(have, drop)), num_abs(e)), in->torque, id_last, least);
     if (id < s->id) {
         s->id = id;
         s->limited = true;

@@ -19,12 +19,18 @@
  * id follows from it for the torque of now; where it meets the circle of the longest current gives the room of the torque. The
  * resistance takes 2 R w psi i_T + R^2 i^2 of v^2. v is what there is of voltage, times a correction that a feedback of the measured
  * voltage makes, so that motor data which are off cost no voltage. The correction falls faster than it rises, within [1/4, 3/2], and
- * goes back to 1 while the voltage is no limit. Beyond the deepest id the q current is cut to what (3) leaves.
+ * goes back to 1 while the voltage is no limit.
+ *
+ * Maximum torque per volt: with x = 1 + id / F and c = k F / (1 - k F) the largest torque on (3) is where
+ *
+ *     x = 2 c n^2 / (1 + sqrt(1 + 8 c^2 n^2))                                                            (4)
+ *
+ * beyond id = -F for Lq > Ld, at it for a surface machine. No d current goes deeper; there the q current is cut to what (3) leaves.
  *
  * Source   Morimoto et al. 1990, "Expansion of operating limits for permanent magnet motor by current vector control"; (2) from
- *          Jahns et al. 1986. Not done: the maximum torque per voltage, which for Lq > Ld lies a little beyond id = -F.
+ *          Jahns et al. 1986; (4) is the derivative of iq (1 + k id) along (3).
  * Total    a step with an input that is not finite leaves id where it was, and counts. id within +-id_max, 0 <= iq_max <= its limit.
- * Cost     MTPA 4 divisions, a root and 25 products; field weakening 8 divisions and 8 roots more. Fixed: t up to 60.
+ * Cost     MTPA 4 divisions, a root and 25 products; field weakening 10 divisions and 10 roots more. Fixed: t up to 60, I F / (2 Q^2) up to 11 (with I the longest current).
  */
 #ifndef CONTROL_MOTOR_CURRENT_REFERENCE_H
 #define CONTROL_MOTOR_CURRENT_REFERENCE_H
@@ -54,7 +60,10 @@ typedef struct {
     ctl_reference_params_t params;
     num_t                  torque_max;  /**< Largest torque current where the voltage is no limit. */
     num_t                  id_at_max;   /**< id there. */
-    num_t                  id_deepest;  /**< Least id, where it weakens. */
+    num_t                  per_d_full;  /**< 1 / F. */
+    num_t                  surely;      /**< (4) is at this id or below it. */
+    num_t                  share_full;  /**< k F: of the torque that the flux of the magnets makes. */
+    num_t                  volt_gain;   /**< c of (4). */
     num_t                  half_square; /**< of h in the .c file */
     num_t                  curvature;   /**< a there. */
 } ctl_reference_plan_t;

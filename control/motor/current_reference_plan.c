@@ -61,7 +61,10 @@ ctl_diag_t ctl_reference_plan(ctl_reference_plan_t *plan, const ctl_reference_pa
     /* Lq^2 / (2 psi Ld) and Ld^2 / (2 psi Ld) */
     const num_t by_q = num_mul(HALF, num_quotient(num_quotient(params->d_full, params->q_full), params->q_full));
     const num_t by_d = num_mul(HALF, num_quotient(ONE, params->d_full));
-    plan->id_deepest = num_neg(num_min(params->id_max, params->d_full));
+    plan->per_d_full = num_quotient(ONE, params->d_full);
+    plan->surely = (params->saliency > (num_t)0) ? (num_t)0 : num_neg(params->d_full);
+    plan->share_full = num_mul(params->saliency, params->d_full);
+    plan->volt_gain = num_quotient(plan->share_full, num_max(num_sub(ONE, plan->share_full), NUM_EPS));
     plan->half_square = num_mul(num_mul(params->i_max, by_q), params->i_max);
     plan->curvature = num_sub(by_q, by_d);
     return ctl_diag_ok();

@@ -157,7 +157,7 @@ void ctl_observer_target(ctl_observer_t *self, num_t speed)
     }
     s->turn_samples = samples; /* each at once: an interrupt reads them */
     s->rounding = rounding;
-    s->synchronous = (rounding != 0U) && (rounding != s->kept_rounding);
+    s->synchronous = (!s->drifts) && (rounding != 0U) && (rounding != s->kept_rounding);
 }
 
 void ctl_observer_keep_rounding(ctl_observer_t *self)
@@ -165,7 +165,7 @@ void ctl_observer_keep_rounding(ctl_observer_t *self)
     ctl_observer_state_t *const           s = &self->state;
     const ctl_angle_memory_state_t *const m = &s->memory.state;
     uint16_t                              order = 0U;
-    if ((self->params.kind == CTL_OBSERVER_ARO) && (s->rounding != 0U)) {
+    if ((self->params.kind == CTL_OBSERVER_ARO) && (s->rounding != 0U) && !s->drifts) {
         order = (uint16_t)((s->rounding - 1U) % m->grid.cells);
         order = ((2U * (uint32_t)order) > m->grid.cells) ? (uint16_t)(m->grid.cells - order) : order; /* as N points see it */
     }

@@ -5,6 +5,9 @@
 #define ALMOST_ONE NUM_C(0.9995f)
 #define CLEAR_STEP NUM_C(0.0625f)
 
+/* Samples that Q reads beyond its three taps, on either side. */
+static inline uint16_t taps_beyond(const ctl_rc_params_t *p) { return (p->q.side2 != (num_t)0) ? 1U : 0U; }
+
 /* ---- configuration ---------------------------------------------------------------------------------------------- */
 
 ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
@@ -36,7 +39,7 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
     }
     ctl_diag_also(&d, p->limit, NUM_EPS, NUM_MAX, CTL_RC_LIMIT);
     ctl_diag_also(&d, p->freeze_above, (num_t)0, NUM_MAX, CTL_RC_FREEZE);
-    if ((d.status == CTL_OK) && ((uint32_t)capacity < ((uint32_t)p->lead + p->order + 5U))) {
+    if ((d.status == CTL_OK) && ((uint32_t)capacity < ((uint32_t)p->lead + p->order + 5U + (2U * taps_beyond(p))))) {
         d = ctl_diag_count(CTL_ERR_MEMORY, CTL_RC_CAPACITY, capacity);
     }
     return d;
@@ -45,7 +48,7 @@ ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity)
 static bool is_fast(const ctl_rc_params_t *p)
 {
     return (p->order == 2U) & (p->memory == CTL_RC_KEEP) & (p->lead > 0U) & (p->fal_at != CTL_RC_FAL_OUTPUT) &
-           !(p->freeze_above > (num_t)0);
+           !(p->freeze_above > (num_t)0) & (taps_beyond(p) == 0U);
 }
 
 /* Without fal: a linear part without an end. */
@@ -83,8 +86,9 @@ ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *mem
             ctl_ring_fill_zero(&self->state.time);
         }
         self->ahead = ((params->order > 2U) && (params->memory != CTL_RC_ANGLE)) ? 1U : 0U;
-        self->shortest = (uint16_t)(params->lead + 2U + self->ahead);
-        self->longest = (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U);
+        self->shortest = (uint16_t)(params->lead + 2U + self->ahead + taps_beyond(params));
+        self->longest =
+            (params->memory == CTL_RC_ANGLE) ? (uint16_t)65534U : (uint16_t)(capacity - params->order - 1U - taps_beyond(params));
 #ifndef EVENSPIN_FIXED
         self->too_long = (float)self->longest + 1.0f;
 #endif
@@ -233,17 +237,26 @@ static inline num_t filtered(const ctl_q_t *q, const num_t a[CTL_LAGRANGE_TAPS],
     return num_mac(num_mul(q->centre, here), q->side, beside);
 }
 
-/* Q D of (1) from ring delay d on. */
-static num_t read_period(const ctl_rc_t *self, uint16_t d)
+/* D of (1) from ring delay d on. */
+static num_t delayed(const ctl_rc_t *self, uint16_t d)
 {
     const ctl_rc_state_t *const s = &self->state;
-    const ctl_q_t *const        q = &self->params.q;
-    num_t                       x[CTL_LAGRANGE_TAPS + 2U];
-    for (uint16_t j = 0U; j < (CTL_LAGRANGE_TAPS + 2U); j++) {
-        x[j] = ctl_ring_get(&s->time, (uint16_t)(d + j));
+    num_t                       sum = (num_t)0;
+    for (uint16_t j = 0U; j <= self->params.order; j++) {
+        sum = num_mac(sum, s->a[j], ctl_ring_get(&s->time, (uint16_t)(d + j)));
     }
-    const num_t y = filtered(q, s->a, x);
-    return (self->params.order > 2U) ? num_mac(y, s->a[3], ctl_q_apply(q, x[5], x[4], x[3])) : y;
+    return sum;
+}
+
+/* Q D, the newest sample of three taps at ring delay d. */
+static num_t read_period(const ctl_rc_t *self, uint16_t d)
+{
+    const ctl_q_t *const q = &self->params.q;
+    const num_t y = ctl_q_apply(q, delayed(self, d), delayed(self, (uint16_t)(d + 1U)), delayed(self, (uint16_t)(d + 2U)));
+    if (q->side2 == (num_t)0) {
+        return y;
+    }
+    return num_mac(y, q->side2, num_add(delayed(self, (uint16_t)(d - 1U)), delayed(self, (uint16_t)(d + 3U))));
 }
 
 static num_t step_in_time(ctl_rc_t *self, num_t learned)
@@ -258,8 +271,8 @@ static num_t step_in_time(ctl_rc_t *self, num_t learned)
         const num_t    w = num_add(ctl_ring_get(&s->time, at), learned);
         ctl_ring_set(&s->time, at, num_clamp(w, num_neg(limit), limit));
     }
-    const num_t y =
-        num_clamp(read_period(self, (uint16_t)(s->period.whole - 2U - self->ahead)), num_neg(limit), limit); /* k - Ni + 1 */
+    const uint16_t from = (uint16_t)(s->period.whole - 2U - self->ahead); /* k - Ni + 1 */
+    const num_t    y = num_clamp(read_period(self, from), num_neg(limit), limit);
     ctl_ring_push(&s->time, (p->lead > 0U) ? y : num_clamp(num_add(y, learned), num_neg(limit), limit));
     return y;
 }
@@ -287,17 +300,28 @@ static inline num_t step_fast(ctl_rc_t *self, num_t e)
     return y;
 }
 
-/* Q of what the turn holds around @p angle, its neighbours a sample away. Inline like its parts: three reads every sample. */
+/* Q of what the turn holds around @p angle, its neighbours a sample away. */
 static inline num_t read_turn(const ctl_rc_t *self, angle_t angle, angle_t sample)
 {
     const ctl_grid_t *const turn = &self->state.turn;
     const ctl_q_t *const    q = &self->params.q;
+    const uint16_t          beyond = taps_beyond(&self->params);
+    const uint16_t          taps = (uint16_t)(3U + (2U * beyond));
+    angle_t                 at = angle - sample - (beyond * sample);
+    num_t                   x[5];
     if (self->params.order < 2U) {
-        return ctl_q_apply(q, ctl_grid_read_linear(turn, angle - sample), ctl_grid_read_linear(turn, angle),
-                           ctl_grid_read_linear(turn, angle + sample));
+        for (uint16_t k = 0U; k < taps; k++) {
+            x[k] = ctl_grid_read_linear(turn, at);
+            at += sample;
+        }
+    } else {
+        for (uint16_t k = 0U; k < taps; k++) {
+            x[k] = ctl_grid_read_cubic_raw(turn, at);
+            at += sample;
+        }
     }
-    return ctl_q_apply(q, ctl_grid_read_cubic_raw(turn, angle - sample), ctl_grid_read_cubic_raw(turn, angle),
-                       ctl_grid_read_cubic_raw(turn, angle + sample));
+    const num_t y = ctl_q_apply(q, x[beyond], x[beyond + 1U], x[beyond + 2U]);
+    return (beyond != 0U) ? num_mac(y, q->side2, num_add(x[0], x[4])) : y;
 }
 
 /* Sample k - m is complete now: walk the memory from the last complete sample to it. */

@@ -15,7 +15,7 @@
  * z^m advances by writing m samples back: sample k completes the memory of sample k - m. The newest sample that
  * (1) reads is k - Ni + 1, hence Ni >= m + 2; shorter periods are computed with Ni = m + 2. Order 3 reads a sample more ahead, Ni >= m + 3:
  * its four points lie two and two around the place between them, so that no frequency is amplified, and Q = 1 can be stable; with
- * all but one on the same side the gain is up to 1.05.
+ * all but one on the same side the gain is up to 1.05. A Q of five taps reads one more ahead again.
  *
  * When the period changes the memory is kept as it is (CTL_RC_KEEP), cleared (CTL_RC_CLEAR, when it changes by more
  * than 1/16 sample), or it is indexed by the electrical angle (CTL_RC_ANGLE), so that what was learned at one speed
@@ -27,7 +27,8 @@
  * Total    a non-finite error is not learned and is counted; memory and output stay within +-limit, u within
  *          lambda_max limit. A period that is too long or too short is cut, and counted.
  * Cost     O(1): order + 3 reads and 2 order + 6 products, plus the coefficients when F changes, plus fal. Angle: up to
- *          cells / (m + 2) + 1 writes and 3 interpolated reads. No libm, no loop over the memory.
+ *          cells / (m + 2) + 1 writes and 3 interpolated reads. Five taps of Q: two thirds of the reading again. No libm, no loop over the
+ *          memory.
  * Agree    over 100 periods float stays within 1e-6 of the largest output of an exact calculation, fixed within 5e-6.
  * Context  one owner, one interrupt; not reentrant.
  */
@@ -48,7 +49,7 @@ typedef enum { CTL_RC_KEEP = 0, CTL_RC_CLEAR, CTL_RC_ANGLE } ctl_rc_memory_t;
 typedef struct {
     num_t            gain;     /**< k_rc, dimensionless, [0, 100]. */
     uint16_t         lead;     /**< m, samples, [0, CTL_RC_LEAD_MAX]; at least 2 for CTL_RC_ANGLE. */
-    ctl_q_t          q;        /**< Taps of Q(z), |centre| + 2 |side| <= 1. */
+    ctl_q_t          q;        /**< Taps of Q(z), |Q| <= 1 at every frequency. */
     uint16_t         order;    /**< Lagrange order, [0, 3]. */
     bool             truncate; /**< Order 0: cut N to whole samples instead of rounding it. */
     ctl_rc_fal_at_t  fal_at;
@@ -91,7 +92,7 @@ typedef struct {
     float too_long; /**< longest + 1. */
 #endif
     bool             whole_only; /**< Periods have no fraction. */
-    bool             fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes. */
+    bool             fast;       /**< Order 2, memory kept, a lead, fal not at the output, nothing freezes, three taps. */
     const ctl_fal_t *fal;        /**< The table in use, one of `table`. */
     ctl_fal_t        table[2];   /**< The one in use, and one for ctl_rc_prepare. */
     bool             prepared;   /**< The table that is not in use is ready. */
@@ -115,14 +116,14 @@ enum {
 /**
  * Validate, take over the memory, forget everything. On error @p self stays as it was.
  * @param memory    samples (keep, clear) or cells per electrical turn (angle), owned by the caller.
- * @param capacity  how many; at least lead + order + 5.
+ * @param capacity  how many; at least lead + order + 5, and 2 more with five taps of Q.
  */
 ctl_diag_t ctl_rc_init(ctl_rc_t *self, const ctl_rc_params_t *params, num_t *memory, uint16_t capacity);
 /** What ctl_rc_init would say with a memory of @p capacity; @p p is not NULL. Needs no object. */
 ctl_diag_t ctl_rc_check(const ctl_rc_params_t *p, uint16_t capacity);
 
 /**
- * Other parameters, that ctl_rc_init would accept; order, lead, memory and capacity are those of before. What was learned stays.
+ * Other parameters, that ctl_rc_init would accept; order, lead, side2 of Q, memory and capacity are those of before. What was learned stays.
  * In two parts: prepare designs fal where ctl_rc_step does not read, and takes its time; take_prepared switches to it, with the same
  * parameters, while no step runs. Prepare once, then switch, before the next.
  */

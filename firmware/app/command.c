@@ -70,6 +70,7 @@ void drive_hand_over(drive_t *d, const drive_command_t *c)
     order->speed_limit = num_abs(drive_per_base(d->command[idle].speed_ref_rad_s, d->scale.inv_speed));
     order->ramp = (d->stopping.how == DRIVE_STOP_RAMP) ? DRIVE_RAMP_STOP : (speed->ramps ? DRIVE_RAMP_SET : DRIVE_RAMP_NONE);
     order->iq_max = drive_per_base(room_a(p, longest, id), d->scale.inv_current);
+    drive_order_excitation(d, order);
     order->room = (d->thermal.share < 1.0f) ? drive_per_base(longest, d->scale.inv_current) : NUM_MAX;
     hal_order();
     d->command_at = idle;
@@ -92,6 +93,7 @@ bool drive_command(drive_t *d, const drive_command_t *command)
     if (d->stopping.how == DRIVE_STOP_RAMP) {
         d->stopping.resume = *command; /* for the next start */
     } else {
+        drive_forget_excitation(d);
         drive_hand_over(d, command); /* a current beyond its limit is cut */
     }
     return true;

@@ -52,10 +52,12 @@ static uint16_t make(const drive_params_t *p, drive_setup_t *s)
     s->limits = (drive_limits_t){p->over_current_a, p->over_voltage_v, p->under_voltage_v, p->over_speed_rad_s};
     s->period_cyc = hal_clock_hz() / DRIVE_PWM_HZ;
     drive_make_thermal(p, &s->scale, &s->thermal);
+    drive_make_braking(p, &s->scale, &s->braking);
     drive_make_correction(p, &s->scale, &s->sensors);
     drive_make_plausibility(p, s);
     uint16_t bad = drive_make_current(p, &s->scale, &s->current);
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_reference(p, &s->scale, &s->reference);
+    s->more = s->reference.used || s->thermal.used || s->braking.chops;
     bad = (bad != (uint16_t)PARAM_COUNT) ? bad : drive_make_tracking(p, &s->scale, &s->tracking);
     drive_make_motion(p, s);
     drive_make_stall(p, s);
@@ -94,6 +96,7 @@ uint16_t drive_build(drive_t *d)
         s->observer.used = false;
         s->sensors.used = false;
         s->reference.used = false;
+        s->more = false;
         s->sensors.learns = false;
         drive_build_correction(&d->sensors, &s->sensors, &s->scale);
         return bad;

@@ -135,11 +135,51 @@ static inline void control_currents(drive_t *d, const drive_setup_t *setup, angl
     (void)hal_inverter_set_duty(&out);
 }
 
+static num_t next_sine(drive_current_t *c, num_t amplitude, angle_t step)
+{
+    num_t sine;
+    num_t cosine;
+    c->excite_phase += step;
+    angle_sincos(c->excite_phase, &sine, &cosine);
+    return num_mul(amplitude, sine);
+}
+
+/* Of the torque: it changes with what the speed loop asks for, which acts a period after its sample, or in it where it is inlined. */
+static num_t held_sine(drive_t *d, const drive_order_t *order)
+{
+    drive_current_t *const           c = &d->current;
+    const drive_speed_setup_t *const speed = &d->setup->speed;
+    const num_t                      before = c->excite_held;
+    if (d->speed_count != speed->between) {
+        return before;
+    }
+    c->excite_held = next_sine(c, order->excite_held, order->excite_step);
+    return speed->inlined ? c->excite_held : before;
+}
+
+/* Torque as it is commanded, or with an excitation on top; apart from take_references, which stays as short as it is without. */
+static num_t unusual_torque(drive_t *d, const drive_order_t *order, num_t needed)
+{
+    drive_current_t *const c = &d->current;
+    num_t                  excitation = (num_t)0;
+    if (order->excite_held != (num_t)0) {
+        excitation = held_sine(d, order);
+    } else if (order->excite_iq != (num_t)0) {
+        excitation = next_sine(c, order->excite_iq, order->excite_step);
+    } else {
+        c->excite_held = (num_t)0;
+    }
+    const num_t without = num_clamp(order->torque ? order->iq : needed, num_neg(order->iq_max), order->iq_max);
+    const num_t with = num_clamp(num_add(without, excitation), num_neg(order->iq_max), order->iq_max);
+    c->excitation = num_sub(with, without);
+    return with;
+}
+
 static inline void take_references(drive_t *d)
 {
     const drive_order_t *const order = drive_active_order(d);
     const num_t                needed = num_sub(d->speed.iq_ref, d->observer.estimate);
-    const num_t                iq = order->torque ? order->iq : needed;
+    const num_t                iq = order->plain ? needed : unusual_torque(d, order, needed);
 
     d->current.ref.d = order->id;
     d->current.ref.q = num_clamp(iq, num_neg(order->iq_max), order->iq_max);
@@ -164,13 +204,19 @@ static void refer_currents(drive_t *d, const drive_setup_t *setup)
 {
     drive_current_t *const             c = &d->current;
     const ctl_reference_state_t *const r = &d->reference;
-    if (drive_active_order(d)->torque) {
+    const drive_order_t *const         order = drive_active_order(d);
+    if (order->torque) {
         c->decoupled = false;
         return;
     }
     const num_t needed = num_sub(d->speed.iq_ref, d->observer.estimate);
     c->ref.d = r->id;
     c->ref.q = num_clamp(num_mul(needed, r->q_share), num_neg(r->iq_max), r->iq_max);
+    if (!order->plain) {
+        const num_t without = c->ref.q;
+        c->ref.q = num_clamp(num_mac(without, c->excitation, r->q_share), num_neg(r->iq_max), r->iq_max);
+        c->excitation = num_sub(c->ref.q, without);
+    }
     c->torque = num_mul(c->ref.q, r->gain);
     if (setup->current.decouples) {
         decouple(c, &setup->current.deadbeat, d->tracking.pll.state.w);

@@ -89,16 +89,38 @@ typedef struct {
 } drive_command_t;
 
 enum { DRIVE_RAMP_NONE = 0, DRIVE_RAMP_SET = 1, DRIVE_RAMP_STOP = 2 }; /* at once; as the parameters say; to the rest of a stop */
+#define DRIVE_SPEED_EXCITED 4U                                         /* beside them: an excitation on top */
+
+/** Where a sine is added, from which a frequency response is measured. */
+typedef enum {
+    DRIVE_EXCITE_NONE = 0,
+    DRIVE_EXCITE_TORQUE, /**< The q current reference, held from one sample of the speed loop to the next, as what that asks for. */
+    DRIVE_EXCITE_CURRENT, /**< The q current reference in every PWM period. */
+    DRIVE_EXCITE_SPEED,   /**< The speed reference. */
+    DRIVE_EXCITES
+} drive_excite_t;
+
+/** An excitation; bounded by drive_excite_refuses. */
+typedef struct {
+    drive_excite_t where;
+    float          amplitude; /**< Ampere of q current (with mtpa of torque current), or rad/s. */
+    float          hz;
+} drive_excitation_t;
 
 /** What the current interrupt makes of it: within the limits, in the numeric of the build. The d axis comes first, and what
  *  it leaves of the longest vector bounds the q axis, whoever asks for it. */
 typedef struct {
     num_t    id, iq, iq_max;
     bool     torque;      /**< Current mode: iq as it is, not as the speed or position loop needs it. */
+    bool     plain;       /**< Neither that nor an excitation of the torque: the q current is what the loops need. */
+    num_t    excite_held; /**< Amplitude of the excitation of the torque; 0: none. */
+    num_t    excite_iq;   /**< Of that of the current; 0: none. */
+    float    excite_rad_s;
+    angle_t  excite_step; /**< Of its phase, per sample of where it acts. */
     int64_t  speed;       /**< Speed asked for, in steps of the ramp. */
     num_t    room;        /**< Bound of the torque where motor or bridge are too hot for the limits, else NUM_MAX. */
     num_t    speed_limit; /**< Torque mode: size of the speed. */
-    uint16_t ramp;        /**< Speed mode: DRIVE_RAMP_SET and DRIVE_RAMP_STOP limit the acceleration. */
+    uint16_t ramp;        /**< Speed mode: DRIVE_RAMP_SET and DRIVE_RAMP_STOP limit the acceleration; DRIVE_SPEED_EXCITED. */
 } drive_order_t;
 
 /** Base values. All 1 in the float build. */
@@ -177,6 +199,7 @@ typedef struct {
     ctl_observer_params_t observer;
     uint16_t              capacity;
     bool                  used, meter_used, hold;
+    num_t                 drift;       /**< Part of the speed by which the reference may be lowered: ctl_observer_let_drift. */
     bool                  speed_asked; /**< The speed loop uses the speed of the meter. */
 } drive_observer_setup_t;
 
@@ -212,6 +235,17 @@ typedef struct {
     num_t                fast; /**< Speed from which the legs share the heat. */
 } drive_thermal_setup_t;
 
+/** Braking into a dc link that takes no energy back; voltages SI. */
+typedef struct {
+    bool                 limited;
+    float                end_v, per_band; /**< No braking from there on; 1 / width of the line. */
+    num_t                heats;           /**< Current, per speed, from which on the winding takes more than the shaft gives. */
+    bool                 chops;
+    float                chop_v, chop_per_v; /**< The chopper begins there; on-time per volt above. */
+    float                per_ohm;
+    ctl_thermal_params_t resistor; /**< Of a load in W instead of A^2. */
+} drive_braking_setup_t;
+
 /** Index pulse against count, SI. */
 typedef struct {
     float tolerance_rad, counts_per_rad; /**< Tolerance 0: never judged. */
@@ -232,8 +266,10 @@ typedef struct {
     drive_stall_setup_t        stall;
     drive_index_setup_t        index;
     drive_thermal_setup_t      thermal;
+    drive_braking_setup_t      braking;
     drive_plausibility_setup_t plausibility;
-    uint32_t                   period_cyc; /**< CPU cycles per PWM period. */
+    bool     more;       /**< The speed interrupt has more to do than the loop: `reference`, `thermal` or a chopper. */
+    uint32_t period_cyc; /**< CPU cycles per PWM period. */
 } drive_setup_t;
 
 typedef struct {
@@ -260,6 +296,9 @@ typedef struct {
     ctl_dq_t             induced;   /**< By the speed, which the integral parts hold. */
     bool                 decoupled; /**< `induced` is of the last sample. */
     num_t                torque;    /**< Of `ref`, as the q current that makes it with no d current. */
+    angle_t              excite_phase;
+    num_t                excite_held; /**< Of the torque, until the next sample of the speed loop. */
+    num_t                excitation;  /**< Part of `ref.q`, within its limits; not written while the order is plain. */
 } drive_current_t;
 
 /** True current = measured current times scale less shift, phase by phase. */
@@ -294,6 +333,7 @@ typedef struct {
     angle_t            theta_e;
     num_t              meas, error, correction;
     num_t              followed; /**< Low-passed reference, for a set-point weight below 1. */
+    num_t              drift;    /**< Added to the error, so that the encoder's rounding drifts; main loop. */
     num_t              iq_ref;   /**< q current reference; read by the current interrupt. */
     num_t              fed;      /**< Part of iq_ref that compensates what the disturbance observer would see; read with it. */
     float              ref_rad_s;
@@ -302,6 +342,7 @@ typedef struct {
     bool               ramping; /**< `ramp` has the reference. */
     ctl_speed_bound_t  bound;   /**< Torque mode. */
     bool               bounded; /**< `bound` has the torque. */
+    angle_t            excite_phase;
 } drive_speed_t;
 
 /** A position for who preempts the speed interrupt or is preempted by it: 64 bits are two accesses. */
@@ -346,6 +387,21 @@ typedef struct {
     uint16_t   bad[HAL_TEMPERATURES];     /**< and for how many passes too much, or nothing; main loop. */
 } drive_thermal_t;
 
+/** The input for safe torque off; main loop. */
+typedef struct {
+    uint16_t channels; /**< That ask for it, bits. */
+    uint32_t since;    /**< Number of the sample in which they were the same for the last time. */
+    uint16_t stuck;    /**< The channel, 1 or 2, that asked for nothing for too long; 0: both work. */
+} drive_sto_t;
+
+/** The dc link while the motor brakes; speed interrupt. */
+typedef struct {
+    float      before_v; /**< In the sample before. */
+    float      brake_w;  /**< Power of the brake resistor until the next sample. */
+    ctl_heat_t resistor;
+    bool       rests; /**< It was too hot and cools. */
+} drive_braking_t;
+
 #define DRIVE_RESTARTS 8U /**< Most of restart_limit. */
 
 /** Starts after a trip; main loop. */
@@ -389,13 +445,15 @@ typedef struct {
     drive_command_t    command[2];
     drive_order_t      order[2];   /**< Of each. */
     volatile uint16_t  command_at; /**< Which of the two the interrupts read. */
+    drive_excitation_t excitation; /**< Part of the newest order; main loop. */
 
     volatile drive_state_t state;
     volatile drive_fault_t fault;
     uint16_t      fault_detail; /**< FAULT_configuration: index of the parameter; FAULT_align_pole_pairs: what the motion shows;
                             *   FAULT_memory_changed: what has changed, memory_check.h; FAULT_restart_lockout: seconds to wait;
                             *   FAULT_encoder_index: counts lost or added; FAULT_temperature_sensor: 1 of the motor, 2 of the
-                            *   bridge. */
+                            *   bridge; FAULT_sto_discrepancy: the channel; FAULT_safe_torque_off: the channels that ask for it now,
+                            *   1, 2 or 3 for both, and 4 times the one that did not open. */
     bool          started_up;   /**< The offsets are known. */
     bool          start_wanted, stop_wanted, clear_wanted;
     drive_stop_t  stopping;
@@ -419,6 +477,8 @@ typedef struct {
     store_t                  storage;     /**< Main loop; parameters (services) and table. */
     uint16_t                 saved_cells; /**< Of the table that is being saved. */
     drive_thermal_t          thermal;
+    drive_braking_t          braking;
+    drive_sto_t              sto;
     drive_motion_t           motion; /**< Whether motion and torque agree; speed interrupt. */
     drive_restarts_t         restarts;
     drive_index_t            index;
@@ -470,6 +530,23 @@ enum {
     DRIVE_COMMAND_ANGLE = 5,
     DRIVE_COMMAND_MODE = 6
 };
+/**
+ * Add a sine to the torque or the speed reference of the running drive, from which a frequency response is measured; another one
+ * replaces it, and its phase goes on. Ends with DRIVE_EXCITE_NONE, a new command, a stop, a fault, and a parameter set that it is refused
+ * with. Main loop only.
+ * @param hz  frequency that it has: a whole number of steps of 2^-32 turns per sample.
+ * @return as drive_excite_refuses; nothing changes but for DRIVE_EXCITE_FINE. While it is off it costs the current interrupt nothing;
+ * `evenspin cycles` has what it costs else (excitation).
+ */
+uint16_t drive_excite(drive_t *d, const drive_excitation_t *excitation, float *low, float *high, float *hz);
+/** The first field that cannot be, and its limits. STATE: the drive does not run, or is being stopped. WHERE: no such place; only speed
+ *  mode has a speed reference; repetitive control, ro, aro, silc, src and rdc_learn_gain would learn the sine, unless observer_hold.
+ *  AMPLITUDE: above 0, within iq_limit_a; of the speed, with the reference within over_speed_rad_s. HZ: from 0.01 to 0.45 of the sample
+ *  rate of where it acts. */
+enum { DRIVE_EXCITE_WHERE = 0, DRIVE_EXCITE_AMPLITUDE = 1, DRIVE_EXCITE_HZ = 2, DRIVE_EXCITE_STATE = 3, DRIVE_EXCITE_FINE = 4 };
+uint16_t drive_excite_refuses(const drive_t *d, const drive_excitation_t *excitation, float *low, float *high);
+/** Excitation of the torque now, ampere. Any context. */
+float drive_excitation_a(const drive_t *d);
 /** The first field beyond its limit, and that limit: the field has to be within plus and minus it. */
 uint16_t drive_command_refuses(const drive_t *d, const drive_command_t *command, float *limit);
 /**
@@ -546,6 +623,7 @@ void drive_restart_timing(drive_t *d);
 /** I2t: heat of the motor, and of the hottest leg of the bridge; 1: what the continuous current leads to. Any context. */
 float drive_motor_heat(const drive_t *d);
 float drive_bridge_heat(const drive_t *d);
+float drive_chopper_heat(const drive_t *d); /**< Of the brake resistor. */
 /** Speed that the loop uses, rad/s mechanical. */
 float drive_speed_rad_s(const drive_t *d);
 /** Until a start after a trip is allowed again; 0: now. Any context. */

@@ -104,6 +104,10 @@ float drive_id_max_a(const drive_params_t *params);
 float drive_emf_v(const drive_params_t *params);
 /** command.c: hand the newest command over again, under the limits in force. */
 void drive_command_again(drive_t *d);
+/** excite.c: its share of an order; drops an excitation that the set in force refuses. Main loop. */
+void drive_order_excitation(drive_t *d, drive_order_t *order);
+/** excite.c: no excitation any more; acts with the next order. Main loop. */
+static inline void drive_forget_excitation(drive_t *d) { d->excitation.where = DRIVE_EXCITE_NONE; }
 /** command.c: hand over a command that has been judged. */
 void drive_hand_over(drive_t *d, const drive_command_t *command);
 
@@ -123,6 +127,15 @@ void drive_attend_restarts(drive_t *d);
 void drive_make_thermal(const drive_params_t *params, const drive_scale_t *scale, drive_thermal_setup_t *setup);
 void drive_heat(drive_t *d);
 void drive_attend_thermal(drive_t *d);
+
+/** braking.c: its share of the setup; what of a torque the dc link leaves, speed interrupt, once a sample, where it is limited. */
+void  drive_make_braking(const drive_params_t *params, const drive_scale_t *scale, drive_braking_setup_t *setup);
+num_t drive_limit_braking(drive_t *d, num_t torque);
+/** braking.c: the brake resistor, for one sample; speed interrupt, in every state, where it is used. */
+void drive_chop(drive_t *d);
+
+/** sto.c: the diagnosis of the input for safe torque off, once per pass of the main loop. */
+void drive_attend_sto(drive_t *d);
 
 /** A scaled number. When it is beyond the numeric, 128 per unit in the fixed build, its parameter is noted as the
  *  culprit: cutting it would give another drive than the one asked for. */
@@ -267,6 +280,13 @@ static inline num_t drive_torque_room(const drive_t *d)
     const drive_order_t *const order = drive_active_order(d);
     return d->setup->reference.used ? num_add(num_min(d->reference.room, order->room), num_abs(d->observer.estimate))
                                     : order->iq_max;
+}
+/** A torque within its room, and within what the dc link leaves for braking. Speed interrupt. */
+static inline num_t drive_within_room(drive_t *d, num_t torque)
+{
+    const num_t room = drive_torque_room(d);
+    const num_t cut = num_clamp(torque, num_neg(room), room);
+    return d->setup->braking.limited ? drive_limit_braking(d, cut) : cut;
 }
 static inline num_t drive_iq_room(const drive_t *d) { return num_min(d->reference.iq_max, drive_active_order(d)->iq_max); }
 /** The q current is at its limit, by as much as noise may hide. */

@@ -66,6 +66,8 @@ static float most(const hal_limits_t *board, uint16_t param)
         return hottest(HAL_TEMPERATURE_MOTOR, info->max);
     case PARAM_bridge_trip_c:
         return hottest(HAL_TEMPERATURE_BRIDGE, info->max);
+    case PARAM_chopper_v:
+        return board->has_chopper ? info->max : 0.0f;
     case PARAM_encoder_counts:
         return (board->encoder_counts > 0.0f) ? board->encoder_counts : info->max;
     default:
@@ -82,8 +84,9 @@ float drive_board_max(uint16_t param)
 
 uint16_t drive_board_refuses(const drive_params_t *p)
 {
-    static const uint16_t BOUND[] = {PARAM_over_current_a, PARAM_over_voltage_v, PARAM_over_speed_rad_s, PARAM_offset_limit_a,
-                                     PARAM_iq_limit_a,     PARAM_id_limit_a,     PARAM_align_current_a,  PARAM_voltage_limit_v};
+    static const uint16_t BOUND[] = {PARAM_over_current_a,  PARAM_over_voltage_v,  PARAM_over_speed_rad_s,
+                                     PARAM_offset_limit_a,  PARAM_iq_limit_a,      PARAM_id_limit_a,
+                                     PARAM_align_current_a, PARAM_voltage_limit_v, PARAM_chopper_v};
     hal_limits_t          board;
     hal_limits(&board);
     if ((board.encoder_counts > 0.0f) && (p->encoder_counts != board.encoder_counts)) {
@@ -115,6 +118,19 @@ static void narrow(const drive_params_t *p, uint16_t param, float *low, float *h
     case PARAM_motor_continuous_a:
     case PARAM_bridge_continuous_a:
         *high = least(*high, p->over_current_a);
+        break;
+    case PARAM_regeneration_limit_v: /* and there is a band below it */
+        *high = least(*high, p->over_voltage_v);
+        *low = (p->regeneration_limit_v > 0.0f) ? p->regeneration_band_v : *low;
+        break;
+    case PARAM_chopper_v: /* full on before the braking is bounded, and before the trip */
+        *high = (p->regeneration_limit_v > 0.0f) ? (p->regeneration_limit_v - p->regeneration_band_v) : p->over_voltage_v;
+        *high = (*high > p->chopper_band_v) ? (*high - p->chopper_band_v) : 0.0f;
+        break;
+    case PARAM_chopper_continuous_w: /* what the thermal model counts */
+        *low = (p->chopper_continuous_w > 0.0f)
+                   ? (p->over_voltage_v * p->over_voltage_v / (p->chopper_ohm * CTL_THERMAL_LOAD_MAX))
+                   : *low;
         break;
     case PARAM_motor_derate_c: /* beyond it the drive has tripped */
         *high = (p->motor_trip_c > 1.0f) ? (p->motor_trip_c - 1.0f) : 0.0f;
@@ -174,10 +190,11 @@ static bool fits(const drive_params_t *p, uint16_t param)
 uint16_t drive_relation_refuses(const drive_params_t *p)
 {
     static const uint16_t RELATED[] = {
-        PARAM_under_voltage_v,     PARAM_iq_limit_a,         PARAM_align_current_a,    PARAM_voltage_limit_v,
-        PARAM_profile_speed_rad_s, PARAM_current_offset_a_a, PARAM_current_offset_b_a, PARAM_current_offset_c_a,
-        PARAM_current_gain_a,      PARAM_current_gain_b,     PARAM_current_gain_c,     PARAM_motor_continuous_a,
-        PARAM_bridge_continuous_a, PARAM_stall_torque_a,     PARAM_motor_derate_c,     PARAM_bridge_derate_c};
+        PARAM_under_voltage_v,      PARAM_iq_limit_a,         PARAM_align_current_a,     PARAM_voltage_limit_v,
+        PARAM_profile_speed_rad_s,  PARAM_current_offset_a_a, PARAM_current_offset_b_a,  PARAM_current_offset_c_a,
+        PARAM_current_gain_a,       PARAM_current_gain_b,     PARAM_current_gain_c,      PARAM_motor_continuous_a,
+        PARAM_bridge_continuous_a,  PARAM_stall_torque_a,     PARAM_motor_derate_c,      PARAM_bridge_derate_c,
+        PARAM_regeneration_limit_v, PARAM_chopper_v,          PARAM_chopper_continuous_w};
     for (uint16_t k = 0U; k < (uint16_t)(sizeof RELATED / sizeof RELATED[0]); k++) {
         if (!fits(p, RELATED[k])) {
             return RELATED[k];

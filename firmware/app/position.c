@@ -150,8 +150,7 @@ void drive_position_step(drive_t *d, const drive_command_t *command)
             torque = num_add(torque, ctl_ilc_step(&o->learn, theta, num_add(feedback, o->rdc.robust)));
         }
     }
-    const num_t room = drive_torque_room(d);
-    const num_t limited = num_clamp(torque, num_neg(room), room);
+    const num_t limited = drive_within_room(d, torque);
     ctl_pi_commit(&o->pi, num_add(feedback, num_sub(limited, torque)));
     ctl_pi_reset(&d->speed.pi, limited); /* speed mode goes on with this torque */
     hand_over(&d->speed, o, limited, fed, q->torque_delay);

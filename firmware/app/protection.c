@@ -30,7 +30,8 @@ void drive_check_hardware(drive_t *d)
                                                                 FAULT_late_interrupt,
                                                                 FAULT_processor_halted,
                                                                 FAULT_processor_clock,
-                                                                FAULT_processor_memory};
+                                                                FAULT_processor_memory,
+                                                                FAULT_safe_torque_off};
     const hal_inverter_fault_t found = hal_inverter_fault();
     const drive_fault_t        fault = (found < HAL_INVERTER_FAULTS) ? FAULT_OF[found] : FAULT_gate_driver;
     if (fault == FAULT_none) {

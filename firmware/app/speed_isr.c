@@ -37,17 +37,17 @@ static void check_over_speed(drive_t *d)
     }
 }
 
-static num_t ripple_correction(drive_t *d, num_t error, num_t ref)
+static num_t ripple_correction(drive_t *d, const drive_speed_setup_t *setup, num_t error, num_t ref)
 {
-    if (!d->setup->speed.rc_used) {
-        return (num_t)0;
+    if (!setup->rc_used) {
+        return d->speed.drift;
     }
     uint16_t whole = 0U;
     num_t    fraction = (num_t)0;
-    if (!ctl_rc_period_unchecked(&d->speed.rc, d->setup->speed.rc_period_scale, num_abs(ref), &whole, &fraction)) {
+    if (!ctl_rc_period_unchecked(&d->speed.rc, setup->rc_period_scale, num_abs(ref), &whole, &fraction)) {
         return (num_t)0; /* too slow for the memory, or no reference: the controller rests and keeps what it knows */
     }
-    return ctl_rc_step_unchecked(&d->speed.rc, error, whole, fraction, d->speed.theta_e);
+    return num_add(ctl_rc_step_unchecked(&d->speed.rc, error, whole, fraction, d->speed.theta_e), d->speed.drift);
 }
 
 /* The reference that the loop follows: all of it, or part at once and the rest through the low-pass kp / ki, which cancels the zero
@@ -87,6 +87,27 @@ static float ramped(drive_t *d, const ctl_ramp_params_t *ramp, const drive_comma
     return (at == target) ? cmd->speed_ref_rad_s : (ctl_float_of_long(at) * (1.0f / DRIVE_RAMP_STEPS));
 }
 
+/* Any other reference than the one commanded: along a ramp, with an excitation on top, or both. */
+static float on_its_way(drive_t *d, uint16_t how, const drive_command_t *cmd)
+{
+    drive_speed_t *const s = &d->speed;
+    float                ref = cmd->speed_ref_rad_s;
+    if ((how & (uint16_t)~DRIVE_SPEED_EXCITED) != 0U) {
+        ref = ramped(d, ((how & DRIVE_RAMP_STOP) != 0U) ? &d->setup->speed.stop_ramp : &d->setup->speed.ramp, cmd);
+    } else {
+        s->ramping = false;
+    }
+    if ((how & DRIVE_SPEED_EXCITED) != 0U) {
+        const drive_order_t *const order = drive_active_order(d);
+        num_t                      sine;
+        num_t                      cosine;
+        s->excite_phase += order->excite_step;
+        angle_sincos(s->excite_phase, &sine, &cosine);
+        ref += order->excite_rad_s * num_to_float(sine);
+    }
+    return ref;
+}
+
 /* Torque as it is asked for between two limits of the speed. */
 static void follow_torque(drive_t *d, const drive_command_t *cmd)
 {
@@ -102,7 +123,7 @@ static void follow_torque(drive_t *d, const drive_command_t *cmd)
     }
     s->ref_rad_s = cmd->speed_ref_rad_s;
     s->error = (order->iq < (num_t)0) ? low : high;
-    s->iq_ref = ctl_speed_bound_step(&p, &s->bound, order->iq, low, high, drive_torque_room(d));
+    s->iq_ref = drive_within_room(d, ctl_speed_bound_step(&p, &s->bound, order->iq, low, high, drive_torque_room(d)));
     ctl_pi_reset(&s->pi, s->iq_ref); /* speed mode goes on with this torque */
 }
 
@@ -146,34 +167,40 @@ static inline void step(drive_t *d)
     const uint16_t how = drive_active_order(d)->ramp;
     s->bounded = false;
     if (how != DRIVE_RAMP_NONE) {
-        s->ref_rad_s = ramped(d, (how == DRIVE_RAMP_STOP) ? &d->setup->speed.stop_ramp : &d->setup->speed.ramp, cmd);
+        s->ref_rad_s = on_its_way(d, how, cmd);
     } else {
         s->ref_rad_s = cmd->speed_ref_rad_s;
         s->ramping = false;
     }
-    const num_t ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
+    const drive_speed_setup_t *const setup = &d->setup->speed; /* one load: stores in between might change the pointer */
+    const num_t                      ref = drive_per_base(s->ref_rad_s, d->scale.inv_speed);
     d->motion.asked = ref;
 
-    s->error = num_mul(num_sub(weighted(s, &d->setup->speed, ref), s->meas), d->setup->speed.error_scale);
-    s->correction = ripple_correction(d, s->error, ref);
-    const num_t room = drive_torque_room(d); /* what the d axis leaves */
+    s->error = num_mul(num_sub(weighted(s, setup, ref), s->meas), setup->error_scale);
+    s->correction = ripple_correction(d, setup, s->error, ref);
     const num_t feedback = ctl_pi_output(&s->pi, num_add(s->error, s->correction));
-    num_t torque = d->setup->speed.notched ? ctl_notch_step_unchecked(&d->setup->speed.notch, &s->notch, feedback) : feedback;
-    if (d->setup->speed.feeds) {
+    num_t       torque = setup->notched ? ctl_notch_step_unchecked(&setup->notch, &s->notch, feedback) : feedback;
+    if (setup->feeds) {
         torque = num_add(torque, model_torque(d, ref));
     }
-    s->iq_ref = num_clamp(torque, num_neg(room), room);
+    s->iq_ref = drive_within_room(d, torque); /* what the d axis leaves */
     ctl_pi_commit(&s->pi, num_add(feedback, num_sub(s->iq_ref, torque)));
 }
 
 void drive_speed_step(drive_t *d)
 {
     step(d);
+    if (!d->setup->more) { /* one branch for all of it */
+        return;
+    }
     if (d->setup->reference.used) {
         drive_refer_currents(d);
     }
     if (d->setup->thermal.used) {
         drive_heat(d);
+    }
+    if (d->setup->braking.chops) {
+        drive_chop(d);
     }
 }
 

@@ -40,6 +40,7 @@ uint16_t drive_make_repetitive(const drive_params_t *p, const drive_scale_t *sca
     s->rc.lead = p->rc_lead;
     s->rc.q.side = num_from_float(p->rc_q_side);
     s->rc.q.centre = num_from_float(p->rc_q_centre);
+    s->rc.q.side2 = num_from_float(p->rc_q_side2);
     s->rc.order = (p->method == (uint16_t)DRIVE_METHOD_CRC) ? 0U : p->rc_order;
     s->rc.truncate = p->rc_truncate != 0U;
     s->rc.fal_at = fal ? ((p->rc_fal_at == 0U) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_OUTPUT) : CTL_RC_FAL_NONE;
@@ -96,6 +97,7 @@ void drive_build_repetitive(drive_speed_t *v, const drive_speed_setup_t *s, num_
 bool drive_repetitive_differs(const drive_speed_setup_t *before, const drive_speed_setup_t *s)
 {
     const bool same = before->rc_used && (before->rc.memory == s->rc.memory) && (before->rc_capacity == s->rc_capacity) &&
-                      (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead);
+                      (before->rc.order == s->rc.order) && (before->rc.lead == s->rc.lead) &&
+                      (before->rc.q.side2 == s->rc.q.side2);
     return s->rc_used && !same;
 }

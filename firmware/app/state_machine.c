@@ -125,7 +125,9 @@ static void leave_fault(drive_t *d)
     if (drive_fault_voids_zero(d->fault)) {
         forget_zero(d);
     }
-    drive_note_clear(d);
+    if (d->fault != FAULT_safe_torque_off) { /* who opens a guard has not overloaded anything */
+        drive_note_clear(d);
+    }
     d->fault = FAULT_none;
     d->fault_detail = 0U;
     d->lost_samples = 0U;
@@ -166,17 +168,23 @@ static void wait_for_start(drive_t *d)
     }
 }
 
-/* Background work of the observer: target speed, the order of the encoder's rounding, quality figure. */
+/* Background work of the observer: target speed, the order of the encoder's rounding or its drift, quality figure. */
 static void attend_observer(drive_t *d)
 {
+    num_t drift = (num_t)0;
     if (d->setup->observer.used) {
         const drive_command_t *const c = drive_active_command(d);
-        ctl_observer_target(&d->observer.observer, (c->mode == DRIVE_MODE_POSITION)
-                                                       ? d->position.setpoint.speed
-                                                       : drive_per_base(c->speed_ref_rad_s, d->scale.inv_speed));
+        const num_t target = (c->mode == DRIVE_MODE_POSITION) ? d->position.setpoint.speed
+                                                              : drive_per_base(c->speed_ref_rad_s, d->scale.inv_speed);
+        ctl_observer_let_drift(&d->observer.observer, (d->setup->observer.drift > (num_t)0) && (c->mode == DRIVE_MODE_SPEED));
+        ctl_observer_target(&d->observer.observer, target);
         ctl_observer_keep_rounding(&d->observer.observer);
         ctl_observer_update_quality(&d->observer.observer);
+        drift = ctl_observer_drifts(&d->observer.observer)
+                    ? num_mul(num_neg(num_mul(target, d->setup->observer.drift)), d->setup->speed.error_scale)
+                    : (num_t)0;
     }
+    d->speed.drift = drift;
 }
 
 void drive_background(drive_t *d)
@@ -240,7 +248,11 @@ void drive_background(drive_t *d)
     if (!drive_is_armed(d)) {
         drive_stop_forget(d);
         drive_command_nothing(d); /* what was commanded last does not act any more */
+        if (d->excitation.where != DRIVE_EXCITE_NONE) {
+            drive_command_again(d); /* without it */
+        }
     }
+    drive_attend_sto(d);
     attend_observer(d);
     drive_attend_correction(d);
     drive_attend_thermal(d);

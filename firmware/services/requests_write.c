@@ -300,6 +300,36 @@ link_refusal_t request_setpoint(services_t *s, codec_reader_t *in, codec_writer_
     return LINK_FINE;
 }
 
+link_refusal_t request_excite(services_t *s, codec_reader_t *in, codec_writer_t *out)
+{
+    if (!s->session.may_write) {
+        return LINK_NO_schema;
+    }
+    if (services_saving(s)) {
+        return LINK_NO_busy;
+    }
+    const uint16_t     where = codec_get_u8(in);
+    drive_excitation_t e = {DRIVE_EXCITE_NONE, codec_get_f32(in), 0.0f};
+    float              low = 0.0f;
+    float              high = (float)DRIVE_EXCITES - 1.0f;
+    float              hz = 0.0f;
+    e.hz = codec_get_f32(in);
+    if (where >= (uint16_t)DRIVE_EXCITES) {
+        return services_refuse(s, LINK_NO_range, 0U, low, high);
+    }
+    e.where = (drive_excite_t)where;
+    const uint16_t field = drive_excite(s->setup.drive, &e, &low, &high, &hz);
+    if (field == (uint16_t)DRIVE_EXCITE_STATE) {
+        return bad_state(s);
+    }
+    if (field != (uint16_t)DRIVE_EXCITE_FINE) {
+        return services_refuse(s, LINK_NO_range, field, low, high);
+    }
+    codec_put_u32(out, s->counter);
+    codec_put_f32(out, hz);
+    return LINK_FINE;
+}
+
 link_refusal_t request_timeout(services_t *s, codec_reader_t *in, codec_writer_t *out)
 {
     const uint16_t ms = codec_get_u16(in);

@@ -33,6 +33,8 @@ void sim_board_start(sim_board_t *board)
     board->latched_fault = HAL_INVERTER_FINE;
     board->armed = false;
     board->gates_on = false;
+    board->brake_duty = 0.0;
+    board->brake_periods = 0U;
     board->speed_requested = false;
     board->stuck_theta = 0U;
     board->stuck_a[0] = board->stuck_a[1] = 0.0f;
@@ -50,9 +52,12 @@ void sim_board_start(sim_board_t *board)
 
 void sim_board_period(sim_board_t *board)
 {
+    board->plant.outside.brake_duty = (board->brake_periods > 0U) ? board->brake_duty : 0.0;
+    board->brake_periods -= (board->brake_periods > 0U) ? 1U : 0U;
+    board->gates_on = board->gates_on && (board->disturbance.sto == 0U); /* whatever the firmware is about */
     sim_plant_period(&board->plant, board->duty, board->gates_on);
     memcpy(board->duty, board->duty_next, sizeof board->duty);
-    board->gates_on = board->armed;
+    board->gates_on = board->armed && (board->disturbance.sto == 0U);
     board->gate_periods += board->gates_on ? 1U : 0U;
     board->periods++;
     board->used_cyc = 0U;
@@ -113,7 +118,7 @@ static inline uint32_t clock_cyc(sim_board_t *b)
 static inline hal_inverter_fault_t latched_fault(sim_board_t *b)
 {
     if (b->latched_fault == HAL_INVERTER_FINE) {
-        b->latched_fault = b->disturbance.inverter_fault;
+        b->latched_fault = (b->disturbance.sto != 0U) ? HAL_INVERTER_STO : b->disturbance.inverter_fault;
     }
     return b->latched_fault;
 }
@@ -252,6 +257,19 @@ void hal_inverter_disarm(void)
     selected->armed = false;
     selected->gates_on = false;
     trace_asked(selected->trace, TRACE_hal_inverter_disarm);
+}
+
+uint16_t hal_sto(void)
+{
+    trace_status(selected->trace, TRACE_hal_sto, selected->disturbance.sto);
+    return selected->disturbance.sto;
+}
+
+void hal_brake_duty(float duty)
+{
+    selected->brake_duty = cut(duty);
+    selected->brake_periods = SIM_BRAKE_PERIODS;
+    trace_brake(selected->trace, duty);
 }
 
 /* ---- hal_clock -------------------------------------------------------------------------------------------------------------- */

@@ -20,7 +20,8 @@
 
 #define SIM_CLOCK_HZ 200000000.0
 #define SIM_LINK_OCTETS 4096
-#define SIM_STORAGE_PAGES 3 /* sectors of 8 k words, as on the chip */
+#define SIM_BRAKE_PERIODS 200 /* 20 ms without a word, then the brake resistor is off */
+#define SIM_STORAGE_PAGES 3   /* sectors of 8 k words, as on the chip */
 #define SIM_STORAGE_WORDS 8192
 
 /** What the sensor of a phase current makes of the current. */
@@ -41,6 +42,7 @@ typedef struct {
     bool                 encoder_error;    /**< Phase error of the encoder interface. */
     double               celsius[HAL_TEMPERATURES];      /**< Of motor and bridge. */
     bool                 celsius_lost[HAL_TEMPERATURES]; /**< The sensor is open or shorted. */
+    uint16_t             sto;                            /**< Channels that ask for safe torque off, bits. */
     hal_inverter_fault_t inverter_fault;                 /**< The cause, as long as it stands. */
 } sim_disturbance_t;
 
@@ -69,6 +71,8 @@ typedef struct {
     bool                 gates_on;      /**< They do in this one. */
     double               duty[3];       /**< Duties of this period. */
     double               duty_next[3];  /**< Duties of the next period. */
+    double               brake_duty;    /**< Of the switch of the brake resistor, */
+    uint32_t             brake_periods; /**< for so many periods more. */
     bool                 speed_requested;
     uint32_t             stuck_theta;
     float                stuck_a[2]; /**< Last readings of the current sensors. */

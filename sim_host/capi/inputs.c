@@ -144,6 +144,7 @@ void capi_inputs_apply(es_sim_t *s, double t)
         d->celsius_lost[k] = (int)(now[INPUT_temperature_lost] + 0.5) == (k + 1);
     }
     d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
+    d->sto = (uint16_t)(now[INPUT_sto] + 0.5);
     s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];
     s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];
 

@@ -165,7 +165,9 @@ static void set_board_limits(es_sim_t *s)
     const hal_limits_t limits = {board_limit(s, s->model.board_current_a, PARAM_over_current_a),
                                  board_limit(s, s->model.board_dc_link_v, PARAM_over_voltage_v),
                                  board_limit(s, s->model.board_speed_rad_s, PARAM_over_speed_rad_s),
-                                 board_limit(s, 0.0, PARAM_offset_limit_a), 0.0f /* any encoder */};
+                                 board_limit(s, 0.0, PARAM_offset_limit_a),
+                                 0.0f /* any encoder */,
+                                 s->model.brake_ohm > 0.0};
     s->board.limits = limits;
 }
 

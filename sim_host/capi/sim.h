@@ -12,7 +12,7 @@
 #include "sim_host/capi/error.h"
 #include "sim_host/trace/trace.h"
 
-#define CAPI_SIGNALS_MAX 64
+#define CAPI_SIGNALS_MAX 96
 #define CAPI_CAPTURE_VALUES 6140 /* as on the chip, see linker/f28379d_flash.cmd */
 #define CAPI_BLACK_BOX_VALUES 2048
 

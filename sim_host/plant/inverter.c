@@ -16,7 +16,7 @@ SIM_NOINLINE static void distort(const sim_plant_t *s, double from_s, double h, 
         inv_q = f.inv_q;
     }
     sim_bridge_t bridge = {.pwm_hz = s->model.pwm_hz,
-                           .dc_link_v = s->outside.dc_link_v,
+                           .dc_link_v = s->link_v,
                            .time_s = s->time_s + from_s,
                            .from_s = from_s,
                            .length_s = h,
@@ -35,11 +35,34 @@ SIM_NOINLINE static void distort(const sim_plant_t *s, double from_s, double h, 
 /** Voltage over the next @p h, @p from_s after the start of the period. */
 static void bridge_voltage(const sim_plant_t *s, const double duty[3], double from_s, double h, double ab[2])
 {
-    double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
+    double v[3] = {duty[0] * s->link_v, duty[1] * s->link_v, duty[2] * s->link_v};
     if (s->voltage_count > 0) {
         distort(s, from_s, h, v);
     }
     sim_to_alpha_beta(v, ab);
+}
+
+static void still_currents(const sim_plant_t *s, double ab[2])
+{
+    ab[0] = s->x.id_a * s->cosine_e - s->x.iq_a * s->sine_e;
+    ab[1] = s->x.id_a * s->sine_e + s->x.iq_a * s->cosine_e;
+}
+
+SIM_NOINLINE static double piece_from_link(sim_plant_t *s, const double v_ab[2], double h, bool last, double t0_s)
+{
+    double before[2];
+    double now[2];
+    still_currents(s, before);
+    const double done = sim_step_piece(s, v_ab, h, last, t0_s);
+    still_currents(s, now);
+    s->link.taken_ws += 1.5 * done * 0.5 * (v_ab[0] * (before[0] + now[0]) + v_ab[1] * (before[1] + now[1]));
+    return done;
+}
+
+/** sim_step_piece, and what it takes from a dc link that is not stiff. */
+static inline double step_piece(sim_plant_t *s, const double v_ab[2], double h, bool last, double t0_s)
+{
+    return s->link.on ? piece_from_link(s, v_ab, h, last, t0_s) : sim_step_piece(s, v_ab, h, last, t0_s);
 }
 
 static void set_phase_currents(sim_plant_t *s, const double i_abc[3])
@@ -64,6 +87,37 @@ static double emf_of_phase(const double e[2], int k)
     return (k == 0) ? e[0] : 0.5 * (-e[0] + ((k == 1) ? SIM_SQRT3 : -SIM_SQRT3) * e[1]);
 }
 
+/** Behind a rectifier the diodes of the bridge do not only end currents, they begin them, too: where the motor's own voltage is larger
+ *  than the dc link. A phase that begins gets a current of @p none in the direction that it will have. @return phases that conduct. */
+SIM_NOINLINE static int begin_rectifying(const sim_plant_t *s, double h, double none, double i[3])
+{
+    double e[2];
+    double of[3];
+    int    high = 0;
+    int    low = 0;
+    int    conducting = 0;
+    back_emf(s, h, e);
+    for (int k = 0; k < 3; k++) {
+        of[k] = emf_of_phase(e, k);
+        high = (of[k] > of[high]) ? k : high;
+        low = (of[k] < of[low]) ? k : low;
+    }
+    if ((i[0] == 0.0) && (i[1] == 0.0) && (i[2] == 0.0) && ((of[high] - of[low]) > s->link_v)) {
+        i[high] = -none; /* out of the motor, into the upper rail */
+        i[low] = none;
+    }
+    for (int k = 0; k < 3; k++) {
+        conducting += (i[k] != 0.0) ? 1 : 0;
+    }
+    for (int k = 0; (k < 3) && (conducting == 2);
+         k++) { /* two are on different rails: the third floats at 1.5 of its own voltage */
+        if ((i[k] == 0.0) && (1.5 * fabs(of[k]) > 0.5 * s->link_v)) {
+            i[k] = (of[k] > 0.0) ? -none : none;
+        }
+    }
+    return conducting;
+}
+
 /** Gates off: the diode of a phase with current puts it on the rail that opposes this current; a phase without floats. */
 static void diode_voltage(const sim_plant_t *s, const double i[3], double h, double ab[2])
 {
@@ -72,7 +126,7 @@ static void diode_voltage(const sim_plant_t *s, const double i[3], double h, dou
     double conducting = 0.0;
     back_emf(s, h, e);
     for (int k = 0; k < 3; k++) {
-        v[k] = (i[k] > 0.0) ? -0.5 * s->outside.dc_link_v : ((i[k] < 0.0) ? 0.5 * s->outside.dc_link_v : 0.0);
+        v[k] = (i[k] > 0.0) ? -0.5 * s->link_v : ((i[k] < 0.0) ? 0.5 * s->link_v : 0.0);
         conducting += v[k];
     }
     for (int k = 0; k < 3; k++) {
@@ -84,7 +138,7 @@ static void diode_voltage(const sim_plant_t *s, const double i[3], double h, dou
 }
 
 /** Advance by at most h with the gates off; ends early where the current of a phase passes zero, which then blocks.
- *  (Rectification of a back-EMF above the dc link is left out.) @return time done. */
+ *  (A back-EMF above a dc link that is stiff is not rectified.) @return time done. */
 static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
 {
     const double none = 1e-9 * (1.0 + s->model.rated_current_a);
@@ -96,10 +150,13 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
         i[k] = (fabs(i[k]) > none) ? i[k] : 0.0;
         conducting += (i[k] != 0.0) ? 1 : 0;
     }
+    if (s->link.on) {
+        conducting = begin_rectifying(s, h, none, i);
+    }
     if (conducting < 2) {
         s->x.id_a = 0.0;
         s->x.iq_a = 0.0;
-        back_emf(s, h, ab); /* the terminals follow it */
+        back_emf(s, h, ab); /* the terminals follow it, and no diode conducts */
         const double done = sim_step_piece(s, ab, h, last, t0_s);
         s->x.id_a = 0.0;
         s->x.iq_a = 0.0;
@@ -124,7 +181,7 @@ static double freewheel(sim_plant_t *s, double h, bool last, double t0_s)
             first = k;
         }
     }
-    const double done = sim_step_piece(s, ab, last ? h : until, last, t0_s);
+    const double done = step_piece(s, ab, last ? h : until, last, t0_s);
 
     double after[3];
     sim_plant_phase_currents(s, after);
@@ -153,7 +210,7 @@ SIM_NOINLINE static int steps_in(const sim_plant_t *s, double length_s)
     const double part = length_s / s->period_s;
     double       need = s->substeps * part;
     if ((s->saturation != NULL) && (s->model.substeps == 0.0)) {
-        const double      volt_s = s->outside.dc_link_v / SIM_SQRT3 * length_s;
+        const double      volt_s = s->link_v / SIM_SQRT3 * length_s;
         const sim_state_t then = {.id_a = fabs(s->x.id_a) + volt_s * s->inv_ld, .iq_a = fabs(s->x.iq_a) + volt_s * s->inv_lq};
         const double      inv_d = 1.0 / sim_slope(s, s->model.ld_h, then.id_a, then.iq_a);
         const double      inv_q = 1.0 / sim_slope(s, s->model.lq_h, then.iq_a, then.id_a);
@@ -180,7 +237,7 @@ SIM_NOINLINE static void stretch_open(sim_plant_t *s, const double duty[3], int 
 {
     const double h = length_s / steps;
     for (int n = 0; n < steps; n++) {
-        double v[3] = {duty[0] * s->outside.dc_link_v, duty[1] * s->outside.dc_link_v, duty[2] * s->outside.dc_link_v};
+        double v[3] = {duty[0] * s->link_v, duty[1] * s->link_v, duty[2] * s->link_v};
         double e[2];
         double ab[2];
         open_circuit(s, k);
@@ -189,7 +246,7 @@ SIM_NOINLINE static void stretch_open(sim_plant_t *s, const double duty[3], int 
         sim_to_alpha_beta(v, ab);
         double left = h;
         for (int m = 0; (m < PIECES_MAX) && (left > 1e-12 * h); m++) {
-            left -= sim_step_piece(s, ab, left, m == PIECES_MAX - 1, from_s + n * h + (h - left));
+            left -= step_piece(s, ab, left, m == PIECES_MAX - 1, from_s + n * h + (h - left));
         }
     }
     open_circuit(s, k);
@@ -212,8 +269,7 @@ static inline void stretch(sim_plant_t *s, const double duty[3], bool armed, dou
         double left = h;
         for (int n = 0; (n < PIECES_MAX) && (left > 1e-12 * h); n++) {
             const double t0_s = from_s + k * h + (h - left);
-            left -=
-                armed ? sim_step_piece(s, ab, left, n == PIECES_MAX - 1, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
+            left -= armed ? step_piece(s, ab, left, n == PIECES_MAX - 1, t0_s) : freewheel(s, left, n >= PIECES_MAX / 2, t0_s);
         }
     }
 }
@@ -231,11 +287,15 @@ SIM_NOINLINE static void period_with_parts(sim_plant_t *s, const double duty[3],
 
 void sim_plant_period(sim_plant_t *s, const double duty[3], bool armed)
 {
+    s->link_v = sim_plant_dc_link_v(s);
     if ((s->parts.delay_periods > 0.0) || (s->saturation != NULL)) {
         period_with_parts(s, duty, armed);
     } else {
         stretch(s, duty, armed, s->time_s, s->period_s, s->substeps);
     }
     s->time_s += s->period_s;
-    s->vdc_filtered_v += s->vdc_gain * (s->outside.dc_link_v - s->vdc_filtered_v);
+    if (s->link.on) {
+        sim_plant_end_link_period(s);
+    }
+    s->vdc_filtered_v += s->vdc_gain * (sim_plant_dc_link_v(s) - s->vdc_filtered_v);
 }

@@ -6,6 +6,7 @@
 #include "sim_host/plant/encoder.h"
 #include "sim_host/plant/frame.h"
 #include "sim_host/plant/machine.h"
+#include "sim_host/plant/step.h"
 
 #define BRIDGE_STEPS 2 /* per period while an effect makes the voltage follow the currents, which cross zero between steps */
 
@@ -141,6 +142,8 @@ const char *sim_plant_start(sim_plant_t *s, const sim_model_t *m, const double (
     s->load.speed_rad_s = s->x.speed_rad_s;
     s->outside.dc_link_v = s->model.dc_link_v;
     s->vdc_filtered_v = s->model.dc_link_v;
+    sim_dc_link_start(&s->link, s->model.dc_link_v, s->model.dc_link_f, s->model.supply_ohm);
+    s->link_v = s->model.dc_link_v;
     s->vdc_gain = 1.0 - exp(-2.0 * SIM_PI * s->model.vdc_filter_hz * s->period_s);
     sim_encoder_start(s, edges_per_rev);
     sim_random_seed(&s->noise, seed);
@@ -153,6 +156,17 @@ void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3])
     const double n = s->sine_e;
     sim_to_phases(s->x.id_a * c - s->x.iq_a * n, s->x.id_a * n + s->x.iq_a * c, i_abc);
 }
+
+double sim_plant_dc_link_v(const sim_plant_t *s) { return s->link.on ? s->link.volt_v : s->outside.dc_link_v; }
+
+static double brake_s(const sim_plant_t *s)
+{
+    return (s->model.brake_ohm > 0.0) ? (s->outside.brake_duty / s->model.brake_ohm) : 0.0;
+}
+
+double sim_plant_brake_w(const sim_plant_t *s) { return brake_s(s) * sim_plant_dc_link_v(s) * sim_plant_dc_link_v(s); }
+
+void sim_plant_end_link_period(sim_plant_t *s) { sim_dc_link_period(&s->link, s->outside.dc_link_v, brake_s(s), s->period_s); }
 
 double sim_plant_torque(const sim_plant_t *s) { return sim_motor_torque(s, &s->at_read); }
 

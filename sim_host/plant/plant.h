@@ -14,7 +14,7 @@
  * angle that the rotor has moved, one sine and cosine a step. Friction is exact at standstill: a step in which the
  * speed passes zero ends there, and the shaft stays when the remaining torque is below the friction.
  *
- * plant.c starts it, inverter.c makes a period of steps, step.c one step of runge_kutta over the rates of machine;
+ * plant.c starts it, inverter.c makes a period of steps, dc_link.c the voltage between two periods, step.c one step of runge_kutta over the rates of machine;
  * encoder.c follows the angle as it goes, sensors.c reads at the start of a period.
  */
 #ifndef SIM_HOST_PLANT_PLANT_H
@@ -23,6 +23,7 @@
 #include <stdint.h>
 
 #include "sim_host/plant/coupling.h"
+#include "sim_host/plant/dc_link.h"
 #include "sim_host/plant/delay.h"
 #include "sim_host/plant/effect.h"
 #include "sim_host/plant/random.h"
@@ -45,8 +46,9 @@ typedef struct {
 typedef struct {
     double load_torque_nm; /**< Positive brakes positive rotation; may drive. */
     double load_brake_nm;  /**< >= 0; opposes motion, holds at standstill. */
-    double dc_link_v;
-    int    open_phase; /**< 1, 2, 3: phase a, b, c of the motor is open; 0: none. */
+    double dc_link_v;      /**< Of the source; the dc link itself, where the model has no capacitor. */
+    double brake_duty;     /**< Mean on-time of the switch of the brake resistor. */
+    int    open_phase;     /**< 1, 2, 3: phase a, b, c of the motor is open; 0: none. */
 } sim_outside_t;
 
 /** What the converter reads. */
@@ -101,6 +103,8 @@ typedef struct {
     const sim_acting_t *saturation;   /**< NULL: none. */
     const sim_acting_t *bristle;      /**< NULL: none. */
     double              bristle_nm;   /**< Friction before the rotor slides, against positive motion. */
+    sim_dc_link_t       link;
+    double              link_v; /**< Dc-link voltage of this period. */
     double              vdc_filtered_v, vdc_gain;
     sim_state_t         at_read; /**< At the last start of a period. */
     double              load_nm; /**< What the torque sensor reads. */
@@ -142,6 +146,10 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out);
 void sim_plant_find_edge(sim_plant_t *s);
 /** Torque of the motor, (3), when the sensors were sampled last. */
 double sim_plant_torque(const sim_plant_t *s);
+/** Dc-link voltage now, V. */
+double sim_plant_dc_link_v(const sim_plant_t *s);
+/** Power in the brake resistor now, W. */
+double sim_plant_brake_w(const sim_plant_t *s);
 /** True phase currents, A. */
 void sim_plant_phase_currents(const sim_plant_t *s, double i_abc[3]);
 /** Speed of the load: the rotor's, where they are one piece. */

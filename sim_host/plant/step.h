@@ -22,6 +22,8 @@ static SIM_WITHIN sim_step_t sim_step_begin(const sim_plant_t *s, const double v
     return step;
 }
 
+/** The dc link at the end of a period, where it is not stiff. */
+void sim_plant_end_link_period(sim_plant_t *s);
 /** At the start of the @p step. */
 sim_still_t sim_stator_view(const sim_plant_t *s, const sim_step_t *step);
 /** Advance by at most h; ends early where a speed passes zero against friction, and at the flanks of a coupling unless

@@ -25,7 +25,7 @@ typedef enum {
     REPLAY_SAME = 0, /**< No difference so far. */
     REPLAY_SIGNALS,  /**< Signals at the end of a period; which ones is known from the next stored row on. */
     REPLAY_DUTY,     /**< `index`: phase 0 to 2. */
-    REPLAY_SENT,     /**< Octets for the link, or words for the storage. */
+    REPLAY_SENT,     /**< Octets for the link, words for the storage, or the brake resistor. */
     REPLAY_ORDER,    /**< The firmware asks for something else than it did then. */
     REPLAY_BROKEN    /**< The trace itself makes no sense here. */
 } replay_kind_t;

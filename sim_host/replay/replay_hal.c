@@ -90,6 +90,7 @@ void hal_limits(hal_limits_t *out)
         out->speed_rad_s = trace_get_number(in, TRACE_CH_VALUE);
         out->offset_a = trace_get_number(in, TRACE_CH_VALUE);
         out->encoder_counts = trace_get_number(in, TRACE_CH_VALUE);
+        out->has_chopper = trace_get(in, TRACE_ORDER) != 0U;
     }
 }
 
@@ -110,6 +111,18 @@ hal_status_t hal_inverter_set_duty(const hal_duty_t *duty)
         }
     }
     return status;
+}
+
+uint16_t hal_sto(void) { return take_status(TRACE_hal_sto, 0U); }
+
+void hal_brake_duty(float duty)
+{
+    if (replay_take(selected, TRACE_hal_brake_duty) &&
+        (trace_bits(trace_get_number(&selected->in, TRACE_CH_VALUE)) != trace_bits(duty))) {
+        const replay_difference_t d = {
+            .kind = REPLAY_SENT, .recorded_event = TRACE_hal_brake_duty, .replayed_event = TRACE_hal_brake_duty};
+        replay_note(selected, &d);
+    }
 }
 
 hal_status_t hal_inverter_arm(void) { return (hal_status_t)take_status(TRACE_hal_inverter_arm, HAL_SENSOR_FAULT); }

@@ -22,7 +22,7 @@
 #include "hal/hal_reset.h"
 #include "hal/hal_sample.h"
 
-#define TRACE_VERSION 2
+#define TRACE_VERSION 4
 
 typedef enum {
 #define MARK(name, doc) TRACE_##name,
@@ -127,6 +127,7 @@ void trace_edge(trace_t *t, hal_status_t status, const hal_encoder_edge_t *e);
 void trace_duty(trace_t *t, hal_status_t status, const hal_duty_t *duty);
 void trace_limits(trace_t *t, const hal_limits_t *limits);
 void trace_temperature(trace_t *t, hal_status_t status, float celsius);
+void trace_brake(trace_t *t, float duty);
 void trace_link_read(trace_t *t, const uint16_t *octets, uint16_t count);
 void trace_link_write(trace_t *t, const uint16_t *octets, uint16_t offered, uint16_t taken);
 void trace_storage_read(trace_t *t, hal_status_t status, const uint16_t *words, uint16_t count);

@@ -204,6 +204,7 @@ void trace_limits(trace_t *t, const hal_limits_t *limits)
     trace_put_number(t, TRACE_CH_VALUE, limits->speed_rad_s);
     trace_put_number(t, TRACE_CH_VALUE, limits->offset_a);
     trace_put_number(t, TRACE_CH_VALUE, limits->encoder_counts);
+    trace_put(t, TRACE_ORDER, limits->has_chopper ? 1U : 0U);
 }
 
 void trace_temperature(trace_t *t, hal_status_t status, float celsius)
@@ -211,6 +212,14 @@ void trace_temperature(trace_t *t, hal_status_t status, float celsius)
     if (t != NULL) {
         trace_status(t, TRACE_hal_temperature, (uint16_t)status);
         trace_put_number(t, TRACE_CH_VALUE, celsius);
+    }
+}
+
+void trace_brake(trace_t *t, float duty)
+{
+    if (t != NULL) {
+        trace_asked(t, TRACE_hal_brake_duty);
+        trace_put_number(t, TRACE_CH_VALUE, duty);
     }
 }
 

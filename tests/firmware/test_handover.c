@@ -826,7 +826,7 @@ typedef struct {
     float    most;
 } bound_t;
 
-static const hal_limits_t SMALL_BOARD = {25.0f, 45.0f, 700.0f, 0.8f, 0.0f};
+static const hal_limits_t SMALL_BOARD = {25.0f, 45.0f, 700.0f, 0.8f, 0.0f, true};
 static const bound_t BOUND[] = {{PARAM_over_current_a, 25.0f},  {PARAM_iq_limit_a, 25.0f},       {PARAM_id_limit_a, 25.0f},
                                 {PARAM_align_current_a, 25.0f}, {PARAM_over_voltage_v, 45.0f},   {PARAM_voltage_limit_v, 45.0f},
                                 {PARAM_offset_limit_a, 0.8f},   {PARAM_over_speed_rad_s, 700.0f}};

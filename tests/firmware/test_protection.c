@@ -160,6 +160,7 @@ static void provoke_late_interrupt(void) { provoke_hardware(HAL_INVERTER_LATE); 
 static void provoke_processor_halted(void) { provoke_hardware(HAL_INVERTER_HALTED); }
 static void provoke_processor_clock(void) { provoke_hardware(HAL_INVERTER_CLOCK); }
 static void provoke_processor_memory(void) { provoke_hardware(HAL_INVERTER_MEMORY); }
+static void provoke_safe_torque_off(void) { provoke_hardware(HAL_INVERTER_STO); }
 
 static void provoke_start_turning(void)
 {
@@ -323,6 +324,25 @@ static void provoke_temperature_sensor(void)
     bench_live(200U);
 }
 
+static void provoke_brake_overload(void)
+{
+    drive_params_t p = bench_params();
+    p.chopper_v = 20.0f; /* below the supply: 24^2 / 10 ohm of 30 W, for ever */
+    p.chopper_continuous_w = 30.0f;
+    p.chopper_thermal_s = 0.1f;
+    bench_run_with(&p);
+    bench_live(2000U);
+}
+
+/* The hardware of one channel is dead as well: nothing else would say so. */
+static void provoke_sto_discrepancy(void)
+{
+    const drive_params_t p = bench_params();
+    bench_run_with(&p);
+    drive.sto.stuck = 2U;
+    bench_live(20U);
+}
+
 static void provoke_encoder_index(void)
 {
     const drive_params_t p = bench_params();
@@ -394,6 +414,9 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_bridge_overload] = provoke_bridge_overload,
     [FAULT_motor_temperature] = provoke_motor_temperature,
     [FAULT_temperature_sensor] = provoke_temperature_sensor,
+    [FAULT_safe_torque_off] = provoke_safe_torque_off,
+    [FAULT_sto_discrepancy] = provoke_sto_discrepancy,
+    [FAULT_brake_overload] = provoke_brake_overload,
     [FAULT_encoder_index] = provoke_encoder_index,
     [FAULT_restart_lockout] = provoke_restart_lockout,
 };

@@ -83,6 +83,64 @@ void test_speed_isr_set_point_weight_is_that_of_the_proportional_part(void)
     }
 }
 
+/* 4000 counts at 10 kHz: 1500 r/min are 10 counts a sample in every turn, 1500.3 r/min are 0.8 orders beside that. */
+void test_speed_isr_with_aro_lets_the_rounding_of_the_encoder_drift_by_part_of_a_count_per_turn(void)
+{
+    static const struct {
+        uint16_t method;
+        float    sync_hz;
+        double   rpm, counts, taken;
+    } CASES[] = {{DRIVE_METHOD_ARO, 5000.0f, 1500.0, 0.62, 0.62}, {DRIVE_METHOD_ARO, 5000.0f, -1500.0, 0.62, 0.62},
+                 {DRIVE_METHOD_ARO, 5000.0f, 1500.0, 0.31, 0.31}, {DRIVE_METHOD_ARO, 5000.0f, 1500.3, 0.62, 0.0},
+                 {DRIVE_METHOD_ARO, 0.0f, 1500.0, 0.62, 0.0},     {DRIVE_METHOD_ARO, 5000.0f, 1500.0, 0.0, 0.0},
+                 {DRIVE_METHOD_PI, 5000.0f, 1500.0, 0.62, 0.0}};
+    for (size_t i = 0; i < COUNT_OF(CASES); i++) {
+        setUp();
+        drive_params_t p = bench_params();
+        p.speed_error_gain = 0.1f;
+        p.method = CASES[i].method;
+        p.aro_sync_hz = CASES[i].sync_hz;
+        p.aro_drift_counts = (float)CASES[i].counts;
+        run_inline(p);
+        const double ref = CASES[i].rpm * 3.14159265358979 / 30.0;
+        bench_command(DRIVE_MODE_SPEED, ref, 0.0, 0.0);
+        drive_background(&drive);
+        bench_period();
+
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(AMP_TOLERANCE, KP * 0.1 * ref * (1.0 - (CASES[i].taken / 4000.0)), iq_ref(),
+                                          at("case %u", (unsigned)i)); /* 0.62 counts: 9e-5 A */
+    }
+}
+
+void test_speed_isr_nothing_drifts_in_other_modes_and_after_the_observer_is_gone(void)
+{
+    drive_params_t p = bench_params();
+    p.disturbance_observer = DRIVE_OBSERVER_ARO;
+    p.aro_sync_hz = 5000.0f;
+    p.aro_drift_counts = 0.62f;
+    bench_run_with(&p);
+    const uint16_t modes[] = {DRIVE_MODE_CURRENT, DRIVE_MODE_POSITION};
+    for (size_t m = 0; m < COUNT_OF(modes); m++) {
+        bench_command(DRIVE_MODE_SPEED, 50.0 * 3.14159265358979, 0.0, 0.0);
+        drive_background(&drive);
+        TEST_ASSERT_TRUE_MESSAGE(drive.speed.drift < (num_t)0, at("before mode %u", (unsigned)modes[m]));
+        bench_command((drive_mode_t)modes[m], 0.0, 0.0, 0.0);
+        drive_background(&drive);
+        ASSERT_NUM_WITHIN_AT(0.0, 0.0, drive.speed.drift, at("mode %u", (unsigned)modes[m]));
+    }
+    bench_command(DRIVE_MODE_SPEED, 50.0 * 3.14159265358979, 0.0, 0.0);
+    drive_background(&drive);
+    TEST_ASSERT_TRUE(drive.speed.drift < (num_t)0);
+    drive_stop(&drive);
+    drive_background(&drive);
+    p.disturbance_observer = DRIVE_OBSERVER_NONE;
+    uint16_t culprit = 0U;
+    TEST_ASSERT_TRUE_MESSAGE(drive_tune(&drive, &p, &culprit), params_info(culprit)->name);
+    bench_period();
+    drive_background(&drive);
+    ASSERT_NUM_WITHIN(0.0, 0.0, drive.speed.drift);
+}
+
 void test_speed_isr_sample_time_follows_the_divider(void)
 {
     drive_params_t p = bench_params();

@@ -88,6 +88,14 @@ static void            tune(void)
     uint16_t culprit = 0U;
     TEST_ASSERT_TRUE(drive_tune(&drive, &wanted, &culprit));
 }
+static drive_excitation_t sine;
+static void               excite(void)
+{
+    float low;
+    float high;
+    float hz;
+    (void)drive_excite(&drive, &sine, &low, &high, &hz); /* what learns, and other modes than speed mode, refuse some */
+}
 static void start(void) { drive_start(&drive); }
 static void stop(void) { drive_stop(&drive); }
 static void home(void) { drive_home(&drive); }
@@ -119,6 +127,8 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
     p.stop_action = DRIVE_STOP_RAMP;
     p.restart_limit = 8U;
     p.motor_trip_c = 100.0f;
+    p.regeneration_limit_v = 30.0f;
+    p.chopper_v = 20.0f;
     bench.seq_by_itself = false;
     drive_init(&drive, &p);
     if (drive.fault != FAULT_none) {
@@ -145,7 +155,11 @@ static void live(uint16_t method, uint16_t position_method, uint16_t deadbeat)
         command = (drive_command_t){.mode = (drive_mode_t)mode, .speed_ref_rad_s = 15.0f, .iq_ref_a = 0.5f, .target_turns = 1};
         from_main(give);
         from_main(home);
-        periods(300U);
+        for (int place = DRIVE_EXCITE_TORQUE; place <= DRIVE_EXCITE_SPEED; place++) {
+            sine = (drive_excitation_t){(drive_excite_t)place, 0.1f, 150.0f};
+            from_main(excite);
+            periods(100U);
+        }
         wanted = *drive.params;
         wanted.current_kp_v_per_a *= 0.9f;
         wanted.rc_fal_alpha *= 0.9f;
@@ -220,6 +234,7 @@ static const member_t MEMBERS[] = {
     MEMBER(command, MAIN | REST),
     MEMBER(order, MAIN | REST),
     MEMBER(command_at, MAIN | REST),
+    MEMBER(excitation, MAIN | REST),
     MEMBER(start_wanted, MAIN | REST),
     MEMBER(stop_wanted, MAIN | REST),
     MEMBER(clear_wanted, MAIN | REST),
@@ -238,6 +253,8 @@ static const member_t MEMBERS[] = {
     MEMBER(thermal.celsius, MAIN | REST),
     MEMBER(thermal.bad, MAIN | REST),
     MEMBER(thermal, SPEED),
+    MEMBER(braking, SPEED),
+    MEMBER(sto, MAIN | REST),
     /* the current interrupt's; the main loop sets up what stands while the bridge is off */
     MEMBER(sample, CURRENT),
     MEMBER(ia_a, CURRENT),
@@ -257,6 +274,9 @@ static const member_t MEMBERS[] = {
     MEMBER(current.meas, CURRENT),
     MEMBER(current.ref, CURRENT | REST),
     MEMBER(current.volt, CURRENT | REST),
+    MEMBER(current.excite_phase, CURRENT),
+    MEMBER(current.excitation, CURRENT),
+    MEMBER(current.excite_held, CURRENT),
     MEMBER(current, CURRENT | TAKE_OVER | REST),
     MEMBER(reference, SPEED | REST),
     /* the speed loop's quality figure and target: words that the current interrupt only reads */
@@ -268,6 +288,7 @@ static const member_t MEMBERS[] = {
     MEMBER(observer.observer.state.kept, MAIN | REST),
     MEMBER(observer.observer.state.kept_rounding, MAIN | REST),
     MEMBER(observer.observer.state.synchronous, MAIN | REST),
+    MEMBER(observer.observer.state.drifts, MAIN | REST),
     MEMBER(observer.observer, CURRENT | TAKE_OVER | REST),
     MEMBER(observer.meter.prepared, MAIN | REST),
     MEMBER(observer.meter, CURRENT | TAKE_OVER | REST),
@@ -290,6 +311,8 @@ static const member_t MEMBERS[] = {
     /* the speed interrupt's */
     MEMBER(speed.now_cyc, CURRENT),
     MEMBER(speed.theta_e, CURRENT),
+    MEMBER(speed.drift, MAIN | REST),
+    MEMBER(speed.excite_phase, SPEED),
     MEMBER(speed.rc.table, MAIN | REST),
     MEMBER(speed.rc.prepared, TAKE_OVER | MAIN | REST),
     MEMBER(speed, SPEED | TAKE_OVER | REST),

@@ -109,7 +109,9 @@ hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
     *celsius = 25.0f;
     return HAL_OK;
 }
-void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){20.0f, 40.0f, 2000.0f, 1.0f, 0.0f}; }
+uint16_t     hal_sto(void) { return 0U; }
+void         hal_brake_duty(float duty) { (void)duty; }
+void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){20.0f, 40.0f, 2000.0f, 1.0f, 0.0f, true}; }
 uint16_t     hal_storage_pages(void) { return PAGES; }
 uint16_t     hal_storage_page_words(void) { return WORDS; }
 hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)

@@ -222,6 +222,16 @@ void test_board_has_no_temperature_sensor(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, celsius);
 }
 
+void test_board_has_no_input_for_safe_torque_off(void) { TEST_ASSERT_EQUAL_UINT16(0U, hal_sto()); }
+
+void test_board_has_no_brake_chopper(void)
+{
+    hal_limits_t board = {.has_chopper = true};
+    hal_limits(&board);
+    TEST_ASSERT_FALSE(board.has_chopper);
+    hal_brake_duty(1.0f); /* does nothing */
+}
+
 void test_start_the_board_states_maxima_that_its_hardware_keeps(void)
 {
     hal_limits_t board;

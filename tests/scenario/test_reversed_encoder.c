@@ -68,7 +68,9 @@ hal_status_t         hal_temperature(hal_temperature_t which, float *celsius)
     *celsius = 0.0f;
     return HAL_UNSUPPORTED;
 }
-void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f}; }
+uint16_t     hal_sto(void) { return 0U; }
+void         hal_brake_duty(float duty) { (void)duty; }
+void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f, false}; }
 uint16_t     hal_storage_pages(void) { return 0U; }
 uint16_t     hal_storage_page_words(void) { return 0U; }
 hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)

@@ -435,3 +435,54 @@ void test_board_functions_mean_the_board_that_was_selected(void)
     TEST_ASSERT_TRUE(other.armed);
     TEST_ASSERT_FALSE(board.armed);
 }
+
+/* ---- brake resistor ------------------------------------------------------------------------------------------------- */
+
+/* 1 mF into 10 ohm at half of the time: a time constant of 20 ms, from 24 V, no source. Nobody calls again: 20 ms, and it is off. */
+void test_board_brake_resistor_is_off_20_ms_after_the_last_call(void)
+{
+    model.dc_link_f = 1e-3;
+    model.brake_ohm = 10.0;
+    start();
+    board.plant.outside.dc_link_v = 0.0;
+    hal_brake_duty(0.5f);
+    for (int k = 1; k <= 200; k++) {
+        sim_board_period(&board);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 24.0 * exp(-1e-4 * k / 20e-3), sim_plant_dc_link_v(&board.plant),
+                                          at("period %d", k));
+    }
+    const double left = sim_plant_dc_link_v(&board.plant);
+    sim_board_period(&board);
+    TEST_ASSERT_EQUAL_DOUBLE(left, sim_plant_dc_link_v(&board.plant));
+    hal_brake_duty(2.0f);
+    sim_board_period(&board);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, left * exp(-0.01), sim_plant_dc_link_v(&board.plant));
+    hal_brake_duty((float)NAN);
+    sim_board_period(&board);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, left * exp(-0.01), sim_plant_dc_link_v(&board.plant));
+}
+
+/* No firmware takes part: each channel has its own way to the gates. */
+void test_board_channel_of_safe_torque_off_takes_the_gates_away_by_itself(void)
+{
+    for (uint16_t channels = 1U; channels <= HAL_STO_BOTH; channels++) {
+        start();
+        TEST_ASSERT_EQUAL_INT(HAL_OK, hal_inverter_arm());
+        set(0.6f, 0.45f, 0.45f);
+        sim_board_period(&board);
+        sim_board_period(&board);
+        const double before_a = id_a();
+        TEST_ASSERT_TRUE(board.gates_on && (before_a > 1.0));
+        board.disturbance.sto = channels;
+        const uint64_t gates = board.gate_periods;
+        sim_board_period(&board);
+        TEST_ASSERT_TRUE_MESSAGE(id_a() < 0.5 * before_a, at("%g A", id_a())); /* the diodes, from this period on */
+        TEST_ASSERT_EQUAL_UINT16(channels, hal_sto());
+        TEST_ASSERT_EQUAL_INT(HAL_INVERTER_STO, hal_inverter_fault());
+        hal_inverter_clear_fault();
+        TEST_ASSERT_EQUAL_INT(HAL_SENSOR_FAULT, hal_inverter_arm());
+        sim_board_period(&board);
+        TEST_ASSERT_FALSE(board.gates_on);
+        TEST_ASSERT_EQUAL_UINT64(gates, board.gate_periods);
+    }
+}

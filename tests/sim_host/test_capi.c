@@ -221,8 +221,8 @@ void test_capi_record_refuses_too_many_none_and_nothing(void)
         many[k] = "iq_a";
     }
     TEST_ASSERT_FALSE(es_sim_record(sim, many, 1000));
-    TEST_ASSERT_FALSE(es_sim_record(sim, many, 65));
-    TEST_ASSERT_TRUE(es_sim_record(sim, many, 64));
+    TEST_ASSERT_FALSE(es_sim_record(sim, many, 97));
+    TEST_ASSERT_TRUE(es_sim_record(sim, many, 96));
     TEST_ASSERT_FALSE(es_sim_record(sim, many, 0));
     TEST_ASSERT_FALSE(es_sim_record(sim, many, -1));
     TEST_ASSERT_FALSE(es_sim_record(sim, NULL, 1));

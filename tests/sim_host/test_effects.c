@@ -269,6 +269,27 @@ void test_effects_torque_ripple_brakes_with_the_sum_of_its_lines(void)
     }
 }
 
+void test_effects_torque_ripple_has_the_sines_of_angles_of_any_size(void)
+{
+    extern const sim_effect_t effect_torque_ripple;
+    for (int line = 0; line < 6; line++) {
+        double p[SIM_EFFECT_PARAMS] = {0.0};
+        p[3 * line] = 36.0;
+        p[3 * line + 1] = 1.0;
+        p[3 * line + 2] = 0.3;
+        for (double theta = -3e5; theta < 3e5; theta += 17.03) {
+            const sim_shaft_t shaft = {.theta_m_rad = theta};
+            TEST_ASSERT_DOUBLE_WITHIN(1e-15, -sin(36.0 * theta + 0.3), effect_torque_ripple.torque_nm(p, &shaft));
+        }
+        for (double theta = 1e-9; theta < 1e290; theta *= -3.7) { /* what the last bit of an angle is worth decides */
+            const sim_shaft_t shaft = {.theta_m_rad = theta};
+            const double      angle = 36.0 * theta + 0.3;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-15 + 1e-16 * fabs(angle), -sin(angle), effect_torque_ripple.torque_nm(p, &shaft));
+            TEST_ASSERT_DOUBLE_WITHIN(1.0 + 1e-15, 0.0, effect_torque_ripple.torque_nm(p, &shaft));
+        }
+    }
+}
+
 void test_effects_load_torque_brakes_positive_rotation_and_keeps_its_sign(void)
 {
     machine_set("load_torque", "torque_nm", 0.3);

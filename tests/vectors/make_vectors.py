@@ -101,6 +101,8 @@ def examples() -> dict[str, tuple[int, int, bytes]]:
         "alive": (0x22, 10, b""),
         "alive_answer": (0xA2, 10, pack("<IBHH", 5, 3, 17, 0)),
         "timeout": (0x23, 11, pack("<H", 60000)),
+        "excite": (0x24, 20, pack("<Bff", 1, 0.5, 123.25)),
+        "excite_answer": (0xA4, 20, pack("<If", 123456, 123.25)),
         "stream_configure": (0x30, 12, pack("<HBB8H", 10, 0, 8, *range(8))),
         "stream_configure_answer": (0xB0, 12, pack("<BBH", 255, 7, 1024)),
         "stream": (0x40, 255, pack("<BBHI6f", 255, 3, 65535, 0xFFFFFFF6, 1.0, 2.0, 3.0, 4.0, 5.0, nan)),

@@ -204,10 +204,11 @@ def test_an_interrupt_replays_inside_the_call_that_it_interrupted(tmp_path: Path
     hardware: in a steady run the pass and the interrupt do not touch each other, so nothing else may change."""
     path = tmp_path / "a.replay"
     record_run(speed_run(0.2), path)
-    names = ("current_isr", "watch_isr", "speed_isr", "background", "hal_inverter_fault", "period")
-    isr, watch, speed, background, fault, period = (re.escape(bytes([_event(name)])) for name in names)
+    names = ("current_isr", "watch_isr", "speed_isr", "background", "hal_inverter_fault", "hal_sto", "period")
+    isr, watch, speed, background, fault, sto, period = (re.escape(bytes([_event(name)])) for name in names)
     passes = re.compile(
-        b"(%s[^%s]*?)(%s)(%s[^%s]*?)(%s)(%s.)(?=%s)" % (isr, isr, watch, speed, background, background, fault, period),
+        b"(%s[^%s]*?)(%s)(%s[^%s]*?)(%s)(%s.%s.)(?=%s)"
+        % (isr, isr, watch, speed, background, background, fault, sto, period),
         re.DOTALL,
     )
     count = 0

@@ -25,6 +25,7 @@ typedef enum {
     HAL_INVERTER_HALTED,        /**< A debugger halted the processor. */
     HAL_INVERTER_CLOCK,         /**< The clock of the processor failed. */
     HAL_INVERTER_MEMORY,        /**< A memory error that could not be corrected, or a bad interrupt vector. */
+    HAL_INVERTER_STO, /**< A channel of the input for safe torque off asks for it, and its hardware has taken the gates away. */
     HAL_INVERTER_FAULTS
 } hal_inverter_fault_t;
 
@@ -39,5 +40,17 @@ hal_inverter_fault_t hal_inverter_fault(void);
 /** Forget the hardware fault and set the power stage up again; the fault comes back if its cause stands. From the main loop, disarmed;
  *  up to 10 ms. */
 void hal_inverter_clear_fault(void);
+
+#define HAL_STO_CHANNELS 2U
+#define HAL_STO_BOTH 3U
+/** Channels of the input for safe torque off that ask for it: bit 0 the first, bit 1 the second. Each of them alone takes the gates
+ *  away by hardware that no program can overrule; this is its diagnosis. From the main loop, in every pass; does not wait. A board
+ *  without this input has none that asks: 0. */
+uint16_t hal_sto(void);
+
+/** Mean on-time of the switch of a brake resistor across the dc link, [0, 1]; what is outside is cut, NaN is off. It holds for 20 ms: then the
+ *  board switches off unless there was another call, so that no program that has stopped burns the resistor. Independent of the
+ *  bridge. From the speed interrupt; at most 50 cycles. Does nothing on a board without (hal_limits: has_chopper). */
+void hal_brake_duty(float duty);
 
 #endif

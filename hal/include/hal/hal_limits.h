@@ -13,6 +13,7 @@ typedef struct {
     float speed_rad_s;    /**< Fastest shaft that the encoder's counter follows, mechanical: over_speed_rad_s stays within. */
     float offset_a;       /**< Zero error of a current sensor that is still a working sensor: offset_limit_a stays within. */
     float encoder_counts; /**< The one value of encoder_counts that this board is built for; 0: any. */
+    bool  has_chopper;    /**< There is a switch for a brake resistor: hal_brake_duty. */
 } hal_limits_t;
 
 /** Maxima of this board, each > 0; they never change. From the main loop. */

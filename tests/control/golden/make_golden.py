@@ -544,6 +544,7 @@ class Case:
     fal_at: int = 0  # ctl_rc_fal_at_t: none, input, output
     alpha: float = 0.6
     delta: float = 0.4
+    side2: float = 0.0
 
 
 PAPER_N = Fraction(48 * 64 + 55, 64)  # 60 / (4 * 307 * 1 ms) = 48.86
@@ -557,6 +558,9 @@ CASES = (
     Case("FAL_INPUT", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5, fal_at=1),
     Case("FAL_OUTPUT", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 600, 5, fal_at=2),
     Case("KEEP", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N), (211, Fraction(161, 4)), (403, Fraction(123, 2))), 600, 5),
+    Case("FIVE_TAPS", 2, 5, 0.6, 0.2, 0.7, ((0, PAPER_N),), 600, 5, side2=-0.05),
+    Case("FIVE_TAPS_SHORTEST", 3, 5, 0.6, 0.22, 0.63, ((0, Fraction(37, 4)),), 300, 3, side2=-0.055),
+    Case("CRC_FIVE_TAPS", 0, 2, 0.6, 0.1, 0.6, ((0, Fraction(33, 2)),), 300, 3, fal_at=1, side2=0.05),
     Case("HUNDRED_PERIODS", 2, 5, 0.6, 0.45, 0.10, ((0, PAPER_N),), 4900, 49),
 )
 
@@ -581,7 +585,9 @@ def run(case: Case) -> list[float]:
         if case.order == 3:
             whole -= 1  # two points on either side of the place
         for tap, a in enumerate(lagrange(case.order, n - whole)):
-            for shift, q in ((-1, case.side), (0, case.centre), (1, case.side)):
+            for shift, q in zip(
+                (-2, -1, 0, 1, 2), (case.side2, case.side, case.centre, case.side, case.side2), strict=True
+            ):
                 h[whole + tap + shift] = h.get(whole + tap + shift, 0.0) + float(a) * q
         y[k] = sum(c * (y.get(k - j, 0.0) + shifted.get(k - j, 0.0)) for j, c in h.items())
         u.append(y[k] * (fal_slope(e[k], case.alpha, case.delta) if case.fal_at == 2 else 1.0))
@@ -595,7 +601,7 @@ def make_repetitive() -> list[str]:
         "typedef struct {\n"
         "    const char *name;\n"
         "    uint16_t order, lead;\n"
-        "    double gain, side, centre;\n"
+        "    double gain, side, centre, side2;\n"
         "    bool truncate;\n"
         "    uint16_t fal_at;\n"
         "    double alpha, delta;\n"
@@ -611,7 +617,7 @@ def make_repetitive() -> list[str]:
         periods = [(first, math.floor(n), float(n - math.floor(n))) for first, n in case.periods]
         periods += [(65535, *periods[-1][1:])] * (3 - len(periods))
         listed = ", ".join(f"{{{number(f)}, {number(w)}, {number(x)}}}" for f, w, x in periods)
-        plain = [case.order, case.lead, case.gain, case.side, case.centre, case.truncate, case.fal_at]
+        plain = [case.order, case.lead, case.gain, case.side, case.centre, case.side2, case.truncate, case.fal_at]
         plain += [case.alpha, case.delta, case.samples, case.stride]
         numbers = ", ".join(number(x) for x in plain)
         rows.append(f'    {{"{case.name}", {numbers}, {{{listed}}}, GOLDEN_RC_{case.name}}},')

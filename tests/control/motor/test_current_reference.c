@@ -207,6 +207,48 @@ void test_current_reference_keeps_the_voltage_and_makes_nearly_all_torque_that_t
     }
 }
 
+/* psi / Ld within the circle: from some speed on the largest torque lies inside it, for salient machines beyond the d current that
+ * cancels the magnets. */
+void test_current_reference_makes_the_most_torque_per_volt_where_the_circle_is_no_limit(void)
+{
+    static const struct {
+        machine_t m;
+        double    least_gain; /* of torque, over the d current that cancels the magnets, at four times base speed */
+    } DEEP[] = {{{0.3, 0.2, 0.6, 0.004}, 1.1}, {{0.3, 0.24, 0.72, 0.004}, 1.1}, {{0.3, 0.25, 0.25, 0.004}, 1.0}};
+    for (size_t k = 0; k < COUNT_OF(DEEP); k++) {
+        const machine_t *const       m = &DEEP[k].m;
+        const ctl_reference_params_t p = params_of(m, I_MAX);
+        const double                 base = base_speed(m);
+        for (double times = 1.0; times <= 4.01; times += 0.5) {
+            const double w = times * base;
+            const double most = best_torque(m, w, 0.95 * V_LIMIT, I_MAX, -I_MAX);
+            const double shallow = best_torque(m, w, 0.95 * V_LIMIT, I_MAX, -m->psi / m->ld);
+            double       v = 0.0, torque = 0.0;
+            begin(&p);
+            for (int n = 0; n < 1000; n++) {
+                torque = sample(m, w, V_LIMIT, 12.0, &v);
+            }
+            const char *const text = at("machine %u, %g times base: %g of %g, at -psi/Ld %g, id %g, %g V", (unsigned)k, times,
+                                        torque, most, shallow, value_of(state.id), v);
+            TEST_ASSERT_TRUE_MESSAGE(v <= 0.952 * V_LIMIT, text);
+            /* 0.5 %: the resistance is in (3) by its largest terms only, and the optimum is flat */
+            TEST_ASSERT_TRUE_MESSAGE(torque >= 0.995 * most, text);
+            if (times > 3.9) {
+                TEST_ASSERT_TRUE_MESSAGE(most >= DEEP[k].least_gain * shallow, text);
+                TEST_ASSERT_TRUE_MESSAGE((value_of(state.id) < -m->psi / m->ld - 0.01) == (m->lq > m->ld), text);
+            }
+            /* what is asked for within it is made, on the ellipse, up to the very optimum */
+            for (double part = 0.7; part < 0.995; part += 0.07) {
+                for (int n = 0; n < 1000; n++) {
+                    torque = sample(m, w, V_LIMIT, part * most, &v);
+                }
+                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.005 * most, part * most, torque, text);
+                TEST_ASSERT_TRUE_MESSAGE(v <= 0.952 * V_LIMIT, text);
+            }
+        }
+    }
+}
+
 /* Each of the four numbers off by what saturation and temperature make of it. */
 void test_current_reference_finds_the_voltage_with_data_of_the_motor_that_are_off(void)
 {

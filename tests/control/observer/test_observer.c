@@ -1100,6 +1100,43 @@ void test_ctl_observer_at_a_synchronous_speed_learns_all_but_the_order_of_the_ro
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.4, learned_at_2000_rpm(28U, 1));
 }
 
+void test_ctl_observer_drifts_at_synchronous_speeds_where_it_may(void)
+{
+    int compared = 0;
+    int found = 0;
+    start_with_encoder(ENCODER, 0.5);
+    TEST_ASSERT_TRUE(is_synchronous(2000.0));
+    TEST_ASSERT_FALSE(ctl_observer_drifts(&observer)); /* it may not */
+    ctl_observer_let_drift(&observer, true);
+    for (int i = 200; i <= 5000; i++) {
+        const double rpm = ((i % 2) == 0) ? (i / 2.0) : (-i / 2.0);
+        const int    want = expected_synchronous(fabs(rpm), ENCODER, 0.5);
+        if (want >= 0) {
+            TEST_ASSERT_FALSE_MESSAGE(is_synchronous(rpm), at("%g rpm", rpm)); /* it learns */
+            TEST_ASSERT_EQUAL_INT_MESSAGE(want, ctl_observer_drifts(&observer), at("%g rpm", rpm));
+            compared++;
+            found += want;
+        }
+    }
+    TEST_ASSERT_TRUE(compared > 1000);
+    TEST_ASSERT_TRUE(found > 30);
+    TEST_ASSERT_FALSE(is_synchronous(0.0));
+    TEST_ASSERT_FALSE(ctl_observer_drifts(&observer));
+}
+
+/* The torque here does not drift with it, so that what is learned shows that nothing is kept. */
+void test_ctl_observer_that_drifts_learns_every_order_and_from_the_first_sample_on(void)
+{
+    start_with_encoder(ENCODER, 0.1);
+    ctl_observer_let_drift(&observer, true);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.3, learned_at_2000_rpm(12U, 0));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.4, learned_at_2000_rpm(28U, 1));
+    TEST_ASSERT_TRUE(ctl_observer_drifts(&observer));
+    ctl_observer_let_drift(&observer, false);
+    TEST_ASSERT_TRUE(is_synchronous(2000.0));
+    TEST_ASSERT_FALSE(ctl_observer_drifts(&observer));
+}
+
 static void keep_rounding(void)
 {
     for (uint16_t k = 0U; k < CTL_KEPT_ORDERS; k++) { /* calls until it is known */

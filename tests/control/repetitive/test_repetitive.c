@@ -79,6 +79,7 @@ void test_ctl_rc_matches_golden(void)
         p.lead = g->lead;
         p.q.side = num_of(g->side);
         p.q.centre = num_of(g->centre);
+        p.q.side2 = num_of(g->side2);
         p.order = g->order;
         p.truncate = g->truncate;
         p.fal_at = (ctl_rc_fal_at_t)g->fal_at;
@@ -516,6 +517,29 @@ void test_ctl_rc_angle_filters_with_the_angle_of_one_sample(void)
     }
 }
 
+void test_ctl_rc_angle_filters_with_five_taps_in_angles_of_one_and_two_samples(void)
+{
+    static const double PERIODS[] = {9.75, 20.25, 48.859375};
+    for (size_t i = 0; i < 2U * COUNT_OF(PERIODS); i++) {
+        const double    w = TWO_PI / PERIODS[i / 2U];
+        ctl_rc_params_t p = angle_params();
+        p.q.side = num_of(0.25);
+        p.q.centre = num_of(0.625);
+        p.q.side2 = num_of(-0.0625);
+        p.order = ((i % 2U) == 0U) ? 2U : 1U;
+        start_angle(&p, 128U);
+        for (uint16_t c = 0; c < 128U; c++) {
+            memory[c] = num_of(sin(TWO_PI * c / 128.0));
+        }
+
+        const num_t y = ctl_rc_step(&rc, (num_t)0, period_of(PERIODS[i / 2U]), turns(0.2));
+
+        /* cubic read-out of a sine of 128 points is off by 1.4e-7, linear by (w / 128)^2 / 8 = 3e-4 */
+        const double gain = 0.625 + (0.5 * cos(w)) - (0.125 * cos(2.0 * w));
+        ASSERT_NUM_WITHIN_AT((p.order == 2U) ? 1e-6 : 4e-4, gain * sin(TWO_PI * 0.2), y, at("N = %g", PERIODS[i / 2U]));
+    }
+}
+
 void test_ctl_rc_angle_orders_0_and_1_read_alike(void)
 {
     static num_t    other_memory[CAPACITY];
@@ -766,6 +790,51 @@ void test_ctl_rc_period_outside_of_the_memory_is_cut_and_counted(void)
     TEST_ASSERT_EQUAL_UINT32(longest - 3U + 1U, rc.state.cut_periods);
     setUp();
     TEST_ASSERT_EQUAL_INT(longest - 3, answer_to_an_impulse(65535.9997, &answer)); /* does not wrap to 0 when rounded up */
+}
+
+/* Five taps reach one sample further on either side. */
+void test_ctl_rc_five_taps_cost_a_sample_at_either_end_of_the_memory(void)
+{
+    for (uint16_t order = 0; order <= 3U; order++) {
+        ctl_rc_params_t p = valid_params();
+        p.order = order;
+        start(&p);
+        const uint16_t shortest = rc.shortest;
+        const uint16_t longest = rc.longest;
+        p.q.side2 = num_of(-0.05);
+        p.q.side = num_of(0.2);
+        p.q.centre = num_of(0.7);
+        start(&p);
+        TEST_ASSERT_EQUAL_UINT16(shortest + 1U, rc.shortest);
+        TEST_ASSERT_EQUAL_UINT16(longest - 1U, rc.longest);
+        TEST_ASSERT_EQUAL(CTL_ERR_MEMORY, ctl_rc_check(&p, (uint16_t)(p.lead + order + 6U)).status);
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_rc_check(&p, (uint16_t)(p.lead + order + 7U)).status);
+    }
+}
+
+/* The memory holds a wave of 40 samples, which a period of 40 reads back with the gain of the taps. */
+void test_ctl_rc_reads_back_with_the_gain_of_three_and_of_five_taps(void)
+{
+    static const double TAPS[][3] = {{0.2, 0.6, 0.0}, {0.2, 0.7, -0.05}, {0.1, 0.6, 0.1}};
+    const double        w = TWO_PI / 40.0;
+    for (size_t i = 0; i < 4U * COUNT_OF(TAPS); i++) {
+        const double *const taps = TAPS[i / 4U];
+        ctl_rc_params_t     p = valid_params();
+        p.order = (uint16_t)(i % 4U);
+        p.gain = (num_t)0;
+        p.q.side = num_of(taps[0]);
+        p.q.centre = num_of(taps[1]);
+        p.q.side2 = num_of(taps[2]);
+        start(&p);
+        TEST_ASSERT_EQUAL((taps[2] == 0.0) && (p.order == 2U), rc.fast);
+        for (uint16_t k = 0; k < CAPACITY; k++) {
+            ctl_ring_push(&rc.state.time, num_of(sin(w * k)));
+        }
+        const double y = value_of(ctl_rc_step(&rc, (num_t)0, period_of(40.0), 0U));
+
+        const double gain = taps[1] + (2.0 * taps[0] * cos(w)) + (2.0 * taps[2] * cos(2.0 * w));
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, gain * sin(w * CAPACITY), y, at("case %u", (unsigned)i));
+    }
 }
 
 void test_ctl_rc_period_at_either_end_of_the_memory_is_used_uncounted(void)

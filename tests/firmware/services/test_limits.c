@@ -14,7 +14,7 @@
 void setUp(void)
 {
     line_start();
-    const hal_limits_t board = {25.0f, 45.0f, 700.0f, 0.8f, 0.0f};
+    const hal_limits_t board = {25.0f, 45.0f, 700.0f, 0.8f, 0.0f, true};
     bench.limits = board;
     line_hello(services.schema);
 }
@@ -141,6 +141,66 @@ void test_limits_setpoint_beyond_the_limits_in_force_is_refused_with_them(void)
     TEST_ASSERT_EQUAL_HEX16(LINK_setpoint + LINK_ANSWER, line_ask());
     ask_setpoint(DRIVE_MODE_SPEED, -650.0f, 0.0f, 0.0f);
     TEST_ASSERT_EQUAL_HEX16(LINK_setpoint + LINK_ANSWER, line_ask());
+}
+
+static void ask_excite(uint16_t where, float amplitude, float hz)
+{
+    codec_writer_t *const w = line_begin(LINK_excite);
+    codec_put_u8(w, where);
+    codec_put_f32(w, amplitude);
+    codec_put_f32(w, hz);
+}
+
+static void expect_excite_refusal(uint16_t field, float low, float high)
+{
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_range, line_refusal(LINK_excite));
+    TEST_ASSERT_EQUAL_UINT16(field, codec_get_u16(&line.in));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, low, codec_get_f32(&line.in));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, high, codec_get_f32(&line.in));
+}
+
+void test_limits_excitation_is_refused_at_rest_and_beyond_the_limits_in_force(void)
+{
+    ask_excite(1U, 1.0f, 100.0f);
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_state, line_refusal(LINK_excite));
+    ask_setpoint(DRIVE_MODE_SPEED, 50.0f, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_HEX16(LINK_setpoint + LINK_ANSWER, line_ask());
+    run();
+    ask_excite(4U, 1.0f, 100.0f);
+    expect_excite_refusal(0U, 0.0f, 3.0f);
+    const float none[] = {0.0f, -1.0f, 10.1f, NAN, INFINITY};
+    for (unsigned k = 0U; k < 5U; k++) {
+        ask_excite(1U, none[k], 100.0f);
+        expect_excite_refusal(1U, 0.0f, 10.0f);
+    }
+    ask_excite(3U, 600.1f, 100.0f); /* the reference is 50, the limit 650 rad/s */
+    expect_excite_refusal(1U, 0.0f, 600.0f);
+    const float outside[] = {0.0f, 0.009f, -5.0f, NAN, 4501.0f, INFINITY};
+    for (unsigned k = 0U; k < 6U; k++) {
+        ask_excite(2U, 1.0f, outside[k]);
+        expect_excite_refusal(2U, 0.01f, 4500.0f);
+    }
+    for (uint16_t where = 1U; where <= 3U; where = (uint16_t)(where + 2U)) {
+        ask_excite(where, 1.0f, 451.0f); /* the speed loop has 1 kHz */
+        expect_excite_refusal(2U, 0.01f, 450.0f);
+    }
+    ask_excite(1U, 1.0f, 100.0f);
+    TEST_ASSERT_EQUAL_HEX16(LINK_excite + LINK_ANSWER, line_ask());
+    (void)codec_get_u32(&line.in);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, codec_get_f32(&line.in));
+    ask_setpoint(DRIVE_MODE_CURRENT, 0.0f, 0.0f, 1.0f);
+    TEST_ASSERT_EQUAL_HEX16(LINK_setpoint + LINK_ANSWER, line_ask());
+    ask_excite(3U, 1.0f, 100.0f); /* no speed reference in this mode */
+    expect_excite_refusal(0U, 0.0f, 2.0f);
+    ask_excite(0U, NAN, NAN); /* an end always */
+    TEST_ASSERT_EQUAL_HEX16(LINK_excite + LINK_ANSWER, line_ask());
+}
+
+void test_limits_excitation_needs_the_schema(void)
+{
+    line_hello(services.schema + 1U);
+    ask_excite(0U, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT16(LINK_NO_schema, line_refusal(LINK_excite));
 }
 
 /* A set that another board, or another build of this one, was allowed to save. */

@@ -34,7 +34,9 @@ static hal_status_t sample_read(hal_sample_t *out, int calls)
     *out = bench.sample;
     out->at_cyc = bench.clock_cyc;
     bench.clock_cyc += bench.isr_cyc;
-    return ((bench.sample_status == HAL_OK) && (bench.inverter_fault != HAL_INVERTER_FINE)) ? HAL_TRIPPED : bench.sample_status;
+    return ((bench.sample_status == HAL_OK) && ((bench.inverter_fault != HAL_INVERTER_FINE) || (bench.sto != 0U)))
+               ? HAL_TRIPPED
+               : bench.sample_status;
 }
 
 static hal_status_t encoder_edge(hal_encoder_edge_t *out, int calls)
@@ -79,7 +81,7 @@ static void disarm(int calls)
 static hal_inverter_fault_t inverter_fault(int calls)
 {
     (void)calls;
-    return bench.inverter_fault;
+    return (bench.sto != 0U) ? HAL_INVERTER_STO : bench.inverter_fault;
 }
 
 static void clear_fault(int calls)
@@ -120,6 +122,19 @@ static hal_status_t temperature(hal_temperature_t which, float *celsius, int cal
     return bench.celsius_status[which];
 }
 
+static void brake_duty(float duty, int calls)
+{
+    (void)calls;
+    bench.brakes++;
+    bench.brake_duty = duty;
+}
+
+static uint16_t sto(int calls)
+{
+    (void)calls;
+    return bench.sto;
+}
+
 static void limits(hal_limits_t *out, int calls)
 {
     (void)calls;
@@ -131,13 +146,15 @@ void bench_start(void)
     const bench_t board = {.sample = {0.0f, 0.0f, 0.0f, (float)BENCH_VDC, 0U, 0U, 0U},
                            .seq_by_itself = true,
                            .celsius = {25.0f, 25.0f},
-                           .limits = {1000.0f, 1000.0f, 20000.0f, 100.0f}};
+                           .limits = {1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f, true}};
     bench = board;
     (void)memset(&drive, 0, sizeof drive);
     hal_sample_read_Stub(sample_read);
     hal_temperature_Stub(temperature);
     hal_encoder_edge_Stub(encoder_edge);
     hal_inverter_set_duty_Stub(set_duty);
+    hal_brake_duty_Stub(brake_duty);
+    hal_sto_Stub(sto);
     hal_limits_Stub(limits);
     hal_inverter_arm_Stub(arm);
     hal_inverter_disarm_Stub(disarm);

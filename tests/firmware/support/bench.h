@@ -34,6 +34,7 @@ typedef struct {
     hal_status_t         edge_status;
     hal_status_t         arm_status;
     hal_inverter_fault_t inverter_fault;
+    uint16_t             sto; /* channels that ask for safe torque off; each is a fault of the inverter, too */
     float                celsius[HAL_TEMPERATURES];        /* what its temperature sensors show, */
     hal_status_t         celsius_status[HAL_TEMPERATURES]; /* if it has any */
     hal_limits_t         limits; /* what it bears: as much as the list of parameters knows, unless a test says less */
@@ -43,8 +44,9 @@ typedef struct {
 
     /* what the drive did */
     hal_duty_t   duty;
+    float        brake_duty;
     bool         armed, speed_requested;
-    uint32_t     reads, edges, duties, arms, disarms, clears, requests;
+    uint32_t     brakes, reads, edges, duties, arms, disarms, clears, requests;
     bench_call_t log[BENCH_LOG]; /* since bench_forget_calls */
     uint16_t     logged;
 

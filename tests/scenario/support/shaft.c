@@ -35,7 +35,7 @@ void shaft_power_up(void)
     (void)sim_plant_start(&shaft.board.plant, &shaft.model, (const double (*)[SIM_EFFECT_PARAMS])shaft.effect,
                           (shaft.model.counts_per_rev > 0.0) ? shaft.model.counts_per_rev : 4000.0, 1U);
     shaft.board.limits =
-        (hal_limits_t){1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f}; /* the drive's own limits are the tighter ones */
+        (hal_limits_t){1000.0f, 1000.0f, 20000.0f, 100.0f, 0.0f, false}; /* the drive's own limits are the tighter ones */
     sim_board_start(&shaft.board);
     shaft.board.plant.outside.dc_link_v = shaft.model.dc_link_v;
     drive_init(&shaft.drive, &shaft.params);

@@ -51,7 +51,7 @@ void machine_start(void)
 
 void machine_duties(double alpha_v, double beta_v, double duty[3])
 {
-    const double v = plant.outside.dc_link_v;
+    const double v = sim_plant_dc_link_v(&plant);
     duty[0] = 0.5 + alpha_v / v;
     duty[1] = 0.5 + (-0.5 * alpha_v + 0.5 * SQRT3 * beta_v) / v;
     duty[2] = 0.5 + (-0.5 * alpha_v - 0.5 * SQRT3 * beta_v) / v;

@@ -134,7 +134,13 @@ hal_status_t hal_temperature(hal_temperature_t which, float *celsius)
     *celsius = 25.0f;
     return HAL_OK;
 }
-void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){100.0f, 100.0f, 2000.0f, 1.0f, 0.0f}; }
+uint16_t hal_sto(void) { return 0U; }
+void     hal_brake_duty(float duty)
+{
+    COSTS(clock_cyc); /* a register, written instead of read */
+    (void)duty;
+}
+void         hal_limits(hal_limits_t *out) { *out = (hal_limits_t){100.0f, 100.0f, 2000.0f, 1.0f, 0.0f, true}; }
 uint16_t     hal_storage_pages(void) { return 0U; }
 uint16_t     hal_storage_page_words(void) { return 0U; }
 hal_status_t hal_storage_read(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count)
@@ -232,8 +238,9 @@ static void motor(void)
 
 static void repetitive(void)
 {
-    static const char *const NAMES[2][3] = {{"ctl_rc_step keep", "ctl_rc_step clear", "ctl_rc_step angle"},
-                                            {"ctl_rc_step fal keep", "ctl_rc_step fal clear", "ctl_rc_step fal angle"}};
+    static const char *const NAMES[3][3] = {{"ctl_rc_step keep", "ctl_rc_step clear", "ctl_rc_step angle"},
+                                            {"ctl_rc_step fal keep", "ctl_rc_step fal clear", "ctl_rc_step fal angle"},
+                                            {"ctl_rc_step fal keep five taps", "", "ctl_rc_step fal angle five taps"}};
     static ctl_rc_t          rc;
     static ctl_fal_t         fal;
     const ctl_fal_params_t   fp = {0.6f, 0.4f};
@@ -243,11 +250,11 @@ static void repetitive(void)
         MEASURE("ctl_fal_lambda", (void)ctl_fal_lambda(&fal, 5.0f * noise()));
         MEASURE("ctl_period_ratio", (void)ctl_period_ratio(15707.0f, 100.0f + (90.0f * noise())));
     }
-    for (int f = 0; f < 2; f++) {
+    for (int f = 0; f < 3; f++) {
         for (int m = 0; m < 3; m += 2) {
             const ctl_rc_params_t p = {0.6f,
                                        5U,
-                                       {0.45f, 0.1f},
+                                       {0.45f, 0.1f, (f > 1) ? -0.05f : 0.0f},
                                        2U,
                                        false,
                                        (f != 0) ? CTL_RC_FAL_INPUT : CTL_RC_FAL_NONE,
@@ -304,6 +311,8 @@ typedef struct {
 #define GUARD_NOTCH 8U  /* notch filter behind the speed controller */
 #define GUARD_ANGLE 16U /* error of the encoder, with the speed by M/T */
 #define GUARD_FLUX 32U  /* harmonics of the magnet flux */
+#define GUARD_BRAKE 64U /* a dc link that bounds the braking */
+#define GUARD_SINE 128U /* excitation of the current, of the torque and of the speed, one after the other */
 
 static const variant_t VARIANTS[] = {
     {"current_isr pi", "speed_isr pi", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
@@ -313,9 +322,11 @@ static const variant_t VARIANTS[] = {
     {"current_isr speed ramp", "speed_isr speed ramp", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_RAMP},
     {"current_isr torque mode", "speed_isr torque mode", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_TORQUE},
     {"current_isr overload", "speed_isr overload", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_HEAT},
+    {"current_isr braking", "speed_isr braking", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_BRAKE},
     {"current_isr speed notch", "speed_isr speed notch", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_NOTCH},
     {"current_isr encoder error", "speed_isr encoder error", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_ANGLE},
     {"current_isr flux harmonics", "speed_isr flux harmonics", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_FLUX},
+    {"current_isr excitation", "speed_isr excitation", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_SINE},
     {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0},
     {"current_isr field weakening", "speed_isr field weakening", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
     {"current_isr aro field weakening", "speed_isr aro field weakening", 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
@@ -374,6 +385,13 @@ static void run(const variant_t *v)
     if ((v->guard & GUARD_HEAT) != 0U) {
         p.motor_continuous_a = 90.0f;
         p.bridge_continuous_a = 90.0f;
+    }
+    if ((v->guard & GUARD_BRAKE) != 0U) {
+        p.regeneration_limit_v = 25.0f; /* of 24 V: a quarter of the torque is left */
+        p.regeneration_band_v = 1.333f;
+        p.chopper_v = 23.0f;
+        p.chopper_band_v = 0.6f;
+        p.chopper_continuous_w = 1000.0f;
     }
     if (v->weakening != 0U) { /* a speed from 5 % below the base speed of this machine to 15 % above */
         p.mtpa = 1U;
@@ -444,6 +462,11 @@ static void run(const variant_t *v)
         edge.edge_cyc = clock_now - 77U;
         if ((k % 10U) == 0U) {
             (void)drive_command(&drive, &c);
+            if ((v->guard & GUARD_SINE) != 0U) {
+                const drive_excitation_t e = {(drive_excite_t)(1U + ((k / 10U) % 3U)), 1.0f, 133.0f};
+                float                    low, high, hz;
+                (void)drive_excite(&drive, &e, &low, &high, &hz);
+            }
             drive_background(&drive);
         }
         if (k < 20U) { /* start-up: no sample before this one, no durations noted yet */

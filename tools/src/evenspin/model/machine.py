@@ -198,6 +198,11 @@ def _drive_file(document: Document, name: str) -> dict[str, float]:
     path = document.path.parent / name
     if not path.is_file():
         raise document.error(["drive_file"], "an existing file", "`evenspin tune MODEL --out FILE` writes one")
+    return drive_numbers(path)
+
+
+def drive_numbers(path: Path) -> dict[str, float]:
+    """[drive] of a file with parameters of a drive."""
     file: Any = check(drive_file_schema(), read_document(path))
     return given_numbers(file.drive, tables().params)
 
