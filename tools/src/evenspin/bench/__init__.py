@@ -8,11 +8,11 @@ with Drive.connect() as drive:
 
 from evenspin.bench.client import Capture, Drive, FaultReport
 from evenspin.bench.messages import Event, Info
-from evenspin.bench.numbers import Mode, State, Trigger
+from evenspin.bench.numbers import Excite, Mode, State, Trigger
 from evenspin.bench.ports import Port, find_ports
 from evenspin.bench.stream import Block, Stream
 
 __all__ = [
-    "Block", "Capture", "Drive", "Event", "FaultReport", "Info", "Mode", "Port", "State", "Stream", "Trigger",
+    "Block", "Capture", "Drive", "Event", "Excite", "FaultReport", "Info", "Mode", "Port", "State", "Stream", "Trigger",
     "find_ports",
 ]  # fmt: skip

@@ -30,7 +30,7 @@ from evenspin.bench.errors import DriveFaultError, LinkLostError, NoDeviceError,
 from evenspin.bench.frames import Frame
 from evenspin.bench.link import SLOW_ANSWER_S, Link
 from evenspin.bench.messages import REFUSAL, Ask, CaptureState, DriveState, Event, FaultState, Info, Reader, Timing
-from evenspin.bench.numbers import CaptureStatus, Flag, Mode, State, Trigger
+from evenspin.bench.numbers import CaptureStatus, Excite, Flag, Mode, State, Trigger
 from evenspin.bench.ports import choose_port, open_transport
 from evenspin.bench.schema import Schema, own_schema
 from evenspin.bench.stream import Stream
@@ -401,6 +401,13 @@ class Drive:
             motor = self.get(("pole_pairs", "motor_psi_wb"))
             iq_a = torque_nm / (1.5 * motor["pole_pairs"] * motor["motor_psi_wb"])
         return self.setpoint(Mode.TORQUE, speed_rad_s=speed_limit_rad_s, iq_a=iq_a)
+
+    def excite(self, place: Excite, amplitude: float = 0.0, hz: float = 0.0) -> float:
+        """Add a sine of `amplitude` (A of q current, rad/s) to the torque or the speed reference of the running drive;
+        `Excite.NONE` ends it, and so does a set-point, a stop, a fault. Returns the frequency that it has, in Hz."""
+        self._need_write("excite")
+        payload = struct.pack("<Bff", place, amplitude, hz)
+        return float(Reader(self._ask(Ask.EXCITE, payload, "excite").payload).take("If")[1])
 
     def start(self, *, wait: bool = True, progress: Callable[[State], None] | None = None) -> None:
         """Arm and start. The motor moves from here on. `wait`: until it runs; a fault is a DriveFaultError."""

@@ -33,6 +33,7 @@ class Ask(IntEnum):
     SETPOINT = 0x21
     ALIVE = 0x22
     TIMEOUT = 0x23
+    EXCITE = 0x24
     STREAM_CONFIGURE = 0x30
     CAPTURE_CONFIGURE = 0x31
     CAPTURE_STATUS = 0x32
@@ -236,6 +237,7 @@ _REFUSALS = {
 
 MODE_POSITION = 2.0
 SETPOINT_FIELDS = ("mode", "speed_ref_rad_s", "id_ref_a", "iq_ref_a", "target_turns", "target_rad")
+EXCITE_FIELDS = ("place", "amplitude", "hz")
 
 
 def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
@@ -249,7 +251,10 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
         return error
     if code == 4:
         at = int(field)
-        name = SETPOINT_FIELDS[at] if request == Ask.SETPOINT and at < len(SETPOINT_FIELDS) else f"field {at}"
+        names = {Ask.SETPOINT: SETPOINT_FIELDS, Ask.EXCITE: EXCITE_FIELDS}.get(request, ())
+        name = names[at] if at < len(names) else f"field {at}"
+        if name == "place" and high < low + 3.0:
+            return RefusedError(_place(high), what)
         if name == "mode" and high < MODE_POSITION:
             return RefusedError(
                 "mode = position does not go with the drive's method: repetitive control (crc, forc, fal-forc) "
@@ -267,6 +272,15 @@ def refusal(payload: bytes, what: str, schema: Schema | None) -> RefusedError:
     refused = kind(f"the drive refuses {text} ({name})", what)
     refused.busy = name == "busy"
     return refused
+
+
+def _place(high: float) -> str:
+    if high > 0.0:
+        return "place: there is a speed reference in speed mode only; excite the torque, or run in speed mode"
+    return (
+        "place: something learns and would play the sine back (crc, forc, fal-forc, ro, aro, silc, src, "
+        "rdc_learn_gain); set observer_hold = 1, or method = pi"
+    )
 
 
 def _about_parameter(code: int, field: Field, low: float, high: float) -> str:
@@ -295,6 +309,11 @@ def fault_detail(parameters: Sequence[str], fault: str, detail: int) -> str:
         return f"off by {detail} counts"
     if fault == "temperature_sensor":
         return "that of the bridge" if detail > 1 else "that of the motor"
+    if fault == "safe_torque_off":
+        now = ("closed again", "channel 1", "channel 2", "both channels")[detail % 4]
+        return f"{now}; channel {detail // 4} did not open" if detail > 3 else now
+    if fault == "sto_discrepancy":
+        return f"channel {detail}"
     if fault == "restart_lockout":
         return f"again in {detail} s" if detail > 0 else "again now"
     return ""

@@ -37,6 +37,15 @@ class Mode(Reported):
     TORQUE = 3
 
 
+class Excite(IntEnum):
+    """Where the drive adds a sine, from which a frequency response is measured."""
+
+    NONE = 0
+    TORQUE = 1
+    CURRENT = 2
+    SPEED = 3
+
+
 class Numeric(Reported):
     FLOAT = 0
     FIXED = 1

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from evenspin.cli import bench_apply, bench_calibrate, bench_capture, bench_config, bench_log
+from evenspin.cli import bench_apply, bench_bode, bench_calibrate, bench_capture, bench_config, bench_log
 from evenspin.cli.bench_config import shown_value
 from evenspin.cli.bench_port import PortOption, connected
 from evenspin.cli.options import Force, JsonFile
@@ -31,6 +31,7 @@ def register(parent: typer.Typer) -> None:
     bench_capture.register(app)
     bench_log.register(app)
     bench_calibrate.register(app)
+    bench_bode.register(app)
     bench_apply.register(app)
 
 

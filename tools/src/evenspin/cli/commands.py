@@ -53,7 +53,8 @@ COMMANDS = {
     ),
     "log": Entry("log", "Read a recording of any drive: which column is what, in which unit."),
     "memory": Entry(
-        "memory", "What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it."
+        "memory",
+        "What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it, and back.",
     ),
     "motor": Entry("motor", "A motor of your own: from a name plate to a model and a drive."),
     "tune": Entry(

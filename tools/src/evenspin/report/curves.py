@@ -15,5 +15,5 @@ def envelope(t_s: Array, value: Array, points: int = POINTS) -> tuple[Array, Arr
     if len(t_s) <= points:
         return t_s, value
     stretches = np.array_split(np.arange(len(t_s)), points // 2)
-    kept = np.unique([(s[np.argmin(value[s])], s[np.argmax(value[s])]) for s in stretches])
+    kept = sorted({int(s[k]) for s in stretches for k in (np.argmin(value[s]), np.argmax(value[s]))})
     return t_s[kept], value[kept]

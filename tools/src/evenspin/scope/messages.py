@@ -119,6 +119,23 @@ class CalibrateAnswer(Request):
     yes: bool
 
 
+class Bode(Request):
+    """Measure a frequency response of the drive that runs; `last_hz` and `amplitude` by its limits where left out."""
+
+    do: Literal["bode"]
+    place: Literal["torque", "current", "speed"] = "torque"
+    first_hz: Finite = 2.0
+    last_hz: Finite | None = None
+    points: Annotated[int, Field(ge=2, le=400)] = 24
+    amplitude: Finite | None = None
+
+
+class BodeEnd(Request):
+    """End it; the drive goes on as it runs."""
+
+    do: Literal["bode_end"]
+
+
 class Document(Request):
     do: Literal["document"]
     name: Name
@@ -138,7 +155,9 @@ AnyRequest = Annotated[
     | Config
     | Record
     | Calibrate
-    | CalibrateAnswer,
+    | CalibrateAnswer
+    | Bode
+    | BodeEnd,
     Field(discriminator="do"),
 ]
 _REQUESTS: TypeAdapter[Any] = TypeAdapter(AnyRequest)
@@ -146,7 +165,7 @@ _REQUESTS: TypeAdapter[Any] = TypeAdapter(AnyRequest)
 # What changes what the drive does: only the page in control may. Stop is not here: every page may always stop.
 NEEDS_CONTROL = frozenset(
     {"arm", "setpoint", "start", "clear_fault", "save", "restore", "defaults", "undo", "set", "watch", "capture",
-     "capture_now", "capture_cancel", "config", "record", "calibrate", "calibrate_answer"}
+     "capture_now", "capture_cancel", "config", "record", "calibrate", "calibrate_answer", "bode", "bode_end"}
 )  # fmt: skip
 
 

@@ -112,6 +112,7 @@ class Scope:
             self.session.link_message(), self.session.drive_message(), self.session.values_message(),
             self.session.layout_message(), self.session.state_message(), self.session.recording.said,
             self.session.calibrating.said,
+            self.session.bode.said,
         ):  # fmt: skip
             if message is not None:
                 page.put(message)

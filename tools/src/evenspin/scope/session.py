@@ -5,6 +5,7 @@ One page is in control, the others watch: two hands at one drive surprise each o
 
 from __future__ import annotations
 
+import contextlib
 import math
 import tempfile
 import threading
@@ -24,6 +25,7 @@ from evenspin.log import write_csv
 from evenspin.native import Field
 from evenspin.output.origin import Origin
 from evenspin.scope import messages
+from evenspin.scope.bode import Bode
 from evenspin.scope.calibrating import Calibrating, procedures
 from evenspin.scope.capturing import Capturing
 from evenspin.scope.configuring import changes_of, shown
@@ -33,7 +35,7 @@ from evenspin.scope.spectrum import lines_of
 
 Message = dict[str, Any]
 # What would disturb a calibration: everything that changes the drive or its stream.
-MOVES = messages.NEEDS_CONTROL - {"calibrate_answer", "calibrate"}
+MOVES = messages.NEEDS_CONTROL - {"calibrate_answer", "calibrate", "bode", "bode_end"}
 MODES = {"speed": Mode.SPEED, "current": Mode.CURRENT, "position": Mode.POSITION, "torque": Mode.TORQUE}
 
 
@@ -52,6 +54,7 @@ class Session:
         made = made or Origin("evenspin scope")
         self.recording = Recording(feed, made, send)
         self.calibrating = Calibrating(made, send, self._calibrated)
+        self.bode = Bode(send, self._measured)
         feed.on_lost = self._lost
         self._work: Mapping[str, Callable[[Any], Message | None]] = {
             "stop": self._stop,
@@ -75,15 +78,21 @@ class Session:
             "record": lambda request: self.recording.start() if request.on else self.recording.end(),
             "calibrate": self._calibrate,
             "calibrate_answer": lambda request: self.calibrating.answer(request.yes),
+            "bode": self._bode,
+            "bode_end": lambda _: self.bode.end(),
             "document": lambda request: {"text": self.feed.need_drive().document(request.name)},
         }
-        self._free = frozenset({"stop", "spectrum", "document", "capture_now", "capture_cancel", "calibrate_answer"})
+        self._free = frozenset(
+            {"stop", "spectrum", "document", "capture_now", "capture_cancel", "calibrate_answer", "bode_end"}
+        )
 
     def do(self, request: Any) -> Message:
         """The answer; a refusal is {"error": text}."""
         try:
             if self.calibrating.busy and request.do in MOVES:
                 raise RefusedError(f"{request.do}: a calibration is running; stop it first")
+            if self.bode.busy and request.do in MOVES:
+                raise RefusedError(f"{request.do}: a frequency response is being measured; end it first")
             if request.do in self._free:
                 result = self._work[request.do](request)
             else:
@@ -102,17 +111,21 @@ class Session:
     def close(self) -> None:
         self._capturing.cancel()
         self.calibrating.stop()
+        self.bode.stop()
         self.calibrating.join(5.0)
+        self.bode.join(5.0)
         self.recording.close()
 
     def _lost(self) -> None:
         self.calibrating.stop()
+        self.bode.stop()
         self.recording.lost()
 
     # ---- moving
 
     def _stop(self, _: Any) -> None:
         self.calibrating.stop()
+        self.bode.stop()
         self.feed.need_drive().stop_at_once()
 
     def _arm(self, request: messages.Arm) -> None:
@@ -188,6 +201,8 @@ class Session:
     def _calibrate(self, request: messages.Calibrate) -> Message:
         if self.recording.on:
             raise RefusedError("calibrate: it streams signals of its own; end the recording first")
+        if self.bode.busy:
+            raise RefusedError("calibrate: a frequency response is being measured; end it first")
         return self.calibrating.start(self.feed.need_drive(), request.name, request.known)
 
     def _calibrated(self, drive: Drive, name: str, before: dict[str, float]) -> None:
@@ -203,6 +218,22 @@ class Session:
             self.send(self.values_message())
         except EvenspinError:
             return  # the drive was lost just now, and the feed says so
+
+    def _bode(self, request: messages.Bode) -> None:
+        if self.recording.on:
+            raise RefusedError("bode: it streams signals of its own; end the recording first")
+        if self.calibrating.busy:
+            raise RefusedError("bode: a calibration is running; stop it first")
+        self.bode.start(
+            self.feed.need_drive(), request.place, request.first_hz, request.last_hz, request.points, request.amplitude
+        )
+
+    def _measured(self, drive: Drive) -> None:
+        """A frequency response has ended: the signals of the pages come again."""
+        if drive.link.lost or self.feed.drive is not drive:
+            return
+        with contextlib.suppress(EvenspinError):  # the drive was lost just now, and the feed says so
+            self.feed.watch(self.feed.signals, self.feed.rate_hz)
 
     def _read_values(self, _: Any) -> None:
         self.feed.refresh_values()

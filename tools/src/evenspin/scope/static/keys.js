@@ -4,7 +4,7 @@ import { $, h, isTyping } from "./dom.js";
 
 const LIST = [
   ["Space, Esc", "Stop: everywhere, also while typing"],
-  ["A", "Arm, disarm"], ["Shift+Enter", "Start"], ["1 2 3 4", "Live, Capture, X-Y, Spectrum"], ["P", "Pause, continue the live plots"],
+  ["A", "Arm, disarm"], ["Shift+Enter", "Start"], ["1 2 3 4 5", "Live, Capture, X-Y, Spectrum, Bode"], ["P", "Pause, continue the live plots"],
   ["+ −", "Shorter, longer window"], ["C", "Take a capture"], ["/", "Find a parameter"], ["G", "Signals"], ["S", "Setpoint"],
   ["O", "Record what is streamed; end the recording"], ["U", "Tools: recording, parameters as a file, calibrations"], ["L", "Layouts: signals, views and cursors by name"], ["K", "Keep what is shown, to compare with"], ["T, R", "Trigger of the live trace: off, auto, normal, single; again"], ["X", "Two cursors and their difference; drag them, or ← → (with Shift in larger steps)"], ["E", "Export CSV"], ["I", "Export picture"], ["D", "Dark, light"], ["?", "This list"],
 ];

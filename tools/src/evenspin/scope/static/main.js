@@ -1,6 +1,7 @@
 // Puts the page together. `Scope` is what the page knows; the panels listen to it and ask it.
 
 import { Banners } from "./banners.js";
+import { BodeView } from "./bode.js";
 import { CaptureView } from "./capture.js";
 import { $, h } from "./dom.js";
 import { DrivePanel } from "./drive.js";
@@ -47,7 +48,7 @@ class Scope extends EventTarget {
     keep("state", (message) => (this.state = message));
     keep("values", ({ values, undo }) => Object.assign(this, { values, undo }));
     keep("role", ({ role, pages, free }) => Object.assign(this, { role, pages, free }));
-    for (const type of ["capture", "recording", "calibration"]) keep(type, () => {});
+    for (const type of ["capture", "recording", "calibration", "bode"]) keep(type, () => {});
     keep("layout", (message) => this.#newLayout(message));
     socket.on("link", (message) => {
       this.link = message;
@@ -190,7 +191,7 @@ function showView(name) {
 const KEPT_VIEWS = ["live", "capture", "xy", "spectrum"];
 
 const layoutNow = () => ({
-  signals: scope.names, rate_hz: scope.layout.rate_hz, view: shown, ...Object.fromEntries(KEPT_VIEWS.map((name) => [name, views[name].state])),
+  signals: scope.names, rate_hz: scope.layout.rate_hz, view: shown === "bode" ? "live" : shown, ...Object.fromEntries(KEPT_VIEWS.map((name) => [name, views[name].state])),
 });
 
 async function applyLayout(layout) {
@@ -208,12 +209,14 @@ function showSide(name) {
 const fromCapture = () => shown === "capture" || views[shown].source?.value === "capture";
 
 function exportCsv() {
+  if (shown === "bode") return views.bode.exportCsv();
   const source = fromCapture() ? "capture" : "live";
   if (source === "live" ? !scope.ring.written : !scope.capture.record) {
     said = "export: there are no rows yet";
-    return;
+    return null;
   }
   h("a", { href: withToken(`/export/${source}.csv?seconds=${views.live.seconds}`), download: `${source}.csv` }).click();
+  return null;
 }
 
 function exportPicture() {
@@ -243,6 +246,7 @@ views.live = new LiveView(scope);
 views.capture = scope.capture = new CaptureView(scope);
 views.xy = new XyView(scope);
 views.spectrum = new SpectrumView(scope);
+views.bode = new BodeView(scope);
 const layouts = new Layouts(scope, layoutNow, applyLayout);
 const parameters = new Parameters(scope);
 new Signals(scope);
@@ -258,7 +262,7 @@ $("exports").append(
   h("button", { id: "export-png", title: "I: what is shown as a picture", onclick: exportPicture }, "PNG"));
 bindKeys(stop, {
   start: () => drive.start(), a: () => drive.arm(), p: () => views.live.pause(), t: () => { showView("live"); views.live.trigger.nextMode(); }, r: () => views.live.trigger.again(), c: () => { showView("capture"); views.capture.arm(); },
-  1: () => showView("live"), 2: () => showView("capture"), 3: () => showView("xy"), 4: () => showView("spectrum"),
+  1: () => showView("live"), 2: () => showView("capture"), 3: () => showView("xy"), 4: () => showView("spectrum"), 5: () => showView("bode"),
   "+": () => views.live.zoom(-1), "-": () => views.live.zoom(1), "/": () => { showSide("parameters"); parameters.search.focus(); },
   u: () => showSide("tools"), o: () => tools.toggleRecording(), l: () => layouts.show(), k: () => views[shown].kept?.keep(), x: () => (views[shown].panes ?? views[shown]).cursors?.toggle(), g: () => showSide("signals"), s: () => drive.select(), e: exportCsv, i: exportPicture, d: otherTheme,
 });
