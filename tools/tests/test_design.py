@@ -84,6 +84,20 @@ def test_the_contraction_is_that_of_the_reference(loop):
     assert design(loop, with_fal).margins.contraction == pytest.approx(1.011, abs=0.002)
 
 
+def test_five_taps_of_q_are_their_fourier_sum_and_may_not_exceed_1_anywhere(evenspin):
+    rc = Repetitive(q_side=0.2, q_centre=0.7, q_side2=-0.05)
+    f_hz = frequencies(TS)
+    taps, n = np.array([-0.05, 0.2, 0.7, 0.2, -0.05]), np.arange(-2, 3)
+
+    assert rc.q(f_hz, TS) == pytest.approx((taps @ np.exp(2j * np.pi * np.outer(n, f_hz * TS))).real, abs=1e-12)
+    assert rc.q_peak == pytest.approx(1.0, abs=1e-12)
+    # 0.75 at zero frequency, 0.35 at Nyquist; between, where cos w = 1 / 6, more than both
+    bent = Repetitive(q_side=0.1, q_centre=0.85, q_side2=-0.15)
+    assert bent.q_peak == pytest.approx(0.85 + 0.3 + 0.1**2 / (4 * 0.15), abs=1e-12)
+    said = evenspin("design", "rc", "--q-side", "0.1", "--q-centre", "0.85", "--q-side2", "-0.15")
+    assert said.status == 2 and "|Q| <= 1 at every frequency, here up to 1.167" in said.err
+
+
 def test_the_lead_of_the_paper_is_recommended(loop):
     assert design(loop, Repetitive()).recommended_lead == 5
 

@@ -142,14 +142,15 @@ def test_a_delay_turns_the_open_loop_by_its_time():
 
 
 @pytest.mark.parametrize("lead", [0, 1, 4])
+@pytest.mark.parametrize("side2", [0.0, -0.1])
 @pytest.mark.parametrize(("order", "whole"), [(1, False), (2, False), (3, False), (2, True)])
-def test_the_memory_of_the_matrix_is_that_of_the_block(lead, order, whole):
+def test_the_memory_of_the_matrix_is_that_of_the_block(lead, order, whole, side2):
     """A small loop with the very block in it, step by step, against powers of the matrix."""
     a, b, c = np.array([[0.7, 0.2], [-0.1, 0.5]]), np.array([0.3, 0.4]), np.array([1.0, 0.5])
-    rc = Repetitive(gain=0.5, lead=lead, q_side=0.2, q_centre=0.5, order=order)
+    rc = Repetitive(gain=0.5, lead=lead, q_side=0.2, q_centre=0.5, q_side2=side2, order=order)
     period = 23.4
     matrix = with_repetitive(Sampled(a, b, c, 1e-3, 2.0, 10.0), rc, period, whole=whole)
-    block = blocks.RepetitiveController(0.5, lead, (0.2, 0.5), 0 if whole else order)
+    block = blocks.RepetitiveController(0.5, lead, (0.2, 0.5), 0 if whole else order, q_side2=side2)
     state, x = np.zeros(len(matrix)), np.array([1.0, -2.0])
     state[:2] = x
 
@@ -157,6 +158,17 @@ def test_the_memory_of_the_matrix_is_that_of_the_block(lead, order, whole):
         x = a @ x + b * block.step(error=-2.0 * float(c @ x), period_samples=period)
         state = matrix @ state
         assert state[:2] == pytest.approx(x, abs=2e-5)  # the block calculates in single precision
+
+
+@pytest.mark.parametrize("rpm", [150.0, 300.0, 1200.0])
+def test_five_taps_of_q_are_stable_at_speeds_at_which_a_q_of_1_is_not(rpm):
+    """Both as guo2024/beyond_fast has them; what they leave in the q current is in FAST_RATIOS of its checks."""
+    plant, drive = drive_of("guo2024")
+    five = Repetitive(1.0, 3, 0.0133, 0.98, 3, (0.6, 0.4), q_side2=-0.0033)
+    one = Repetitive(1.0, 3, 0.0, 1.0, 3, (0.6, 0.4))
+
+    assert judge(plant, drive, rpm * np.pi / 30.0, five).verdict is Verdict.STABLE
+    assert judge(plant, drive, rpm * np.pi / 30.0, one).verdict is not Verdict.STABLE
 
 
 @pytest.mark.parametrize("seed", range(1, 17))

@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 from evenspin.errors import InputError
-from evenspin.memory import AngleTable, read_learned, write_table
+from evenspin.memory import AngleTable, read_learned, read_table, write_table
 from evenspin.model import load_scenario
+from evenspin.model.machine import builtin_models, load_machine
 from evenspin.sim import complete, prepare
 
 FORC = """\
@@ -220,6 +221,74 @@ def test_lines_of_what_was_learned_compensate_it(evenspin, tmp_path):
         line[f"rdc_line{n}_nm"] * np.sin(line[f"rdc_line{n}_cycles"] * theta + line[f"rdc_line{n}_rad"]) for n in (1, 2)
     )
     assert fed_nm == pytest.approx(-forward_nm, abs=1e-9)
+
+
+def lines_file(path, *lines):
+    """[drive] with (cycles, N m, rad) of each line."""
+    words = ["[drive]"]
+    for number, (cycles, amplitude_nm, phase_rad) in enumerate(lines, start=1):
+        words += [f"rdc_line{number}_cycles = {cycles!r}", f"rdc_line{number}_nm = {amplitude_nm!r}"]
+        words.append(f"rdc_line{number}_rad = {phase_rad!r}")
+    path.write_text("\n".join(words) + "\n")
+    return path
+
+
+def test_a_table_made_of_lines_gives_these_lines_back(evenspin, tmp_path):
+    given = lines_file(tmp_path / "lines.toml", (12.0, 0.06, 0.3), (5.0, 0.02, -2.9), (24.0, 0.01, 1.1))
+    table = tmp_path / "t.csv"
+
+    made = evenspin("memory", "from-lines", table, "--model", "tang2020-rig2", "--drive", given, "--cells", "64")
+    back = evenspin("memory", "lines", table, "--count", "3")
+
+    assert (made.status, back.status) == (0, 0)
+    values = {line.split(" = ")[0]: float(line.split(" = ")[1]) for line in back.out.strip().splitlines()[1:]}
+    rows = [[values[f"rdc_line{n}_{what}"] for what in ("cycles", "nm", "rad")] for n in (1, 2, 3)]
+    assert rows == [pytest.approx(row, abs=1e-6) for row in ([12.0, 0.06, 0.3], [5.0, 0.02, -2.9], [24.0, 0.01, 1.1])]
+    # by hand: the drive subtracts the table, so at angle 0 it holds -(sum of L sin phi) / (1.5 * 5 * 0.0594)
+    first_a = read_table(table).disturbance_a[0]
+    assert first_a == pytest.approx(-(0.06 * 0.2955202 - 0.02 * 0.2392493 + 0.01 * 0.8912074) / 0.4455, abs=1e-7)
+
+
+def test_aro_starts_with_the_lines_of_a_model_as_if_it_had_learned_them(evenspin, tmp_path):
+    """The lines are those of the machine itself, whose torque_ripple brakes with A sin(order theta + phase)."""
+    machine = builtin_models()["tang2020-rig2"]
+    effect = load_machine(machine).effects["torque_ripple"]
+    lines = [(effect[f"order_{n}"], effect[f"amplitude_{n}_nm"], effect[f"phase_{n}_rad"]) for n in range(1, 7)]
+    given, table, cells = lines_file(tmp_path / "lines.toml", *lines), tmp_path / "t.csv", "drive.aro_cells=720"
+    made = ("--model", "tang2020-rig2", "--drive", given, "--cells", "720")
+    assert evenspin("memory", "from-lines", table, *made).status == 0
+    scenario = tmp_path / "s.toml"
+    scenario.write_text(
+        'name = "s"\nmodel = "tang2020-rig2"\nduration_s = 1.5\nseed = 1\nlog_rate_hz = 1000.0\n'
+        '[drive]\nmethod = "aro"\naro_cells = 720\n[[event]]\nat_s = 0.0\nspeed_rpm = 123.0\n'
+    )
+
+    left = {}
+    for name, more in (("cold", ()), ("warm", ("--memory", table))):
+        out = tmp_path / name
+        assert evenspin("run", scenario, "--set", cells, "--out", out, "--freeze-learning", *more).status == 0
+        left[name] = json.loads((out / "summary.json").read_text())["segments"][-1]["n2_pct"]
+
+    assert left["cold"] > 0.2
+    assert left["warm"] < 0.02 * left["cold"]
+
+
+@pytest.mark.parametrize(("line", "cells", "reported"), [
+    ((24.0082, 0.14, 1.0), 200, "rdc_line1_cycles = 24.0082: must be a whole number"),
+    ((0.0, 0.14, 1.0), 200, "rdc_line1_cycles = 0.0: must be a whole number"),
+    ((24.0, 0.14, 1.0), 48, "rdc_line1_cycles = 24.0: must be below half of the 48 cells; use --cells 49 or more"),
+    ((24.0, 0.0, 1.0), 200, "rdc_line1_nm = 0.0: must be above 0"),
+])  # fmt: skip
+def test_lines_that_no_table_holds_are_refused_with_what_to_do(evenspin, tmp_path, line, cells, reported):
+    given = lines_file(tmp_path / "lines.toml", line)
+
+    said = evenspin(
+        "memory", "from-lines", tmp_path / "t.csv", "--model", "yeh2024", "--drive", given, "--cells", str(cells)
+    )
+
+    assert said.status == 2
+    assert reported in said.err and said.err.count("\n") == 1
+    assert not (tmp_path / "t.csv").exists()
 
 
 # ---- starting, reversing, standing still ---------------------------------------------------------------------------

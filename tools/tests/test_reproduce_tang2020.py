@@ -176,17 +176,21 @@ def test_a_speed_at_which_the_observer_harms_fails_the_sweep():
     assert not check.passed and check.speed_rpm == 2000.0
 
 
+KEPT = {"aro_drift_counts": 0.0, "aro_sync_hz": 1400.0}
+LEARNED = {"aro_drift_counts": 0.0, "aro_sync_hz": 0.0}
+
+
 @pytest.mark.parametrize(
-    ("rpm", "low", "high"),
+    ("rpm", "changes", "low", "high"),
     [
-        # 600: 78 % with the order of the rounding learned as torque; 2000: -37 %, and 0 % where learning pauses
-        (600.0, 82.0, 99.0),
-        (2000.0, 50.0, 80.0),
-        (2007.0, 75.0, 99.0),  # beside it
+        (1250.0, {}, 84.0, 99.0),  # 50 r/min beside it, with another rounding in every turn: 80 and 84 %
+        (2500.0, {}, 72.0, 99.0),  # 72 %
+        (2000.0, KEPT, 50.0, 80.0),  # all but the order of the rounding
+        (2000.0, LEARNED, -99.0, 40.0),  # the rounding as torque
     ],
 )
-def test_learning_goes_on_where_the_rounding_of_the_encoder_repeats_without_its_order(rpm, low, high):
-    point = sweep_point(rpm, "float")
+def test_the_rounding_of_the_encoder_that_every_turn_repeats_costs_nothing_where_it_may_drift(rpm, changes, low, high):
+    point = sweep_point(rpm, "float", changes)
 
     assert not point.rests
     assert low < point.reduction_pct < high

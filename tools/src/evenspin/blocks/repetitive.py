@@ -12,7 +12,8 @@ class RepetitiveController:
     Args:
         gain: learning gain k_rc.
         lead: phase lead m, samples.
-        q: outer and middle tap of Q(z) = side z + centre + side z^-1.
+        q: side and centre of Q(z) = side2 (z^2 + z^-2) + side (z + z^-1) + centre.
+        q_side2: side2 of Q(z); 0: three taps.
         order: Lagrange order of the fractional delay; 0 takes whole samples.
         fal: (alpha, delta), or None.
         fal_at: "input" of the memory (A) or "output" of the controller, as lambda (B).
@@ -34,6 +35,7 @@ class RepetitiveController:
         truncate: bool = True,
         capacity: int = 512,
         *,
+        q_side2: float = 0.0,
         memory: str = "keep",
         limit: float = 1000.0,
         freeze_above: float = 0.0,
@@ -51,6 +53,7 @@ class RepetitiveController:
             lead=lead,
             q_side=side,
             q_centre=centre,
+            q_side2=q_side2,
             order=order,
             fal_at="none" if fal is None else fal_at,
             alpha=alpha,

@@ -1,4 +1,4 @@
-"""`evenspin memory show|clear|lines`: what a drive has learned over the angle, as a file."""
+"""`evenspin memory show|clear|lines|from-lines`: what a drive has learned over the angle, as a file."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from evenspin.cli.options import JsonFile
+from evenspin.cli.options import Force, JsonFile
+from evenspin.cli.origin import origin
 from evenspin.cli.output import check_json_file, console, output_file, write_json
 
-HELP = "What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it."
+HELP = "What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it, and back."
 
 app = typer.Typer(no_args_is_help=True, help=HELP)
 
@@ -23,7 +24,7 @@ def register(parent: typer.Typer) -> None:
 
 @app.callback()
 def group() -> None:
-    """What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it."""
+    """What a drive has learned over the angle, as a file: show it, clear it, make lines of rdc of it, and back."""
 
 
 @app.command("show")
@@ -118,6 +119,48 @@ def lines(
     console(json_file).print(drive_text(found), soft_wrap=True, highlight=False, markup=False)
     if json_file is not None:
         write_json(found, json_file)
+
+
+@app.command("from-lines")
+def from_lines(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The table to write, .csv or .json.")],
+    model: Annotated[str, typer.Option(help="A model file .toml, or a built-in model: its torque constant and lines.")],
+    drive: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Lines in [drive] of this file .toml instead, as `memory lines` prints them."
+        ),
+    ] = None,
+    cells: Annotated[int, typer.Option(min=4, max=2048, help="Memory points per turn, aro_cells of the drive.")] = 200,
+    force: Force = False,
+    json_file: JsonFile = None,
+) -> None:
+    """The lines that rdc and speed_model_ff feed forward as a table of aro, which starts with what the model knows.
+
+    Set rdc_lineN_nm = 0 where the table is loaded: with both the lines would act twice until aro has unlearned them.
+
+    Example: `evenspin memory from-lines learned.csv --model tang2020-rig2 --drive lines.toml --cells 720`
+    """
+    from evenspin.errors import InputError
+    from evenspin.memory import check_table_file, write_table
+    from evenspin.memory.lines import table_of
+    from evenspin.model.machine import drive_numbers, find_model, load_machine
+    from evenspin.output import OutputFile
+
+    def refuse(must: str, hint: str) -> InputError:
+        return InputError("memory from-lines", "--model", model, must, hint)
+
+    check_json_file(json_file)
+    check_table_file(file, "memory from-lines")
+    path = find_model(model, Path(), refuse)
+    machine = load_machine(path)
+    lines = machine.drive if drive is None else drive_numbers(drive)
+    table = table_of(lines, path if drive is None else drive, cells, machine.torque_per_a_nm)
+    with OutputFile(file, origin(path, drive), option="memory from-lines", force=force) as place:
+        write_table(place, table)
+    console(json_file).print(f"{file}: {cells} cells, largest {abs(table.disturbance_a).max():.6g} A", soft_wrap=True)
+    if json_file is not None:
+        write_json(table.summary(), json_file)
 
 
 @app.command("clear")

@@ -37,6 +37,7 @@ class Choices:
     lead: int | None = None
     q_side: float | None = None
     q_centre: float | None = None
+    q_side2: float | None = None
     order: int | None = None
     fal: bool = False
     inertia_kgm2: float | None = None
@@ -161,7 +162,7 @@ def _periods(delay_s: float, pwm_hz: float) -> int:
 
 def tables_of(work: Work) -> list[TableView]:
     """Without bounds when the speed loop is unstable by itself."""
-    margins = [] if work.found is None else [_margins(work.found, work.first_order), _leads(work.found), _gains(work)]
+    margins = [] if work.found is None else [_margins(work, work.found), _leads(work.found), _gains(work)]
     return [_verdict(work), *margins, _numbers(work)]
 
 
@@ -181,7 +182,11 @@ def _verdict(work: Work) -> TableView:
     return TableView(title, text, ("", "", ""), rows, marks, left=1)
 
 
-def _margins(found: Design, first: Design) -> TableView:
+def _margins(work: Work, found: Design) -> TableView:
+    first = work.first_order
+    ripple_hz = np.array([1.0, 2.0]) / (work.period_samples * found.loop.ts_s)
+    q = ", ".join(f"{value:.3f}" for value in found.rc.q(ripple_hz, found.loop.ts_s))
+
     def both(value: Callable[[Design], str]) -> tuple[str, str]:
         return value(found), value(first)
 
@@ -195,6 +200,7 @@ def _margins(found: Design, first: Design) -> TableView:
         ("largest gain of fal", *both(lambda d: number(d.lambda_max, 5))),
         ("bound on k_rc, sufficient", *both(lambda d: number(d.margins.bound_sufficient / d.lambda_max))),
         ("bound on k_rc, every speed", *both(lambda d: at(d.margins.bound / d.lambda_max, d.margins.bound_hz))),
+        (f"Q at {ripple_hz[0]:.4g} and {ripple_hz[1]:.4g} Hz, orders 1 and 2", q, q),
         ("max |Q (1 - k_rc z^m M)|", *both(lambda d: at(d.margins.contraction, d.margins.contraction_hz))),
         ("recommended lead m", *both(lambda d: str(d.recommended_lead))),
     ]
@@ -244,8 +250,9 @@ def _with(base: Any, choices: Choices) -> Any:
 def _check(rc: Repetitive, choices: Choices) -> None:
     if not 0.0 < rc.gain < 100.0:
         raise InputError("design rc", "--k-rc", rc.gain, "above 0 and below 100", "try 0.6")
-    if not abs(rc.q_centre) + 2.0 * abs(rc.q_side) <= 1.0 + 1e-6:
-        must = "such that |centre| + 2 |side| <= 1"
+    if not rc.q_peak <= 1.0 + 1e-6:
+        must = f"such that |Q| <= 1 at every frequency, here up to {rc.q_peak:.4g}"
+        must = must if rc.q_side2 else "such that |centre| + 2 |side| <= 1"
         raise InputError("design rc", "--q-centre", rc.q_centre, must, "try 0.1 and 0.45")
     if not 0.0 < choices.speed_rpm < 1e6:
         raise InputError("design rc", "--speed-rpm", choices.speed_rpm, "above 0", "try 300")

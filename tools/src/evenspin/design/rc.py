@@ -53,6 +53,23 @@ class Repetitive:
     q_centre: float = 0.10
     order: int = 2
     fal: tuple[float, float] | None = None
+    q_side2: float = 0.0
+
+    @property
+    def q_taps(self) -> list[float]:
+        """Of Q(z), three or five, newest first."""
+        three = [self.q_side, self.q_centre, self.q_side]
+        return [self.q_side2, *three, self.q_side2] if self.q_side2 else three
+
+    @property
+    def beyond(self) -> int:
+        """Samples that five taps of Q read beyond three, on either side."""
+        return 1 if self.q_side2 else 0
+
+    @property
+    def shortest(self) -> int:
+        """Shortest period that the block takes, samples."""
+        return self.lead + 2 + self.ahead + self.beyond
 
     @property
     def lambda_max(self) -> float:
@@ -65,7 +82,17 @@ class Repetitive:
         return 1 if self.order > 2 else 0
 
     def q(self, f_hz: Array, ts_s: float) -> Array:
-        return self.q_centre + 2.0 * self.q_side * np.cos(2.0 * np.pi * f_hz * ts_s)
+        angle = 2.0 * np.pi * f_hz * ts_s
+        return self.q_centre + 2.0 * self.q_side * np.cos(angle) + 2.0 * self.q_side2 * np.cos(2.0 * angle)
+
+    @property
+    def q_peak(self) -> float:
+        """Largest |Q| of all frequencies: a parabola in the cosine, at its ends or its vertex."""
+        cosines = [1.0, -1.0]
+        if abs(self.q_side) < abs(4.0 * self.q_side2):
+            cosines.append(-self.q_side / (4.0 * self.q_side2))
+        values = (self.q_centre + 2.0 * self.q_side * x + 2.0 * self.q_side2 * (2.0 * x * x - 1.0) for x in cosines)
+        return max(abs(value) for value in values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,9 +190,9 @@ def gain_bound(ahead: Complex, q: Array) -> Array:
 def gain_db(rc: Repetitive, period_samples: float, f_hz: Array, ts_s: float, *, whole: bool = False) -> Array:
     """|1 + G_RC| in dB at these frequencies; `whole`: the period is cut to samples (CRC)."""
     ahead = 0 if whole else rc.ahead
-    least = rc.lead + 2 + ahead
+    least = rc.lead + 2 + ahead + rc.beyond
     if not period_samples >= least:
-        limit = f"at least lead + {2 + ahead} = {least} samples"
+        limit = f"at least lead + {least - rc.lead} = {least} samples"
         raise InputError("design rc", "period", period_samples, limit, "lower the speed or the lead")
     z = np.exp(2j * np.pi * np.asarray(f_hz, dtype=float) * ts_s)
     whole_part = np.floor(period_samples + 1e-9)

@@ -50,5 +50,6 @@ def repetitive_of(drive: Numbers, fal: bool | None = None) -> Repetitive:
         q_side=drive["rc_q_side"],
         q_centre=drive["rc_q_centre"],
         order=int(drive["rc_order"]),
+        q_side2=drive["rc_q_side2"],
         fal=(drive["rc_fal_alpha"], drive["rc_fal_delta"]) if fal else None,
     )

@@ -46,8 +46,8 @@ def with_repetitive(loop: Sampled, rc: Repetitive, period_samples: float, *, who
     cut = int(np.floor(period_samples + 5e-4))
     fraction = 0.0 if whole else max(period_samples - cut, 0.0)
     ahead = 0 if whole else rc.ahead
-    taps = np.convolve([rc.q_side, rc.q_centre, rc.q_side], lagrange(0 if whole else rc.order, fraction + ahead))
-    first = cut - 2 - ahead
+    taps = np.convolve(rc.q_taps, lagrange(0 if whole else rc.order, fraction + ahead))
+    first = cut - 2 - ahead - rc.beyond
     length = first + len(taps)
     error = -loop.unit * loop.c
     learned = rc.gain * rc.lambda_max * error
@@ -89,7 +89,7 @@ def judge(
     """The loop of this drive at this speed, and those nearby."""
     loop = sampled_loop(plant, drive, speed_rad_s, delay_periods)
     period = 2.0 * np.pi / (plant["pole_pairs"] * abs(speed_rad_s) * loop.ts_s) if speed_rad_s else np.inf
-    resting = rc is not None and not rc.lead + 2 + rc.ahead <= period <= LONGEST
+    resting = rc is not None and not rc.shortest <= period <= LONGEST
     acting = None if resting else rc
     radii = [_radius(loop, acting, period, whole)]
     for speed_gain, current_gain in itertools.product((1.0 - SPREAD, 1.0 + SPREAD), repeat=2):

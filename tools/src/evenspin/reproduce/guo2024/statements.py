@@ -259,7 +259,7 @@ def third_set(runs: Runs) -> list[Statement]:
             max(speed) < 0.5,
         )
     ]
-    reasons = ("", "|Q| as printed is 0.58 at 160 Hz; `fal-forc-beyond` leaves 2.1 %")
+    reasons = ("", "|Q| as printed is 0.58 at 160 Hz; `fal-forc-beyond` leaves 2.3 %")
     for order, reason in zip((1, 2), reasons, strict=True):
         before, after = (float(row[f"q{order}_after_load_pct"]) for row in (pi, forc))
         what = f"1200 rpm: {'1st' if order == 1 else '2nd'} order of the q current, PI / FORC [%]"

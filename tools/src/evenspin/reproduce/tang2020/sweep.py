@@ -1,13 +1,13 @@
 """Speeds from 50 to 2500 rpm: is there one at which the observer makes the ripple larger?
 
-At some speeds every turn sees the same rounding errors of the encoder, which appear as torque; there their order is not
-learned.
+At some speeds every turn sees the same rounding errors of the encoder, which appear as torque; there the speed drifts
+by a part of a count per turn, or their order is not learned.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from evenspin.reproduce.check import Check
@@ -49,12 +49,14 @@ class SweepPoint:
         return asdict(self) | {"off_rpm": list(self.off_rpm), "reduction_pct": self.reduction_pct}
 
 
-def sweep_point(rpm: float, numeric: str) -> SweepPoint:
+def sweep_point(rpm: float, numeric: str, changes: Mapping[str, float] | None = None) -> SweepPoint:
+    """`changes`: parameters of the drive with observer."""
     end_s = SLOW_S if rpm < SLOW_RPM else FAST_S
     setup = at_speed(rpm, OFF, end_s)
     off = complete(prepare(setup, SIGNALS, numeric), setup, SIGNALS)
     before = evenness(off, end_s - 2.0 * WINDOW_S, end_s - WINDOW_S).rms_rpm
     setup = at_speed(rpm, "aro-beyond", end_s)
+    setup = replace(setup, drive={**setup.drive, **(changes or {})})
     simulation = prepare(setup, SIGNALS, numeric)
     on = complete(simulation, setup, SIGNALS)
     rests = not simulation.memory().any()
