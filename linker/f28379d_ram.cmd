@@ -3,7 +3,7 @@
  * The program is lost at power-off and does not start by itself. Nothing is copied, so load and run addresses are the
  * same and _FLASH is not defined. Code lies in LS0..GS11 and a third of GS12, data elsewhere, for the reasons in f28379d_flash.cmd. Capture and
  * black box have 32 rows of 8 signals each, and the observer's memory is a sixth of that in flash (firmware/CMakeLists.txt):
- * ro learns down to 564 r/min instead of 98, and aro with large tables beside those of the position loop is refused, as are more than 532
+ * ro learns down to 569 r/min instead of 98, and aro with large tables beside those of the position loop is refused, as are more than 528
  * position_cells. */
 
 MEMORY

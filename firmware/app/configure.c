@@ -120,7 +120,7 @@ uint16_t drive_build(drive_t *d)
 
 void drive_rest(drive_t *d)
 {
-    drive_rest_current(&d->current);
+    drive_rest_current(&d->current, &d->setup->current);
     drive_rest_speed(&d->speed, &d->setup->speed);
     drive_rest_reference(&d->reference, &d->setup->reference);
     drive_rest_observer(&d->observer, &d->setup->observer);

@@ -31,13 +31,16 @@ void drive_make_correction(const drive_params_t *p, const drive_scale_t *scale, 
     s->flux = (ctl_fourier_t){drive_number(p->flux_cos6), drive_number(p->flux_sin6), drive_number(p->flux_cos12),
                               drive_number(p->flux_sin12)};
     s->smooths = drive_smooths(p);
-    s->plain_state = (s->used || refers || s->smooths || (p->dead_time_s > 0.0f)) ? DRIVE_STATES : DRIVE_RUN;
+    s->saturates = p->saturation_a > 0.0f;
+    s->saturation.per_current = s->saturates ? num_from_float(scale->current_a / p->saturation_a) : (num_t)0;
+    s->saturation.cross = drive_number(p->saturation_cross);
+    s->plain_state = (s->used || refers || s->smooths || s->saturates || (p->dead_time_s > 0.0f)) ? DRIVE_STATES : DRIVE_RUN;
     s->three = (p->current_sensors == 1U) || !s->used;
     s->compensates = p->dead_time_s > 0.0f;
     s->dead_share = num_from_float(p->dead_time_s * (float)DRIVE_PWM_HZ);
     s->per_soft = num_from_float(scale->current_a / p->dead_time_soft_a);
     /* without a correction three sensors count as they are: three, too */
-    s->more = s->compensates || s->smooths || s->three || refers;
+    s->more = s->compensates || s->smooths || s->saturates || s->three || refers;
     s->learns = p->current_correction == (uint16_t)DRIVE_CORRECTION_LEARNED;
     const float offset[3] = {p->current_offset_a_a, p->current_offset_b_a, p->current_offset_c_a};
     const float gain[3] = {p->current_gain_a, p->current_gain_b, p->current_gain_c};

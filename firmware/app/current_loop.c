@@ -69,8 +69,10 @@ void drive_build_current(drive_current_t *c, const drive_current_setup_t *s)
     ctl_deadbeat_reset(&c->deadbeat);
 }
 
-void drive_rest_current(drive_current_t *c)
+void drive_rest_current(drive_current_t *c, const drive_current_setup_t *s)
 {
+    ctl_pi_tune_gains(&c->d, &s->pi); /* which may have followed a saturation */
+    ctl_pi_tune_gains(&c->q, &s->pi);
     c->decoupled = false;
     ctl_pi_reset(&c->d, (num_t)0);
     ctl_pi_reset(&c->q, (num_t)0);

@@ -27,6 +27,7 @@
 #include "control/motor/pi.h"
 #include "control/motor/plausibility.h"
 #include "control/motor/pll.h"
+#include "control/motor/saturation.h"
 #include "control/motor/speed_bound.h"
 #include "control/motor/thermal.h"
 #include "control/observer/observer.h"
@@ -208,12 +209,14 @@ typedef enum { DRIVE_CORRECTION_OFF = 0, DRIVE_CORRECTION_FIXED, DRIVE_CORRECTIO
 /** Correction of the current sensors. */
 typedef struct {
     drive_state_t plain_state; /**< RUN, or no state at all: in which nothing is corrected, and id is as commanded. */
-    bool          used, learns, three, more; /**< `more`: three sensors, a dead time, flux harmonics, or MTPA. */
+    bool          used, learns, three, more; /**< `more`: three sensors, a dead time, flux harmonics, saturation, or MTPA. */
     float         offset[3], gain[3];        /**< By parameters; offsets in current units. */
     bool          compensates;               /**< The dead time of the bridge, too. */
     num_t         dead_share, per_soft;      /**< Dead time over PWM period; 1 / current of the soft sign. */
     bool          smooths;                   /**< The harmonics of the flux, too: */
     ctl_fourier_t flux;                      /**< in the q axis over the flux linkage, over six times the electrical angle. */
+    bool          saturates; /**< The inductance falls with the current, and the gain of the controllers follows it: */
+    ctl_saturation_params_t    saturation;
     ctl_current_error_params_t learning;
 } drive_sensors_setup_t;
 

@@ -26,7 +26,7 @@ void drive_take_over(drive_t *d);
 uint16_t drive_make_current(const drive_params_t *params, const drive_scale_t *scale, drive_current_setup_t *setup);
 uint16_t drive_judge_current(const drive_current_setup_t *setup);
 void     drive_build_current(drive_current_t *current, const drive_current_setup_t *setup);
-void     drive_rest_current(drive_current_t *current);
+void     drive_rest_current(drive_current_t *current, const drive_current_setup_t *setup);
 
 /** reference_setup.c: MTPA and field weakening. The culprit, or PARAM_COUNT. */
 uint16_t drive_make_reference(const drive_params_t *params, const drive_scale_t *scale, drive_reference_setup_t *setup);

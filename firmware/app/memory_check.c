@@ -86,12 +86,23 @@ static bool same_pi(const ctl_pi_t *pi, const ctl_pi_params_t *p)
     return same(&pi->params, p, 4U * sizeof(num_t)) && (pi->params.anti_windup == p->anti_windup) && (pi->bound == p->out_max);
 }
 
+/* The current interrupt calculates the proportional gain in every period from that of the set, where it follows a saturation. */
+static bool same_current_pi(const ctl_pi_t *pi, const ctl_pi_params_t *p, bool saturates)
+{
+    ctl_pi_t as_set = *pi;
+    if (saturates && (pi->params.kp >= (num_t)0) && (pi->params.kp <= p->kp)) {
+        as_set.params.kp = p->kp;
+    }
+    return same_pi(&as_set, p);
+}
+
 static bool copies_are_kept(const drive_t *d)
 {
     const drive_setup_t *const   s = d->setup;
     const ctl_mt_params_t *const mt = &d->speed.mt.params;
-    return same_pi(&d->current.d, &s->current.pi) && same_pi(&d->current.q, &s->current.pi) &&
-           same_pi(&d->speed.pi, &s->speed.pi) && same_pi(&d->position.pi, &s->position.velocity_pi) &&
+    return same_current_pi(&d->current.d, &s->current.pi, s->sensors.saturates) &&
+           same_current_pi(&d->current.q, &s->current.pi, s->sensors.saturates) && same_pi(&d->speed.pi, &s->speed.pi) &&
+           same_pi(&d->position.pi, &s->position.velocity_pi) &&
            same(&d->tracking.pll.params, &s->tracking.pll, sizeof s->tracking.pll) &&
            same(mt, &s->speed.mt, sizeof(uint32_t) + (2U * sizeof(num_t))) && (mt->stop_samples == s->speed.mt.stop_samples) &&
            same(&d->scale, &s->scale, sizeof s->scale);

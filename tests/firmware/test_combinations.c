@@ -165,3 +165,15 @@ void test_combinations_beyond_the_list_there_is_nothing(void)
     TEST_ASSERT_NULL(combinations_info(combinations_broken(&p)));
     TEST_ASSERT_NULL(combinations_info(65535U));
 }
+
+void test_combinations_a_gain_that_follows_the_inductance_needs_a_gain_and_a_current_at_which_it_falls(void)
+{
+    drive_params_t p;
+    params_default(&p);
+    p.saturation_cross = 1.0f;
+    assert_answer(&p, PARAM_saturation_cross, PARAM_saturation_a, "nothing falls");
+    p.saturation_a = 8.0f;
+    assert_answer(&p, FINE, "pi");
+    p.current_controller = 1U;
+    assert_answer(&p, PARAM_saturation_a, PARAM_current_controller, "deadbeat");
+}

@@ -1,6 +1,7 @@
 /* What is corrected by a few numbers of its own: a notch filter behind the speed controller, the error of the encoder's angle, the
- * harmonics of the magnet flux. The blocks: tests/control/motor; what they leave in a machine: tools/tests/test_corrections.py. */
+ * harmonics of the magnet flux, an inductance that falls with the current. The blocks: tests/control/motor; what they leave in a machine: tools/tests/test_corrections.py. */
 #include "firmware/app/internal.h"
+#include "firmware/app/memory_check.h"
 #include "firmware/app/telemetry.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
@@ -281,4 +282,63 @@ void test_corrections_voltage_of_the_harmonics_is_that_of_the_machine(void)
         /* r^3 of the series, six times that in the slope: 0.08^3 * 2 A * 6 * 400 / s * 0.2 mH; and the speed of the filter */
         TEST_ASSERT_DOUBLE_WITHIN(3e-3, expected, value_of(drive.current.q.state.x) * (double)drive.scale.voltage_v);
     }
+}
+
+/* ---- saturation ---------------------------------------------------------------------------------------------------------------- */
+
+static drive_params_t with_saturation(float cross)
+{
+    drive_params_t p = bench_params();
+    p.saturation_a = 6.0f;
+    p.saturation_cross = cross;
+    return p;
+}
+
+/* Without an integral part, at angle 0: alpha is d, beta is q. The currents stay where they are while the references are elsewhere. */
+void test_corrections_proportional_gain_falls_with_the_inductance_between_reference_and_current(void)
+{
+    for (int cross = 0; cross < 2; cross++) {
+        bench_start();
+        const drive_params_t p = with_saturation((float)cross);
+        bench_run_with(&p);
+        bench_command(DRIVE_MODE_CURRENT, 0.0, 2.0, 4.0);
+        bench_currents(4.0, 2.0, 0.0);
+        double alpha, beta;
+        for (int k = 0; k < 3; k++) { /* the sample before counts: from the second period on it is the same */
+            bench_period();
+            bench_voltage(&alpha, &beta);
+        }
+        /* three eighths of the way: 3.25 A and 2.75 A; the inductance at each alone, or at the amplitude of both, of 6 A */
+        const double d2 = 3.25 * 3.25 / 36.0, q2 = 2.75 * 2.75 / 36.0, kp = (double)p.current_kp_v_per_a;
+        TEST_ASSERT_DOUBLE_WITHIN(2e-4, -2.0 * kp / (1.0 + d2 + cross * q2), alpha);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-4, 2.0 * kp / (1.0 + q2 + cross * d2), beta);
+    }
+}
+
+void test_corrections_gain_that_follows_saturation_is_whole_again_for_the_next_start(void)
+{
+    const drive_params_t p = with_saturation(0.0f);
+    bench_run_with(&p);
+    bench_command(DRIVE_MODE_CURRENT, 0.0, 0.0, 6.0);
+    bench_currents(0.0, 6.0, 0.0);
+    bench_period();
+    bench_period();
+    const double whole = value_of(drive.setup->current.pi.kp);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole + 1e-7, 0.5 * whole, value_of(drive.current.q.params.kp));
+    drive_check_memory(&drive);
+    ASSERT_NO_FAULT("a gain that follows is no changed memory");
+    drive_stop(&drive);
+    bench_live(20U);
+    drive_start(&drive);
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_DOUBLE(whole, value_of(drive.current.q.params.kp));
+}
+
+void test_corrections_gain_above_that_of_the_set_is_a_changed_memory(void)
+{
+    const drive_params_t p = with_saturation(0.0f);
+    bench_run_with(&p);
+    drive.current.d.params.kp = num_mul(NUM_C(1.5f), drive.setup->current.pi.kp);
+    drive_check_memory(&drive);
+    TEST_ASSERT_EQUAL_INT(FAULT_memory_changed, drive.fault);
 }

@@ -292,6 +292,8 @@ void test_parameters_that_only_change_at_rest_are_angle_protection_and_shape(voi
                                     PARAM_flux_sin6,
                                     PARAM_flux_cos12,
                                     PARAM_flux_sin12,
+                                    PARAM_saturation_a,
+                                    PARAM_saturation_cross,
                                     PARAM_motor_continuous_a,
                                     PARAM_motor_thermal_s,
                                     PARAM_bridge_continuous_a,

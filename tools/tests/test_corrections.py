@@ -1,5 +1,5 @@
-"""Dead-time compensation, the model of rdc fed forward, the error of the encoder's angle, harmonics of the flux, and a
-notch filter: what they leave in the simulated drive."""
+"""Dead-time compensation, the model of rdc fed forward, the error of the encoder's angle, an inductance that falls with
+the current, harmonics of the flux, and a notch filter: what they leave in the simulated drive."""
 
 from __future__ import annotations
 
@@ -124,6 +124,47 @@ def test_the_overshoot_of_a_reversal_with_friction_fed_forward_is_that_of_a_driv
 def test_deadbeat_control_refuses_the_dead_time_and_names_both():
     with pytest.raises(EvenspinError, match=r"dead_time_s.*current_controller|current_controller.*dead_time_s"):
         _run(60.0, 1.0, {}, dead_time_s=1.0e-6, current_controller="deadbeat")
+
+
+# ---- an inductance that falls with the current
+
+
+def _step(from_a, to_a, i_sat_a, saturation_a, numeric="float", rotor="d", by_amplitude=0.0):
+    """Current of an axis at rest from 0.5 ms before a step of its reference, in parts of the step."""
+    setup = builtin_scenario("guo2024/first").setup
+    inputs = {"control_mode": InputCurve((0.0,), (0.0,))}
+    inputs[f"i{rotor}_ref_a"] = InputCurve((0.0, 0.6, 0.8), (0.0, from_a, to_a))
+    drive = {"saturation_a": saturation_a, "saturation_cross": by_amplitude if saturation_a else 0.0}
+    limits = {"over_current_a": 40.0, "id_limit_a": 20.0, "iq_limit_a": 20.0, "plausibility_share": 0.0}
+    effects = {"inductance_saturation": {"i_sat_a": i_sat_a, "by_amplitude": by_amplitude}} if i_sat_a else {}
+    setup = replace(setup, drive={**setup.drive, **drive, **limits}, inputs=inputs, effects=effects, duration_s=0.82)
+    record = simulate(replace(setup, log_rate_hz=10000.0), ("t_s", f"true_i{rotor}_a", "fault"), numeric)
+    assert not record["fault"].any()
+    return (record[f"true_i{rotor}_a"][record["t_s"] > 0.7995][:50] - from_a) / (to_a - from_a)
+
+
+@pytest.mark.parametrize(
+    ("from_a", "to_a", "numeric", "by_amplitude"),
+    [(4.0, 6.0, "float", 0.0), (6.0, 8.0, "fixed", 0.0), (8.0, 6.0, "float", 1.0)],
+)
+def test_a_current_step_on_saturated_iron_is_within_a_tenth_of_the_designed_one(from_a, to_a, numeric, by_amplitude):
+    designed = _step(from_a, to_a, 0.0, 0.0)
+    without = _step(from_a, to_a, 5.0, 0.0, by_amplitude=by_amplitude)
+    with_it = _step(from_a, to_a, 5.0, 5.0, numeric, by_amplitude=by_amplitude)
+    assert np.max(np.abs(without - designed)) > 0.35
+    assert np.max(np.abs(with_it - designed)) < 0.1
+
+
+@pytest.mark.parametrize(("from_a", "to_a"), [(0.0, 8.0), (8.0, 0.0), (-6.0, 6.0)])
+def test_a_current_step_through_all_of_the_saturation_is_nearer_to_the_designed_one(from_a, to_a):
+    designed, without, with_it = (_step(from_a, to_a, *each) for each in ((0.0, 0.0), (5.0, 0.0), (5.0, 5.0)))
+    # the inductance moves by 2.4 to 3.6 within the two periods that a voltage needs: the gain cannot follow in full
+    assert np.sum((with_it - designed) ** 2) < 0.5 * np.sum((without - designed) ** 2)
+
+
+def test_a_saturation_that_is_not_there_makes_a_step_slower_and_nothing_worse():
+    slow = _step(0.0, 6.0, 0.0, 5.0)
+    assert np.max(slow) < 1.1 and abs(slow[-1] - 1.0) < 0.02
 
 
 # ---- error of the encoder's angle: a disc off centre, whose inverse has a second order, too

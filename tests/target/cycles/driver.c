@@ -312,6 +312,7 @@ typedef struct {
 #define GUARD_ANGLE 16U /* error of the encoder, with the speed by M/T */
 #define GUARD_FLUX 32U  /* harmonics of the magnet flux */
 #define GUARD_BRAKE 64U /* a dc link that bounds the braking */
+#define GUARD_IRON 256U /* inductance that falls with the current */
 #define GUARD_SINE 128U /* excitation of the current, of the torque and of the speed, one after the other */
 
 static const variant_t VARIANTS[] = {
@@ -326,6 +327,7 @@ static const variant_t VARIANTS[] = {
     {"current_isr speed notch", "speed_isr speed notch", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_NOTCH},
     {"current_isr encoder error", "speed_isr encoder error", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_ANGLE},
     {"current_isr flux harmonics", "speed_isr flux harmonics", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_FLUX},
+    {"current_isr saturation", "speed_isr saturation", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_IRON},
     {"current_isr excitation", "speed_isr excitation", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, GUARD_SINE},
     {"current_isr speed model", "speed_isr speed model", 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0},
     {"current_isr field weakening", "speed_isr field weakening", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0},
@@ -382,6 +384,7 @@ static void run(const variant_t *v)
     p.speed_notch_hz = ((v->guard & GUARD_NOTCH) != 0U) ? 60.0f : 0.0f;
     p.encoder_sin1_rad = ((v->guard & GUARD_ANGLE) != 0U) ? 0.01f : 0.0f;
     p.flux_cos6 = ((v->guard & GUARD_FLUX) != 0U) ? 0.05f : 0.0f;
+    p.saturation_a = ((v->guard & GUARD_IRON) != 0U) ? 8.0f : 0.0f;
     if ((v->guard & GUARD_HEAT) != 0U) {
         p.motor_continuous_a = 90.0f;
         p.bridge_continuous_a = 90.0f;

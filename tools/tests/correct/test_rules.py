@@ -42,6 +42,7 @@ EFFECTS = {  # outside of what a healthy unit may be off by
     "current_filter": {"tau_s": 8e-5},
     "encoder_eccentricity": {"amplitude_rad": 0.007, "phase_rad": 2.2},
     "flux_harmonics": {"torque_ripple_rel": 0.03, "sign": -1.0, "fifth_share": 0.5},
+    "inductance_saturation": {"i_sat_a": 6.0, "by_amplitude": 0.0, "by_slope": 0.0},
     "two_mass": {"f_res_hz": 60.0, "load_ratio": 0.6, "damping_ratio": 0.02, "load_friction_share": 0.5},
 }
 

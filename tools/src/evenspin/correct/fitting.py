@@ -18,7 +18,7 @@ Values = Mapping[str, float]
 # A log of the drive is made without these.
 OFF = dict.fromkeys((
     "current_correction", "dead_time_s", "speed_model_ff", "speed_notch_hz", "encoder_cos1_rad", "encoder_sin1_rad",
-    "encoder_cos2_rad", "encoder_sin2_rad", "flux_cos6", "flux_sin6", "flux_cos12", "flux_sin12",
+    "encoder_cos2_rad", "encoder_sin2_rad", "flux_cos6", "flux_sin6", "flux_cos12", "flux_sin12", "saturation_a",
 ), 0.0)  # fmt: skip
 SENSORS = ("current_offset_a_a", "current_offset_b_a", "current_gain_a", "current_gain_b")
 FED = ("rdc_coulomb_nm", "rdc_static_nm", *(f"rdc_line{n}_nm" for n in range(1, LINES + 1)))

@@ -303,6 +303,15 @@ def _filter(found: Found, effects: Sequence[str]) -> Changes:
     return _slower(periods, found.half("current_filter", "tau_s") * found.nominal.supply["pwm_hz"])
 
 
+def _saturation(found: Found, effects: Sequence[str]) -> Changes:
+    """As the simulator has it; beyond nothing and all of the other axis' current a share has no meaning."""
+    p = found.effects["inductance_saturation"]
+    return [
+        known("saturation_a", p["i_sat_a"], found.half("inductance_saturation", "i_sat_a")),
+        known("saturation_cross", min(max(p.get("by_amplitude", 0.0), 0.0), 1.0)),
+    ]
+
+
 def _slower(periods: float, half: float) -> Changes:
     """The gain at the crossover goes with the bandwidth, and the phase lost there with bandwidth times delay."""
     factor = DELAY_PERIODS / (DELAY_PERIODS + periods)
@@ -377,7 +386,7 @@ RULES: Mapping[str, Rule | NoRule] = {
         ("flux_cos6", "motor_psi_wb", "motor_resistance_ohm", "motor_lq_h"), _flux,
         _electrical(6, ("staircase_load",)), unless=_beyond("flux_cos6", "flux_harmonics", "torque_ripple_rel"),
     ),
-    "inductance_saturation": NoRule("the gain of the current controllers would have to follow the current"),
+    "inductance_saturation": Rule(("saturation_a", "saturation_cross"), _saturation, _current_step),
     "two_mass": Rule(
         ("speed_notch_hz", "speed_notch_damping", "speed_notch_depth"), _notch, _swing("staircase"),
         chosen=_notches, beside=_swing("load_step"),

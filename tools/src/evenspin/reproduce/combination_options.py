@@ -215,6 +215,8 @@ REFUSED: Mapping[str, Words] = {
     "flux_deadbeat": {"flux_cos6": 0.05, "current_controller": "deadbeat"},
     "flux_mtpa": {"flux_cos6": 0.05, "mtpa": 1.0},
     "flux_weakening": {"flux_cos6": 0.05, "field_weakening": 1.0},
+    "saturation_deadbeat": {"saturation_a": 8.0, "current_controller": "deadbeat"},
+    "cross_without_saturation": {"saturation_cross": 0.5, "saturation_a": 0.0},
     "weakening_without_current": {"field_weakening": 1.0, "id_limit_a": 0.0},
     "emf_at_fault": {"field_weakening": 1.0, "over_voltage_v": 25.0},
     "room": {},  # a build for a board with less memory
