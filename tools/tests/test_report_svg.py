@@ -1,5 +1,6 @@
 """Charts drawn as SVG: every point where its number says, axes with round numbers, text that cannot break the file."""
 
+import io
 import json
 import re
 from xml.etree import ElementTree
@@ -7,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from evenspin.report.chart import BARS, POINTS, Chart, Line, Panel, chart_json
-from evenspin.report.style import REFERENCE_COLOUR
+from evenspin.report.style import REFERENCE_COLOUR, drawing, subplots, to_svg
 from evenspin.report.svg import BOTTOM, LEFT, LEGEND, RIGHT, TOP, WIDTH, svg_of
 from evenspin.report.ticks import decade_ticks, linear_ticks, tick_texts
 
@@ -130,3 +131,31 @@ def test_decades_within_the_axis():
 
 def test_tick_texts_are_short():
     assert tick_texts([-0.2, -1e-17, 0.2]) == ["\u22120.2", "0", "0.2"]
+
+
+def test_a_figure_is_drawn_once_and_as_matplotlib_saves_it():
+    from matplotlib.lines import Line2D
+
+    class Counted(Line2D):
+        drawn = 0
+
+        def draw(self, renderer):
+            self.drawn += 1
+            super().draw(renderer)
+
+    def figure_with(line):
+        figure, axes = subplots(1, 2)
+        axes[0, 0].add_line(line)
+        axes[0, 0].set(title="a", xlabel="time [s]", ylabel="speed [r/min]", xlim=(0.0, 4.0))
+        axes[0, 1].plot(X, 1000.0 * X, label="of which the labels need room")
+        figure.legend(loc="outside upper right")
+        return figure
+
+    saved = io.StringIO()
+    with drawing():
+        figure_with(Counted(X, Y)).savefig(saved, format="svg", metadata={"Date": None, "Creator": None})
+        line = Counted(X, Y)
+        text = to_svg(figure_with(line))
+
+    assert saved.getvalue().endswith(text)
+    assert line.drawn == 1

@@ -35,6 +35,9 @@ static void check(uint16_t page, uint16_t offset, uint16_t count)
     TEST_ASSERT_TRUE_MESSAGE((page < flash.pages) && ((uint32_t)offset + count <= flash.page_words), "outside of the storage");
 }
 
+/* Tests are compiled at -O0; what takes most of the time of this one is not. */
+#pragma GCC push_options
+#pragma GCC         optimize("O1")
 static hal_status_t reads(uint16_t page, uint16_t offset, uint16_t *words, uint16_t count, int calls)
 {
     (void)calls;
@@ -65,6 +68,8 @@ static hal_status_t reads(uint16_t page, uint16_t offset, uint16_t *words, uint1
 }
 
 typedef enum { DONE, HALF, NOT_AT_ALL } power_t;
+
+#pragma GCC pop_options
 
 static power_t power(void)
 {

@@ -70,6 +70,10 @@ class Browser:
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         self.until(lambda: self.driver.execute_script("return innerWidth") == width, f"{width} px wide")
 
+    def keys(self, css: str, *keys: str) -> None:
+        """To an element, as soon as it takes any: while its plot is drawn again it is not there."""
+        self.until(lambda: self.find(css).send_keys(*keys) is None, f"{css} takes keys")
+
     def key(self, key: str) -> None:
         from selenium.webdriver.common.action_chains import ActionChains
 

@@ -16,6 +16,7 @@ from aiohttp import WSMsgType
 from aiohttp.test_utils import TestClient, TestServer
 from evenspin.scope import Feed, make_app
 from evenspin.scope.feed import opener
+from evenspin.scope.messages import CAPTURE
 from evenspin.scope.server import SCOPE
 
 WAIT_S = 20.0  # the longest that anything here may take; a wait ends when the thing has happened
@@ -26,7 +27,7 @@ class Page:
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self.socket = socket
-        self.last: dict[str, dict[str, Any]] = {}  # by type
+        self._last: dict[str, dict[str, Any]] = {}  # by type; `got` waits for one
         self.frames: list[tuple[int, int, np.ndarray]] = []  # kind, layout, times
         self._answers: dict[int, dict[str, Any]] = {}
         self._number = 0
@@ -42,7 +43,7 @@ class Page:
                 if message["type"] == "answer":
                     self._answers[message["id"]] = message
                 else:
-                    self.last[message["type"]] = message
+                    self._last[message["type"]] = message
 
     async def ask(self, what: str, **fields: Any) -> dict[str, Any]:
         self._number += 1
@@ -54,11 +55,37 @@ class Page:
     async def until(self, true: Callable[[], Any]) -> None:
         until_s = time.monotonic() + WAIT_S
         while not true():
-            assert time.monotonic() < until_s, f"still not so: {self.last.get('state')} {self.last.get('link')}"
+            assert time.monotonic() < until_s, f"still not so: {self._last.get('state')} {self._last.get('link')}"
             await asyncio.sleep(0.01)
 
+    async def got(self, kind: str, true: Callable[[dict[str, Any]], Any] = lambda _: True) -> dict[str, Any]:
+        """The newest message of this type, as soon as there is one of which this is true.
+
+        Each type has a way of its own: that one has come says nothing about another, and the next may replace it.
+        """
+        found: list[dict[str, Any]] = []
+
+        def there() -> bool:
+            message = self._last.get(kind)
+            if message is not None and true(message):
+                found.append(message)
+            return bool(found)
+
+        await self.until(there)
+        return found[0]
+
+    @property
+    def rows(self) -> int:
+        """Live rows that have come."""
+        return sum(len(t_s) for kind, _, t_s in self.frames if kind != CAPTURE)
+
+    async def more_rows(self, count: int) -> None:
+        """So much later by the clock of the drive, however slow this machine is."""
+        rows = self.rows + count
+        await self.until(lambda: self.rows >= rows)
+
     async def state(self, name: str) -> None:
-        await self.until(lambda: self.last.get("state", {}).get("state") == name)
+        await self.got("state", lambda state: state["state"] == name)
 
     async def turn(self, speed_rad_s: float = 30.0) -> None:
         assert "error" not in await self.ask("arm")
@@ -94,7 +121,7 @@ class Served:
     async def page(self, token: str = "") -> Page:
         """`token`: what a page keeps when it is loaded again."""
         page = Page(await self.connect(f"/socket?page={token}"))
-        await page.until(lambda: "role" in page.last)
+        await page.got("role")
         return page
 
 

@@ -59,7 +59,7 @@ def test_in_a_capture_they_show_the_rows_that_the_drive_recorded(page: Browser) 
     over = "#view-capture .pane .u-over"
     drag(page, "#view-capture [data-cursor=A]", over, 0.20)
     drag(page, "#view-capture [data-cursor=B]", over, 0.60)
-    page.find("#view-capture [data-cursor=B]").send_keys(Keys.ARROW_RIGHT, Keys.SHIFT, Keys.ARROW_RIGHT)
+    page.keys("#view-capture [data-cursor=B]", Keys.ARROW_RIGHT, Keys.SHIFT, Keys.ARROW_RIGHT)
     page.until_drawn()
     page.until(lambda: "Δt" in page.text("#view-capture .between"), "the distance is shown")
     rows = exported(page, "capture")
@@ -104,7 +104,7 @@ def test_in_the_spectrum_they_stand_on_lines(page: Browser) -> None:
     beside = largest[0] / 5_000.0 + 3.0 / width  # a few pixels: a mouse does not hit a line
     drag(page, "#view-spectrum [data-cursor=A]", "#view-spectrum .u-over", beside)
     drag(page, "#view-spectrum [data-cursor=B]", "#view-spectrum .u-over", 0.3)
-    page.find("#view-spectrum [data-cursor=B]").send_keys(Keys.SHIFT, Keys.ARROW_LEFT)
+    page.keys("#view-spectrum [data-cursor=B]", Keys.SHIFT, Keys.ARROW_LEFT)
     page.until_drawn()
     page.until(lambda: "Δf" in page.text("#view-spectrum .between"), "the distance is shown")
     _, a, b, difference = table(page, "#view-spectrum .cursors")

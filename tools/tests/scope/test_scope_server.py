@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -60,9 +61,9 @@ def test_rows_come_without_a_gap_and_the_speed_arrives(bench) -> None:
     async def work(served: Served) -> None:
         page = await served.page()
         await page.state("ready")
-        assert page.last["layout"]["names"] == list(DEFAULT_SIGNALS)
+        assert (await page.got("layout"))["names"] == list(DEFAULT_SIGNALS)
         await page.turn()
-        await page.until(lambda: sum(len(t_s) for *_, t_s in page.frames) > 800)
+        await page.more_rows(800)
         t_s = np.concatenate([t_s for *_, t_s in page.frames])
         assert np.diff(t_s) == pytest.approx(0.001, abs=1e-9)
         live = served.feed.live
@@ -80,7 +81,7 @@ def test_a_refused_parameter_says_its_limits_and_a_taken_one_reaches_every_page(
         refused = await page.ask("set", values={"rc_gain": 40.0})
         assert refused["error"].startswith("rc_gain = 40.0: must be a number in 0 .. 10")
         assert "error" not in await page.ask("set", values={"rc_gain": 0.25})
-        await other.until(lambda: other.last.get("values", {}).get("values", {}).get("rc_gain") == 0.25)
+        await other.got("values", lambda message: message["values"].get("rc_gain") == 0.25)
 
     with_scope(bench.port, work)
 
@@ -89,14 +90,14 @@ def test_a_second_page_watches_and_stops_and_may_take_over(bench) -> None:
     async def work(served: Served) -> None:
         first, second = await served.page(), await served.page()
         await first.state("ready")
-        assert (first.last["role"]["role"], second.last["role"]["role"]) == ("control", "watch")
+        assert [(await page.got("role"))["role"] for page in (first, second)] == ["control", "watch"]
         await first.turn()
         for what in ("arm", "setpoint", "clear_fault", "save"):
             assert "only watches" in (await second.ask(what))["error"], what
         assert "error" not in await second.ask("stop")
         await first.state("ready")
         await second.ask("take_control")
-        await first.until(lambda: first.last["role"]["role"] == "watch")
+        await first.got("role", lambda role: role["role"] == "watch")
         await second.turn()
 
     with_scope(bench.port, work)
@@ -107,14 +108,15 @@ def test_an_unplugged_drive_is_found_again_and_does_not_start_by_itself(bench) -
         page = await served.page()
         await page.state("ready")
         await page.turn()
+        await page.got("link", lambda link: link["status"] == "connected")
         bench.do("unplug", seconds=0.7)
-        await page.until(lambda: page.last["link"]["status"] == "searching")
-        assert "start it again" in page.last["link"]["text"] or "nothing answers" in page.last["link"]["text"]
+        link = await page.got("link", lambda link: link["status"] == "searching")
+        assert "start it again" in link["text"] or "nothing answers" in link["text"]
         assert "error" in await page.ask("start", speed_rad_s=30.0)
-        await page.until(lambda: page.last["link"]["status"] == "connected")
-        await page.until(lambda: page.last["state"]["state"] == "ready")
+        await page.got("link", lambda link: link["status"] == "connected")
+        await page.state("ready")
         await asyncio.sleep(0.5)
-        assert page.last["state"]["state"] == "ready"
+        assert (await page.got("state"))["state"] == "ready"
         assert abs(bench.server.drive.read("true_speed_rad_s")) < 30.0
         count = len(page.frames)
         await page.until(lambda: len(page.frames) > count + 5)  # the same signals come again
@@ -127,10 +129,10 @@ def test_after_a_stop_no_command_is_shown_or_exported_as_if_it_acted(bench) -> N
         page = await served.page()
         await page.state("ready")
         await page.turn()
-        await asyncio.sleep(0.2)
+        await page.more_rows(200)
         assert "error" not in await page.ask("stop")
         await page.state("ready")
-        await asyncio.sleep(0.3)
+        await page.more_rows(300)  # twice those that are looked at: what came before the stop may have been on its way
         rows = (await (await served.get("/export/live.csv?seconds=0.1")).text()).splitlines()
         names = rows[0].split(",")
         for name in ("speed_ref_rad_s", "iq_ref_a", "vq_v"):
@@ -161,13 +163,13 @@ def test_a_fault_comes_with_its_advice_and_its_last_samples(bench) -> None:
         await page.turn()
         bench.do("input", name="dc_link_v", value=5.0)
         await page.state("fault")
-        fault = page.last["state"]["fault"]
+        fault = (await page.got("state"))["fault"]
         assert fault["name"] == "under_voltage"
         assert fault["check"] == "Supply, its current limit, cables and fuse."  # firmware/app/faults.def
         assert "error" not in await page.ask("last_fault")
         await page.until(lambda: any(kind == 3 for kind, *_ in page.frames))
         bench.do("input", name="dc_link_v", value=24.0)
-        await asyncio.sleep(0.05)
+        await page.more_rows(50)
         assert "error" not in await page.ask("clear_fault")
         await page.state("ready")
 
@@ -180,10 +182,10 @@ def test_a_capture_is_triggered_where_it_was_asked_for(bench) -> None:
         await page.state("ready")
         wanted = {"signals": ["speed_rad_s", "iq_a"], "trigger": "rising", "signal": "speed_rad_s", "level": 15.0}
         assert (await page.ask("capture", **wanted, rows=400, pre_pct=25.0))["rows"] == 400
-        await page.until(lambda: page.last.get("capture", {}).get("status") == "waiting")
+        await page.got("capture", lambda capture: capture["status"] == "waiting")
         await page.turn()
         await page.until(lambda: any(kind == 3 for kind, *_ in page.frames))
-        assert page.last["capture_layout"]["title"] == "speed_rad_s rises above 15"
+        assert (await page.got("capture_layout"))["title"] == "speed_rad_s rises above 15"
         t_s = next(t_s for kind, _, t_s in page.frames if kind == 3)
         np.testing.assert_allclose(t_s, (np.arange(400) - 100) / 10_000.0, atol=1.01e-4)  # a row
         octets = await (await served.get("/export/capture.csv")).read()
@@ -202,11 +204,11 @@ def test_a_stop_does_not_wait_for_a_capture_that_is_being_fetched() -> None:
         assert "error" not in await page.ask("watch", signals=["speed_rad_s"], rate_hz=100.0)
         await page.turn()
         await page.ask("capture", signals=list(DEFAULT_SIGNALS), rows=700)
-        await page.until(lambda: page.last.get("capture", {}).get("status") == "fetching")
+        await page.got("capture", lambda capture: capture["status"] == "fetching")
         watch = Stopwatch()
         assert "error" not in await page.ask("stop")
         took_s = watch.quiet_s()
-        assert page.last["capture"]["status"] == "fetching"
+        assert (await page.got("capture"))["status"] == "fetching"
         # 700 rows of 8 signals are 22 kB: 2 s at 115200 baud. Three answers that are on their way are 0.07 s of it.
         assert took_s < 0.7
         await page.state("ready")
@@ -216,17 +218,23 @@ def test_a_stop_does_not_wait_for_a_capture_that_is_being_fetched() -> None:
 
 
 def test_a_stop_does_not_wait_for_another_change(bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client.Drive, "save", lambda _: time.sleep(1.0))  # a slow storage
+    began = threading.Event()
+
+    def save_slowly(_: client.Drive) -> None:
+        began.set()
+        time.sleep(1.0)
+
+    monkeypatch.setattr(client.Drive, "save", save_slowly)
 
     async def work(served: Served) -> None:
         page = await served.page()
         await page.state("ready")
         await page.turn()
         saving = asyncio.create_task(page.ask("save"))
-        await asyncio.sleep(0.1)
+        await page.until(began.is_set)
         watch = Stopwatch()
         await page.ask("stop")
-        assert watch.quiet_s() < 0.5  # and not the 0.9 s that the save still takes
+        assert watch.quiet_s() < 0.5  # and not the second that the save takes
         await saving
 
     with_scope(bench.port, work)
@@ -236,7 +244,7 @@ def test_a_wrong_capture_is_refused_at_once(bench) -> None:
     async def work(served: Served) -> None:
         page = await served.page()
         await page.state("ready")
-        names = [signal["name"] for signal in page.last["drive"]["signals"]][:9]
+        names = [signal["name"] for signal in (await page.got("drive"))["signals"]][:9]
         assert "1 to 8 names" in (await page.ask("capture", signals=names))["error"]
         assert "did you mean iq_a" in (await page.ask("capture", signals=["iq_aa"]))["error"]
 
@@ -274,7 +282,7 @@ def test_a_page_that_does_not_read_costs_nobody_else_a_row(bench, monkeypatch: p
             await send(octets, **options)
 
         monkeypatch.setattr(held.socket, "send_bytes", hang)
-        await page.until(lambda: sum(len(t_s) for *_, t_s in page.frames) > 1000)
+        await page.until(lambda: page.rows > 1000)
         t_s = np.concatenate([t_s for *_, t_s in page.frames])
         assert np.diff(t_s) == pytest.approx(0.001, abs=1e-9)
         free.set()
@@ -293,8 +301,9 @@ def test_a_drive_of_other_firmware_can_be_watched_and_stopped_only(bench, monkey
     async def work(served: Served) -> None:
         page = await served.page()
         await page.state("ready")
-        assert "other lists of parameters and signals" in page.last["drive"]["read_only"]
-        assert len(page.last["drive"]["parameters"]) > 50
+        drive = await page.got("drive")
+        assert "other lists of parameters and signals" in drive["read_only"]
+        assert len(drive["parameters"]) > 50
         assert "can only be read" in (await page.ask("set", values={"rc_gain": 0.25}))["error"]
         assert "can only be read" in (await page.ask("arm"))["error"]
         assert "gain" in (await page.ask("document", name="rc_gain"))["text"]
@@ -307,9 +316,9 @@ def test_a_drive_of_other_firmware_can_be_watched_and_stopped_only(bench, monkey
 def test_without_a_drive_the_page_says_what_to_do() -> None:
     async def work(served: Served) -> None:
         page = await served.page()
-        await page.until(lambda: "cannot be opened" in page.last["link"]["text"])
-        assert page.last["link"]["status"] == "searching"
-        assert "check cable, name and rights" in page.last["link"]["text"]
+        link = await page.got("link", lambda link: "cannot be opened" in link["text"])
+        assert link["status"] == "searching"
+        assert "check cable, name and rights" in link["text"]
         assert "no drive is connected" in (await page.ask("stop"))["error"]
 
     with_scope("/dev/ttyNOBODY", work)

@@ -106,8 +106,7 @@ def test_a_stop_that_is_asked_for_while_one_is_under_way_gets_one_of_its_own(
         first, second = await served.page(), await served.page()
         await first.state("ready")
         asked = asyncio.create_task(first.ask("stop"))
-        await asyncio.sleep(0.1)
-        assert len(count) == 1
+        await first.until(lambda: len(count) == 1)
         await second.ask("stop")
         assert len(count) == 2
         await asked
@@ -128,7 +127,7 @@ def test_a_page_in_control_that_goes_away_stops_the_motor_within_a_second(bench,
         if how == "cut off":
             socket = await served.connect("/socket", autoping=False)  # hears nothing, says nothing, hangs up nothing
             page = Page(socket)
-            await page.until(lambda: "role" in page.last)
+            await page.got("role")
         else:
             page = await served.page()
         watching = [await served.page() for _ in range(watchers)]
@@ -154,12 +153,11 @@ def test_a_page_in_control_that_goes_away_stops_the_motor_within_a_second(bench,
             page.socket._response.connection.transport.abort()
         assert await motor_stops(served, bench, began_s) < GONE_S * slowness()
         for other in watching:
-            await other.until(lambda other=other: other.last["role"]["free"])
-            await other.until(lambda other=other: other.last["role"]["pages"] == watchers)
-            assert other.last["role"]["role"] == "watch"
+            role = await other.got("role", lambda role: role["free"] and role["pages"] == watchers)
+            assert role["role"] == "watch"
         if watching:
             assert "error" not in await watching[0].ask("take_control")
-            await watching[1].until(lambda: not watching[1].last["role"]["free"])
+            await watching[1].got("role", lambda role: not role["free"])
             await watching[0].turn()
 
     with_scope(bench.port, work)
@@ -172,12 +170,13 @@ def test_a_page_that_is_loaded_again_keeps_control_and_the_motor_runs_on(bench) 
         await page.turn()
         await page.close()
         stranger = await served.page("c")
-        assert (stranger.last["role"]["role"], stranger.last["role"]["free"]) == ("watch", False)
+        role = await stranger.got("role")
+        assert (role["role"], role["free"]) == ("watch", False)
         again = await served.page("a")
-        assert again.last["role"]["role"] == "control"
+        assert (await again.got("role"))["role"] == "control"
         await asyncio.sleep(1.0)
-        assert again.last["state"]["state"] == "run"
-        assert watcher.last["role"]["pages"] == 3
+        assert (await again.got("state"))["state"] == "run"
+        await watcher.got("role", lambda role: role["pages"] == 3)
 
     with_scope(bench.port, work)
 
@@ -214,15 +213,14 @@ def test_many_values_at_once_can_be_brought_back(bench) -> None:
         await page.state("ready")
         assert "nothing to undo" in (await page.ask("undo"))["error"]
         assert "error" not in await page.ask("set", values={"rc_gain": 0.25, "iq_limit_a": 5.0})
-        before = dict(page.last["values"]["values"])
+        before = (await page.got("values", lambda message: message["values"].get("iq_limit_a") == 5.0))["values"]
         assert "error" not in await page.ask("defaults")
-        await page.until(lambda: page.last["values"]["undo"])
-        changed = {name for name, value in page.last["values"]["values"].items() if value != before[name]}
+        after = await page.got("values", lambda message: message["undo"])
+        changed = {name for name, value in after["values"].items() if value != before[name]}
         assert {"rc_gain", "iq_limit_a"} <= changed
-        assert page.last["values"]["undo"] == {"what": "defaults", "count": len(changed)}
+        assert after["undo"] == {"what": "defaults", "count": len(changed)}
         assert "error" not in await page.ask("undo")
-        await page.until(lambda: page.last["values"]["undo"] is None)
-        assert page.last["values"]["values"] == before
+        assert (await page.got("values", lambda message: message["undo"] is None))["values"] == before
         assert "undo" in messages.NEEDS_CONTROL
 
     with_scope(bench.port, work)

@@ -79,8 +79,13 @@ def subplots(rows: int = 1, columns: int = 1, *, width: float = 10.0, height: fl
 
 
 def to_svg(figure: Any) -> str:
-    """The figure as an <svg> element; the same figure always gives the same text."""
+    """The figure as an <svg> element; the same figure always gives the same text.
+
+    That of `savefig`, which draws twice where a figure has a layout: once for the layout, and nobody sees it.
+    """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     out = io.StringIO()
-    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    FigureCanvasSVG(figure).print_svg(out, metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     return text[text.index("<svg") :]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -90,15 +91,34 @@ def acceleration_noise(over: Bump, noise: Noise) -> float:
 
 def swing_noise(bump: Bump, noise: Noise, f_hz: float, damping: float) -> tuple[float, float]:
     """By noise of the angle: variance of the second derivative of the swing, and covariance with that of the angle."""
-    from scipy.signal import freqz
-
-    over, under = follower(f_hz, damping, bump.period_s)
-    w = np.pi * (np.arange(FREQUENCIES) + 0.5) / FREQUENCIES
-    swung = 1.0 - freqz(over, under, worN=w)[1]
+    swung_square, swung_real = _swung(f_hz, damping, bump.period_s)
     by_angle = noise.theta_rad > 0.0
     weights, sigma = (bump.curve, noise.theta_rad) if by_angle else (bump.slope, noise.speed_rad_s)
-    passed = np.abs(freqz(weights, worN=w)[1]) ** 2 * sigma**2
-    return float(np.mean(passed * np.abs(swung) ** 2)), float(np.mean(passed * swung.real))
+    passed = _passed_square(weights.tobytes()) * sigma**2
+    return float(np.mean(passed * swung_square)), float(np.mean(passed * swung_real))
+
+
+@functools.lru_cache(maxsize=512)
+def _swung(f_hz: float, damping: float, period_s: float) -> tuple[Array, Array]:
+    """Of what a line of the angle swings: square of its size, and its real part. Every log is tried with one grid."""
+    from scipy.signal import freqz
+
+    over, under = follower(f_hz, damping, period_s)
+    swung = 1.0 - freqz(over, under, worN=_lines())[1]
+    return np.abs(swung) ** 2, swung.real.copy()
+
+
+@functools.lru_cache(maxsize=32)
+def _passed_square(weights: bytes) -> Array:
+    """What of the square of a line passes these weights."""
+    from scipy.signal import freqz
+
+    return np.asarray(np.abs(freqz(np.frombuffer(weights), worN=_lines())[1]) ** 2)
+
+
+def _lines() -> Array:
+    """rad per row."""
+    return np.asarray(np.pi * (np.arange(FREQUENCIES) + 0.5) / FREQUENCIES)
 
 
 def _norm(weights: Array) -> float:

@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -112,5 +111,8 @@ class Windows:
         if len(self.centre) == 0:
             return np.empty(0)
         step = int(self.centre[1] - self.centre[0]) if len(self.centre) > 1 else 1
-        views = sliding_window_view(signal, self.bump.rows)[::step][: len(self.centre)]
+        # a view as of sliding_window_view, made for each of thousands of columns
+        signal = np.ascontiguousarray(signal)
+        size = signal.itemsize
+        views = np.ndarray((len(self.centre), self.bump.rows), signal.dtype, signal, strides=(step * size, size))
         return np.asarray((views @ weights)[self.used])
