@@ -121,7 +121,7 @@ SLOW_ROWS = 64  # of 2 kHz: 31 rows per second, as of drives on a slow bus
     [
         ("load_torque", {"torque_nm": 0.12}, "torque_nm"),
         ("coulomb_friction", {"torque_nm": 0.12}, "torque_nm"),
-        ("viscous_friction", {"factor": 4.0}, "factor"),
+        ("viscous_friction", {"factor": 6.0}, "factor"),  # as data sheets are off
         ("winding_resistance", {"factor": 1.5}, "factor"),
         ("cogging", {"amplitude_nm": 0.12, "order": 18.0}, ""),
     ],

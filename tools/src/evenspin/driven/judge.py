@@ -232,9 +232,10 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
             break
         at += len(each)
     part: Array = np.array(covariance[at : at + len(term), at : at + len(term)], dtype=np.float64)
+    factor = term.hypothesis.to_params(found.point[name]).get("factor", 1.0)  # a tolerance of which is a share of it
     for tolerance in TOLERANCES:
         if tolerance.effect == term.effect and tolerance.sensor is None:
-            part += np.diag(np.full(len(term), tolerance.sigma**2))
+            part += np.diag(np.full(len(term), (factor * tolerance.sigma) ** 2))
     for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
         part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
     return [_scaled(found, i) for i in with_model_share(of_effect(term.hypothesis, found.point[name], part))]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.effects import Hypothesis, Scale, hypotheses
+from evenspin.effects import Hypothesis, Scale, by_difference, hypotheses
 from evenspin.effects.equations import has_equation, is_mechanical
 from evenspin.effects.two_mass import of_antiresonance
 from evenspin.weakform.noise import Noise
@@ -95,6 +95,8 @@ def effect_terms(
             for share in SOFT_SHARES:
                 off = np.array([0.0, share * scale.rated_current_a, 0.0])
                 terms.append(_effect(hypothesis, f"{name}@{share:g}", sizes, off))
+        elif name in NUMBER_OF:
+            terms.append(_effect(by_difference(hypothesis), name, sizes, np.zeros(1)))
         else:
             off = np.array(hypothesis.starts[0], dtype=np.float64)
             if name == "inductance_saturation":
