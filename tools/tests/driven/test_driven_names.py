@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from driven_logs import SPEEDS_RAD_S, columns_of, hide, write_log
 from evenspin.driven import run_driven
-from evenspin.driven.judge import Verdict, without_unsure
+from evenspin.driven.judge import Verdict, without_size, without_unsure
 from evenspin.effects import Scale, hypotheses
 from evenspin.errors import InputError
 from evenspin.model.machine import load_machine
@@ -93,6 +93,25 @@ def test_an_effect_that_the_log_explains_hardly_better_has_no_name_and_stays_in_
         without_unsure(found, verdict)
         assert verdict.names == names
         assert len(verdict.effects + verdict.at_start) == 1
+
+
+@pytest.mark.parametrize(("spread_nm", "names"), [(0.02, ["stribeck_friction"]), (0.04, [])])
+def test_an_effect_of_which_the_log_does_not_tell_the_size_from_none_has_no_name(spread_nm, names):
+    # 0.06 N m: 3 and 1.5 standard deviations; 95 % is 1.96.
+    term = next(t for t in effect_terms(SIZES, True, True, [18]) if t.effect == "stribeck_friction")
+    information = np.diag([1.0 / spread_nm**2 - 1.0 / term.free[0] ** 2, 0.0])  # beside what holds a named term
+    found = SimpleNamespace(
+        named=(term.name,),
+        term=lambda name: term,
+        point={term.name: term.off + np.array([0.06, 0.0])},
+        model=SimpleNamespace(terms=[term]),
+        normal=SimpleNamespace(h=information),
+    )
+    verdict = Verdict(["stribeck_friction"], [("stribeck_friction", {"torque_nm": 0.06})])
+    verdict.confidence, verdict.intervals = {"stribeck_friction": 0.98}, {"stribeck_friction": []}
+    without_size(found, verdict)
+    assert verdict.names == names
+    assert len(verdict.effects + verdict.at_start) == 1
 
 
 def test_where_no_shaft_twists_the_range_that_was_tried_is_in_the_verdict(tmp_path):
