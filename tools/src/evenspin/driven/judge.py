@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from evenspin.balance.verdict import OR
 from evenspin.driven.ambiguous import Recorded, called
+from evenspin.driven.bursts import bursts_of
 from evenspin.effects.equations import Acting
 from evenspin.gap.intervals import EXACT, Z95, Interval, of_effect, with_model_share
 from evenspin.log.tolerance import TOLERANCES
@@ -309,7 +310,7 @@ def _doubt(found: Explained, log: int) -> list[Array] | None:
 
 
 def _left(found: Explained, verdict: Verdict, bounces: bool) -> bool:
-    """Is more left than noise and the tolerances of the equations themselves?"""
+    """Is more left than noise and the tolerances of the equations themselves, on the whole or now and then?"""
     much = []
     for gap in verdict.gaps:
         if bounces and gap.unit == "N m":
@@ -324,6 +325,8 @@ def _left(found: Explained, verdict: Verdict, bounces: bool) -> bool:
                 f"{gap.log}: {gap.after:.3g} {gap.unit} rms of {gap.equation} are left where noise leaves "
                 f"{gap.floor:.3g}"
             )
+    if not bounces:
+        much += [str(bursts) for bursts in bursts_of(found)]
     verdict.unexplained += much
     return bool(much)
 
