@@ -11,7 +11,8 @@ from evenspin.driven.judge import Verdict, without_size, without_unsure
 from evenspin.effects import Scale, hypotheses
 from evenspin.errors import InputError
 from evenspin.model.machine import load_machine
-from evenspin.weakform.search import Choice
+from evenspin.weakform.fit import Piece, normal_of, prior_of
+from evenspin.weakform.search import Choice, Edges, choices
 from evenspin.weakform.terms import Sizes, effect_terms
 from evenspin.weakform.tolerances import BENCH, LABORATORY
 
@@ -112,6 +113,22 @@ def test_an_effect_of_which_the_log_does_not_tell_the_size_from_none_has_no_name
     without_size(found, verdict)
     assert verdict.names == names
     assert len(verdict.effects + verdict.at_start) == 1
+
+
+@pytest.mark.parametrize(("effect", "named"), [("flux_harmonics", True), ("torque_constant", False)])
+def test_what_windows_average_away_at_speed_counts_by_where_they_show_it(effect, named):
+    # 0.02 N m in one window of fifty is 0.0028 over all, where 0.005 has to be seen. A constant of the machine has no
+    # such reason to be in few windows; a disturbance has.
+    term = next(t for t in effect_terms(SIZES, True, True, [18]) if t.effect == effect)
+    rng = np.random.default_rng(1)
+    x = np.zeros((2000, len(term)))
+    x[::50, 0] = 0.2
+    r = -0.1 * x[:, 0] + 0.001 * rng.standard_normal(2000)
+    none = np.zeros(len(term))
+    piece = Piece(r, x, np.arange(2000) // 100, none, none, 0.001, 0)
+    normal = normal_of([piece], prior_of([term], {term.name}), none)
+    best = choices([term], normal, {term.name: term.off}, Edges(0.005, 1.0))[0]
+    assert best.names == ({effect} if named else set())
 
 
 def test_where_no_shaft_twists_the_range_that_was_tried_is_in_the_verdict(tmp_path):
