@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from evenspin.balance.verdict import OR
 from evenspin.driven.ambiguous import Recorded, called
+from evenspin.driven.bursts import bursts_of
 from evenspin.effects.equations import Acting
 from evenspin.gap.intervals import EXACT, Z95, Interval, of_effect, with_model_share
 from evenspin.log.tolerance import TOLERANCES
@@ -95,6 +96,7 @@ def judge(found: Explained, pwm_known: bool = True, confirmed: bool = False, bou
             for i in verdict.intervals["dead_time"]
         ]
     without_unsure(found, verdict)
+    without_size(found, verdict)
     doubtful = [name for name in verdict.names if verdict.cannot_separate.get(name)]
     left = _left(found, verdict, bounces)
     if found.foreign and not confirmed:
@@ -127,16 +129,33 @@ def without_unsure(found: Explained, verdict: Verdict) -> None:
     less = {choice.names for choice in found.rivals if choice.cost < best.cost + UNSURE}
     for name in found.named:
         effect = found.term(name).effect
-        if effect not in verdict.names or best.names - {name} not in less:
+        if effect in verdict.names and best.names - {name} in less:
+            _without(verdict, effect, "would explain a little more, too little for a name")
+
+
+def without_size(found: Explained, verdict: Verdict) -> None:
+    """A name whose size the log does not tell from none has none: what it explains lies beyond what was driven, as
+    with a friction that falls off below the lowest speed. It stays in the model that is written."""
+    for name in found.named:
+        term = found.term(name)
+        if term.effect not in verdict.names:
             continue
-        verdict.names.remove(effect)
-        verdict.at_start += [each for each in verdict.effects if each[0] == effect]
-        verdict.effects = [each for each in verdict.effects if each[0] != effect]
-        share = verdict.confidence.pop(effect)
-        del verdict.intervals[effect]
-        verdict.cannot_separate.pop(effect, None)
-        verdict.alternatives.append((effect, share))
-        verdict.warnings.append(f"{effect}: would explain a little more, too little for a name")
+        main = ~term.details
+        size = (found.point[name] - term.off)[main]
+        spread = _covariance(found, name)[np.ix_(main, main)]
+        if float(size @ np.linalg.solve(spread, size)) < Z95**2:
+            _without(verdict, term.effect, "the log does not tell its size from none")
+
+
+def _without(verdict: Verdict, effect: str, why: str) -> None:
+    verdict.names.remove(effect)
+    verdict.at_start += [each for each in verdict.effects if each[0] == effect]
+    verdict.effects = [each for each in verdict.effects if each[0] != effect]
+    share = verdict.confidence.pop(effect)
+    del verdict.intervals[effect]
+    verdict.cannot_separate.pop(effect, None)
+    verdict.alternatives.append((effect, share))
+    verdict.warnings.append(f"{effect}: {why}")
 
 
 def _together(found: Explained, verdict: Verdict) -> None:
@@ -224,20 +243,27 @@ def _intervals(found: Explained, name: str) -> list[Interval]:
     """From the covariance of the fit, with what a healthy unit of the type may differ by itself."""
     term = found.term(name)
     assert term.hypothesis is not None
+    part = _covariance(found, name)
+    factor = term.hypothesis.to_params(found.point[name]).get("factor", 1.0)  # a tolerance of which is a share of it
+    for tolerance in TOLERANCES:
+        if tolerance.effect == term.effect and tolerance.sensor is None:
+            part += np.diag(np.full(len(term), (factor * tolerance.sigma) ** 2))
+    for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
+        part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
+    return [_scaled(found, i) for i in with_model_share(of_effect(term.hypothesis, found.point[name], part))]
+
+
+def _covariance(found: Explained, name: str) -> Array:
+    """Of the coordinates of a named term, by the fit."""
     terms = found.model.terms
-    covariance = np.linalg.inv(found.normal.h + prior_of(terms, found.named))
+    whole = np.linalg.inv(found.normal.h + prior_of(terms, found.named))
     at = 0
     for each in terms:
         if each.name == name:
             break
         at += len(each)
-    part: Array = np.array(covariance[at : at + len(term), at : at + len(term)], dtype=np.float64)
-    for tolerance in TOLERANCES:
-        if tolerance.effect == term.effect and tolerance.sensor is None:
-            part += np.diag(np.full(len(term), tolerance.sigma**2))
-    for k, tolerance in enumerate(t for t in TOLERANCES if t.effect == term.effect and t.sensor is not None):
-        part[k, k] += max(tolerance.sigma, found.tolerances.gain if term.effect == "current_gain" else 0.0) ** 2
-    return [_scaled(found, i) for i in with_model_share(of_effect(term.hypothesis, found.point[name], part))]
+    own = slice(at, at + len(found.term(name)))
+    return np.array(whole[own, own], dtype=np.float64)
 
 
 def _scaled(found: Explained, i: Interval) -> Interval:
@@ -284,7 +310,7 @@ def _doubt(found: Explained, log: int) -> list[Array] | None:
 
 
 def _left(found: Explained, verdict: Verdict, bounces: bool) -> bool:
-    """Is more left than noise and the tolerances of the equations themselves?"""
+    """Is more left than noise and the tolerances of the equations themselves, on the whole or now and then?"""
     much = []
     for gap in verdict.gaps:
         if bounces and gap.unit == "N m":
@@ -299,6 +325,8 @@ def _left(found: Explained, verdict: Verdict, bounces: bool) -> bool:
                 f"{gap.log}: {gap.after:.3g} {gap.unit} rms of {gap.equation} are left where noise leaves "
                 f"{gap.floor:.3g}"
             )
+    if not bounces:
+        much += [str(bursts) for bursts in bursts_of(found)]
     verdict.unexplained += much
     return bool(much)
 

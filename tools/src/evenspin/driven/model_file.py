@@ -32,8 +32,9 @@ def estimates(found: Explained, nominal: Nominal) -> dict[str, dict[str, float]]
         name = NUMBER_OF.get(term.effect, {LD: "ld_h", LQ: "lq_h"}.get(term.name, ""))
         if name in nominal.estimated:
             z = float(found.point[term.name][0])
-            value = nominal.plant[name] * (math.exp(z) if term.effect else 1.0 + z)
-            half = value * math.hypot(Z95 * math.sqrt(float(covariance[at, at])), MODEL_SHARE)
+            value = nominal.plant[name] * (1.0 + z)
+            spread = nominal.plant[name] * math.sqrt(float(covariance[at, at]))
+            half = math.hypot(Z95 * spread, MODEL_SHARE * value)
             values[name] = {"value": value, "low": value - half, "high": value + half}
         at += len(term)
     return values

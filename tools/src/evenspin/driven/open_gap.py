@@ -12,7 +12,6 @@ much of the inertia is behind it and about how wide it is, and not how hard the 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -161,7 +160,7 @@ def _opened(found: Explained, log: int) -> _Open | None:
         return None
     inertia = e.plant["inertia_kgm2"]
     if INERTIA in found.point:
-        inertia *= math.exp(float(found.point[INERTIA][0]))
+        inertia *= 1.0 + float(found.point[INERTIA][0])
     torque = left + inertia * e.acceleration(e.fine)
     scatter = 1.4826 * float(np.median(np.abs(left)))
     much = (np.abs(left) > BEYOND * scatter) & (np.abs(torque) > DRIVEN * scatter)

@@ -9,7 +9,7 @@ A module here, named like the effect, adds what a search of that effect needs:
 An effect without a module is searched by the roles of its parameters.
 """
 
-from evenspin.effects.hypothesis import Coordinate, Hypothesis, Scale
+from evenspin.effects.hypothesis import Coordinate, Hypothesis, Scale, by_difference
 from evenspin.effects.registry import hypotheses, known_orders
 
-__all__ = ["Coordinate", "Hypothesis", "Scale", "hypotheses", "known_orders"]
+__all__ = ["Coordinate", "Hypothesis", "Scale", "by_difference", "hypotheses", "known_orders"]

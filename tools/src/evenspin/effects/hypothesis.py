@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -125,6 +125,18 @@ def factor(name: str, probe: float, edge: float) -> Hypothesis:
         lambda z: {"factor": math.exp(float(z[0]))},
         lambda z: abs(float(z[0])) / edge,
         ((0.0,),),
+    )
+
+
+def by_difference(h: Hypothesis) -> Hypothesis:
+    """The same factor by its difference from 1, in which equations that it multiplies a number of are linear."""
+    (log_factor,) = h.coordinates
+    probe, low, high = (math.expm1(x) for x in (log_factor.probe, log_factor.low, log_factor.high))
+    return replace(
+        h,
+        coordinates=(Coordinate("factor_less_1", probe, low, high),),
+        to_params=lambda z: {"factor": 1.0 + float(z[0])},
+        magnitude=lambda z: h.magnitude(np.log1p(np.maximum(z, low))),
     )
 
 

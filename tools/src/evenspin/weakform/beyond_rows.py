@@ -143,6 +143,7 @@ def term_of(
         effect=f"foreign: {group_of(family, shape)}",
         log=log,
         shaft_only=not family.electrical,
+        over_angle=family.depends_on == "phase",
     )
 
 

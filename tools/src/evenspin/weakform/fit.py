@@ -65,6 +65,7 @@ class Normal:
     inflation: tuple[float, ...]
     grams: tuple[Array, ...]  # of each piece: what a step changes there is the root of dz G dz, rms
     kinds: tuple[int, ...]  # of each piece: which part of a residual it is
+    columns: tuple[Array, ...]  # of each piece
 
 
 class Gatherer:
@@ -146,7 +147,9 @@ def normal_of(pieces: Sequence[Piece], prior: Array, toward: Array) -> Normal:
         constant += float(np.sum(w * piece.r**2)) / factor
     grams = tuple(piece.x.T @ piece.x / max(len(piece.r), 1) for piece in pieces)
     kinds = tuple(piece.kind for piece in pieces)
-    return Normal(constant, g_all, h_all, tuple(sigma), tuple(inflation), grams, kinds)
+    return Normal(
+        constant, g_all, h_all, tuple(sigma), tuple(inflation), grams, kinds, tuple(piece.x for piece in pieces)
+    )
 
 
 def solve(h: Array, g: Array, prior: Array, toward: Array) -> Array:

@@ -45,7 +45,12 @@ def foreign_terms(scale: Scale, plant: dict[str, float], top_rad_s: float, has_v
                 [0.05 * plant["resistance_ohm"]] * 2,
             ),
             foreign_term("a voltage with the speed squared", _windings(_speed_squared), [2.0 * volts] * 1),
-            foreign_term("phases of different resistance", _windings(_unbalance), [0.08 * plant["resistance_ohm"]] * 2),
+            foreign_term(
+                "phases of different resistance",
+                _windings(_unbalance),
+                [0.08 * plant["resistance_ohm"]] * 2,
+                over_angle=True,
+            ),
         ]
     return found
 

@@ -60,6 +60,19 @@ def choices(
         place[term.name] = slice(at, at + len(term))
         at += len(term)
 
+    gathered: dict[str, list[float]] = {}  # of what repeats with the angle
+
+    def shows(name: str, z: Array) -> bool:
+        """Whether what a term changes is large enough to be seen, rms."""
+        if by_name[name].over_angle and name not in gathered:
+            gathered[name] = _gathered(normal, place[name], z)
+        times = gathered.get(name, [1.0] * len(normal.grams))
+        for gram, kind, more in zip(normal.grams, normal.kinds, times, strict=True):
+            edge = edges.torque_nm if kind < SHAFT_PARTS else edges.volts
+            if more * float(z @ gram[place[name], place[name]] @ z) > edge**2:
+                return True
+        return False
+
     def tried(names: frozenset[str]) -> Choice | None:
         if names in known:
             return known[names]
@@ -77,7 +90,7 @@ def choices(
                 return None
             if term.least(np.clip(z, term.low, term.high)) < 1.0:
                 return None
-            if not term.shaft_only and not _shows(normal, place[name], z - term.off, edges):
+            if not term.shaft_only and not shows(name, z - term.off):
                 return None
         price = sum(price_of[name] for name in names)
         known[names] = Choice(names, cost + float(price), step)
@@ -97,9 +110,13 @@ def choices(
     return sorted((c for c in known.values() if c is not None), key=lambda c: c.cost)
 
 
-def _shows(normal: Normal, place: slice, z: Array, edges: Edges) -> bool:
-    for gram, kind in zip(normal.grams, normal.kinds, strict=True):
-        changed = float(z @ gram[place, place] @ z) ** 0.5
-        if changed > (edges.torque_nm if kind < SHAFT_PARTS else edges.volts):
-            return True
-    return False
+def _gathered(normal: Normal, place: slice, z: Array) -> list[float]:
+    """Per piece, how much larger the square of a change is where it acts than over all windows: there each window has
+    the weight of its own square. At high speeds windows average away what repeats with the angle, so that its rms over
+    a log hangs on how long that stays there."""
+    found = []
+    for x in normal.columns:
+        square = (x[:, place] @ z) ** 2
+        total = float(np.sum(square))
+        found.append(len(square) * float(square @ square) / total**2 if total > 0.0 else 1.0)
+    return found

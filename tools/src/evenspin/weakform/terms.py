@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evenspin.effects import Hypothesis, Scale, hypotheses
+from evenspin.effects import Hypothesis, Scale, by_difference, hypotheses
 from evenspin.effects.equations import has_equation, is_mechanical
 from evenspin.effects.two_mass import of_antiresonance
 from evenspin.weakform.noise import Noise
@@ -54,6 +54,7 @@ class Term:
     variant: bool = False  # one of several of the same effect, of which one acts
     together: float | None = None  # standard deviation of the mean of all coordinates, named or not
     alike: tuple[str, ...] = ()  # effects without an equation that these logs do not separate from it
+    over_angle: bool = False  # repeats with it: at high speeds windows average it away
     noise: tuple[Noise, ...] = ()  # of each log, where more of it is taken out of the sums than is known
 
     def __len__(self) -> int:
@@ -95,6 +96,8 @@ def effect_terms(
             for share in SOFT_SHARES:
                 off = np.array([0.0, share * scale.rated_current_a, 0.0])
                 terms.append(_effect(hypothesis, f"{name}@{share:g}", sizes, off))
+        elif name in NUMBER_OF:
+            terms.append(_effect(by_difference(hypothesis), name, sizes, np.zeros(1)))
         else:
             off = np.array(hypothesis.starts[0], dtype=np.float64)
             if name == "inductance_saturation":
@@ -158,6 +161,7 @@ def _effect(h: Hypothesis, name: str, sizes: Sizes, off: Array) -> Term:
         is_mechanical(h.name),
         variant="@" in name and h.name != "cogging",
         together=TOGETHER if h.name == "current_gain" else None,
+        over_angle=h.name in TIED_TO_ANGLE,
     )
 
 
@@ -219,7 +223,9 @@ def unit_term(name: str, sigma: float, step: float, off: float = 0.0, log: int |
     )
 
 
-def foreign_term(name: str, columns: Callable[[Any], Sequence[Array | None]], edge: Sequence[float]) -> Term:
+def foreign_term(
+    name: str, columns: Callable[[Any], Sequence[Array | None]], edge: Sequence[float], over_angle: bool = False
+) -> Term:
     """A cause that the table does not have, linear in its size."""
     edges = np.array(edge)
     n = len(edges)
@@ -235,4 +241,5 @@ def foreign_term(name: str, columns: Callable[[Any], Sequence[Array | None]], ed
         np.zeros(n, dtype=bool),
         lambda z: float(np.linalg.norm(z / edges)),
         columns=columns,
+        over_angle=over_angle,
     )
