@@ -219,13 +219,12 @@ bool es_sim_start(es_sim_t *sim)
         return (effect < sim_effect_total) ? refuse_second_shaft(sim, effect)
                                            : capi_refuse(&sim->error, ES_NO_FIT, "model", bad, 0.0);
     }
-    static _Thread_local uint16_t storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
-    memcpy(storage, sim->board.storage, sizeof storage);
-    sim_board_start(&sim->board);
-    set_board_limits(sim);
     if (sim->storage_kept) {
-        memcpy(sim->board.storage, storage, sizeof storage);
+        sim_board_restart(&sim->board);
+    } else {
+        sim_board_start(&sim->board);
     }
+    set_board_limits(sim);
     capi_inputs_rewind(sim);
     if (sim->linked) {
         capi_call_services(sim);

@@ -44,7 +44,9 @@ struct es_sim {
     bool            home_asked;
     double         *table; /**< Learned table that waits for the start. */
     int             table_cells;
-    double          inputs_until; /**< Time at which an input changes next. */
+    double          inputs_until;        /**< Time at which an input changes next; -INFINITY: all of them are passed on. */
+    int             moving[INPUT_COUNT]; /**< Inputs that have points left, and how many these are. */
+    int             moving_count;
     int             signal[CAPI_SIGNALS_MAX];
     int             signal_count;
     bool            linked; /**< The services run. */

@@ -426,6 +426,37 @@ void test_capi_load_and_dc_link_inputs_reach_the_machine(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 30.0, shown("vdc_v"));
 }
 
+static void assert_load_and_reference(double load_nm, double ref_rad_s)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(load_nm, shown("load_torque_nm"));
+    TEST_ASSERT_EQUAL_DOUBLE(ref_rad_s, shown("speed_ref_rad_s"));
+}
+
+void test_capi_inputs_that_move_at_different_times_each_act_at_their_own_and_again_after_another_start(void)
+{
+    const double t_load[4] = {0.0, 0.01, 0.02, 0.04};
+    const double load[4] = {0.0, 0.1, 0.2, 0.3};
+    const double t_ref[2] = {0.0, 0.015};
+    const double ref[2] = {5.0, 7.0};
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "speed_divider", 1.0));
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "speed_inline", 1.0));
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "load_torque_nm", t_load, load, 4, false));
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "speed_ref_rad_s", t_ref, ref, 2, false));
+    for (int again = 0; again < 2; again++) {
+        start();
+        run(1);
+        assert_load_and_reference(0.0, 5.0);
+        run(120);
+        assert_load_and_reference(0.1, 5.0);
+        run(40);
+        assert_load_and_reference(0.1, 7.0);
+        run(60);
+        assert_load_and_reference(0.2, 7.0); /* the reference has no point left, the load has */
+        run(200);
+        assert_load_and_reference(0.3, 7.0);
+    }
+}
+
 void test_capi_dc_link_of_the_model_counts_when_no_input_is_given(void)
 {
     TEST_ASSERT_TRUE(es_sim_set_model(sim, "dc_link_v", 20.0));
