@@ -38,6 +38,8 @@ struct es_sim {
     drive_params_t  params;
     double          effect[SIM_EFFECTS_MAX][SIM_EFFECT_PARAMS];
     uint64_t        seed;
+    const double   *noise; /**< Of this seed, drawn ahead, two numbers a period; NULL: none. */
+    int64_t         noise_periods;
     capi_track_t    input[INPUT_COUNT];
     bool            started;
     drive_command_t sent;
