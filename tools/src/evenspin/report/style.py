@@ -79,8 +79,13 @@ def subplots(rows: int = 1, columns: int = 1, *, width: float = 10.0, height: fl
 
 
 def to_svg(figure: Any) -> str:
-    """The figure as an <svg> element; the same figure always gives the same text."""
+    """The figure as an <svg> element; the same figure always gives the same text.
+
+    By the canvas: `savefig` draws a figure twice, the first time only for its layout.
+    """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     out = io.StringIO()
-    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    FigureCanvasSVG(figure).print_svg(out, metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     return text[text.index("<svg") :]
