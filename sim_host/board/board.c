@@ -7,7 +7,12 @@
 #include "hal/hal_link.h"
 #include "sim_host/plant/whole.h"
 
+/* Several times in a period: without a call, where the loader can give it a fixed place. */
+#if defined(__linux__) && defined(__GNUC__)
+static _Thread_local sim_board_t *selected __attribute__((tls_model("initial-exec")));
+#else
 static _Thread_local sim_board_t *selected;
+#endif
 
 void         sim_board_select(sim_board_t *board) { selected = board; }
 sim_board_t *sim_board_selected(void) { return selected; }
@@ -19,7 +24,7 @@ static void zero_voltage(double duty[3])
     duty[2] = 0.5;
 }
 
-void sim_board_start(sim_board_t *board)
+void sim_board_restart(sim_board_t *board)
 {
     const sim_disturbance_t none = {0};
     const sim_isr_load_t    idle = {0};
@@ -47,7 +52,12 @@ void sim_board_start(sim_board_t *board)
     board->from_drive.head = board->from_drive.tail = 0;
     zero_voltage(board->duty);
     zero_voltage(board->duty_next);
+}
+
+void sim_board_start(sim_board_t *board)
+{
     sim_board_erase(board);
+    sim_board_restart(board);
 }
 
 void sim_board_period(sim_board_t *board)

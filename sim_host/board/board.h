@@ -87,6 +87,8 @@ typedef struct {
 
 /** Everything but the plant and the limits at rest; storage erased. */
 void sim_board_start(sim_board_t *board);
+/** Everything but the plant, the limits and the storage at rest. */
+void sim_board_restart(sim_board_t *board);
 /** Its storage to all ones. */
 void sim_board_erase(sim_board_t *board);
 /** The board that HAL functions on this thread mean. */

@@ -136,6 +136,11 @@ bool es_sim_set_model(es_sim_t *sim, const char *name, double value);
 bool es_sim_set_param(es_sim_t *sim, const char *name, double value);
 bool es_sim_set_effect(es_sim_t *sim, const char *effect, const char *param, double value);
 bool es_sim_set_seed(es_sim_t *sim, uint64_t seed);
+/* Normal numbers in the order in which a simulation with this seed draws its noise, two of them for each of `count` periods. */
+void es_noise(uint64_t seed, double *pairs, int64_t count);
+/* The seed, and its noise drawn ahead by es_noise, for simulations that share it: the run is the same to the last bit. The pairs are not
+ * copied: they stay until the simulation is freed or its seed is set again. Refused when they are not those of the seed. */
+bool es_sim_set_noise(es_sim_t *sim, uint64_t seed, const double *pairs, int64_t count);
 /* Value of an input over time: count >= 1 points, t_s rising, first value holds before the first point and the last
  * after the last; linear: ramp between points, else hold. The arrays are copied. */
 bool es_sim_set_input(es_sim_t *sim, const char *name, const double *t_s, const double *value, int count, bool linear);

@@ -105,65 +105,89 @@ static double track_value(capi_track_t *track, double t)
     return track->value[i] + (track->value[i + 1] - track->value[i]) * (t - track->t_s[i]) / (track->t_s[i + 1] - track->t_s[i]);
 }
 
-void capi_inputs_apply(es_sim_t *s, double t)
+static double now_of(const es_sim_t *s, int input) { return s->input[input].now; }
+
+/* All but the load, to plant, board and drive. */
+static void pass_on(es_sim_t *s)
 {
-    double now[INPUT_COUNT];
-    s->inputs_until = INFINITY;
-    for (int i = 0; i < (int)INPUT_COUNT; i++) {
-        capi_track_t *const track = &s->input[i];
-        now[i] = track_value(track, t);
-        const bool ends = track->at + 1 >= track->count;
-        if (!ends) {
-            s->inputs_until = fmin(s->inputs_until, track->linear ? t : track->t_s[track->at + 1]);
-        }
-    }
     sim_outside_t *const o = &s->board.plant.outside;
-    o->load_torque_nm = now[INPUT_load_torque_nm];
-    o->load_brake_nm = now[INPUT_load_brake_nm];
-    o->dc_link_v = (s->input[INPUT_dc_link_v].count > 0) ? now[INPUT_dc_link_v] : s->board.plant.model.dc_link_v;
+    o->load_brake_nm = now_of(s, INPUT_load_brake_nm);
+    o->dc_link_v = (s->input[INPUT_dc_link_v].count > 0) ? now_of(s, INPUT_dc_link_v) : s->board.plant.model.dc_link_v;
 
     sim_disturbance_t *const d = &s->board.disturbance;
-    d->sample_lost = now[INPUT_sample_lost] >= 0.5;
-    d->current_nan = now[INPUT_current_nan] >= 0.5;
+    d->sample_lost = now_of(s, INPUT_sample_lost) >= 0.5;
+    d->current_nan = now_of(s, INPUT_current_nan) >= 0.5;
     for (int k = 0; k < 2; k++) {
         const int          second = k * (INPUT_current_b_gain - INPUT_current_a_gain);
-        const sim_sensor_t sensor = {.stands = now[INPUT_current_a_stands + second] >= 0.5,
-                                     .gain = now[INPUT_current_a_gain + second],
-                                     .offset_a = now[INPUT_current_a_offset_a + second]};
+        const sim_sensor_t sensor = {.stands = now_of(s, INPUT_current_a_stands + second) >= 0.5,
+                                     .gain = now_of(s, INPUT_current_a_gain + second),
+                                     .offset_a = now_of(s, INPUT_current_a_offset_a + second)};
         d->sensor[k] = sensor;
         d->sensor[k].faulty = sensor.stands || (sensor.gain != 1.0) || (sensor.offset_a != 0.0);
     }
-    d->third_sensor = now[INPUT_third_sensor] >= 0.5;
-    o->open_phase = (int)(now[INPUT_open_phase] + 0.5);
-    d->encoder_stuck = now[INPUT_encoder_stuck] >= 0.5;
-    d->encoder_slip_rad = now[INPUT_encoder_slip_rad];
-    d->encoder_error = now[INPUT_encoder_error] >= 0.5;
-    d->celsius[HAL_TEMPERATURE_MOTOR] = now[INPUT_motor_temperature_c];
-    d->celsius[HAL_TEMPERATURE_BRIDGE] = now[INPUT_bridge_temperature_c];
+    d->third_sensor = now_of(s, INPUT_third_sensor) >= 0.5;
+    o->open_phase = (int)(now_of(s, INPUT_open_phase) + 0.5);
+    d->encoder_stuck = now_of(s, INPUT_encoder_stuck) >= 0.5;
+    d->encoder_slip_rad = now_of(s, INPUT_encoder_slip_rad);
+    d->encoder_error = now_of(s, INPUT_encoder_error) >= 0.5;
+    d->celsius[HAL_TEMPERATURE_MOTOR] = now_of(s, INPUT_motor_temperature_c);
+    d->celsius[HAL_TEMPERATURE_BRIDGE] = now_of(s, INPUT_bridge_temperature_c);
     for (int k = 0; k < (int)HAL_TEMPERATURES; k++) {
-        d->celsius_lost[k] = (int)(now[INPUT_temperature_lost] + 0.5) == (k + 1);
+        d->celsius_lost[k] = (int)(now_of(s, INPUT_temperature_lost) + 0.5) == (k + 1);
     }
-    d->inverter_fault = (hal_inverter_fault_t)(int)now[INPUT_inverter_fault];
-    d->sto = (uint16_t)(now[INPUT_sto] + 0.5);
-    s->board.load.current_cyc = (uint32_t)now[INPUT_isr_load_cyc];
-    s->board.load.speed_cyc = (uint32_t)now[INPUT_speed_isr_load_cyc];
+    d->inverter_fault = (hal_inverter_fault_t)(int)now_of(s, INPUT_inverter_fault);
+    d->sto = (uint16_t)(now_of(s, INPUT_sto) + 0.5);
+    s->board.load.current_cyc = (uint32_t)now_of(s, INPUT_isr_load_cyc);
+    s->board.load.speed_cyc = (uint32_t)now_of(s, INPUT_speed_isr_load_cyc);
 
-    const double          turns = trunc(now[INPUT_position_ref_rad] / (2.0 * PI));
-    const drive_command_t c = {(drive_mode_t)(int)(now[INPUT_control_mode] + 0.5),
-                               (float)now[INPUT_speed_ref_rad_s],
-                               (float)now[INPUT_id_ref_a],
-                               (float)now[INPUT_iq_ref_a],
+    const double          turns = trunc(now_of(s, INPUT_position_ref_rad) / (2.0 * PI));
+    const drive_command_t c = {(drive_mode_t)(int)(now_of(s, INPUT_control_mode) + 0.5),
+                               (float)now_of(s, INPUT_speed_ref_rad_s),
+                               (float)now_of(s, INPUT_id_ref_a),
+                               (float)now_of(s, INPUT_iq_ref_a),
                                (int32_t)turns,
-                               (float)(now[INPUT_position_ref_rad] - turns * 2.0 * PI)};
-    if ((now[INPUT_home] >= 0.5) && !s->home_asked) {
+                               (float)(now_of(s, INPUT_position_ref_rad) - turns * 2.0 * PI)};
+    if ((now_of(s, INPUT_home) >= 0.5) && !s->home_asked) {
         capi_call_home(s);
     }
-    s->home_asked = now[INPUT_home] >= 0.5;
+    s->home_asked = now_of(s, INPUT_home) >= 0.5;
     if ((c.mode != s->sent.mode) || (c.speed_ref_rad_s != s->sent.speed_ref_rad_s) || (c.id_ref_a != s->sent.id_ref_a) ||
         (c.iq_ref_a != s->sent.iq_ref_a) || (c.target_turns != s->sent.target_turns) || (c.target_rad != s->sent.target_rad) ||
         (s->board.periods == 0U)) {
         capi_call_command(s, &c);
         s->sent = c;
+    }
+}
+
+/* A load that is read from a log has a point every few periods, and few inputs move at all: only these are followed, and only
+ * what has changed is passed on. */
+void capi_inputs_apply(es_sim_t *s, double t)
+{
+    bool others = s->inputs_until == -INFINITY; /* at the start, or with an input that is new */
+    if (others) {
+        s->moving_count = INPUT_COUNT;
+        for (int i = 0; i < (int)INPUT_COUNT; i++) {
+            s->moving[i] = i;
+        }
+    }
+    int still = 0;
+    s->inputs_until = INFINITY;
+    for (int k = 0; k < s->moving_count; k++) {
+        const int           i = s->moving[k];
+        capi_track_t *const track = &s->input[i];
+        const double        now = track_value(track, t);
+        others = others || ((now != track->now) && (i != (int)INPUT_load_torque_nm));
+        track->now = now;
+        if (track->at + 1 < track->count) {
+            const double until = track->linear ? t : track->t_s[track->at + 1];
+            s->inputs_until = (until < s->inputs_until) ? until : s->inputs_until;
+            s->moving[still++] = i;
+        }
+    }
+    s->moving_count = still;
+    s->board.plant.outside.load_torque_nm = now_of(s, INPUT_load_torque_nm);
+    if (others) {
+        pass_on(s);
     }
 }
 

@@ -4,7 +4,7 @@
 #include "control/numeric/num.h"
 #include "sim_host/capi/evenspin_capi.h"
 
-int         es_abi_version(void) { return 5; }
+int         es_abi_version(void) { return 6; }
 const char *es_numeric(void) { return NUM_NAME; }
 
 double es_monotonic_s(void)

@@ -149,6 +149,38 @@ bool es_sim_set_seed(es_sim_t *sim, uint64_t seed)
         return false;
     }
     sim->seed = seed;
+    sim->noise = NULL;
+    sim->noise_periods = 0;
+    return true;
+}
+
+void es_noise(uint64_t seed, double *pairs, int64_t count)
+{
+    sim_random_t random;
+    sim_random_seed(&random, seed);
+    for (int64_t k = 0; (pairs != NULL) && (k < count); k++) {
+        sim_random_normal2(&random, &pairs[2 * k]);
+    }
+}
+
+bool es_sim_set_noise(es_sim_t *sim, uint64_t seed, const double *pairs, int64_t count)
+{
+    if ((sim == NULL) || (pairs == NULL)) {
+        return false;
+    }
+    if (count < 1) {
+        return capi_refuse_range(&sim->error, ES_NOT_WHOLE, "noise", "count", (double)count, 1.0, INFINITY, "");
+    }
+    double first[2];
+    es_noise(seed, first, 1);
+    if ((pairs[0] != first[0]) || (pairs[1] != first[1])) {
+        (void)capi_refuse(&sim->error, ES_BREAKS_RULE, "noise", "seed", (double)seed);
+        sim->error.rule = "the seed that the noise was drawn with";
+        return false;
+    }
+    sim->seed = seed;
+    sim->noise = pairs;
+    sim->noise_periods = count;
     return true;
 }
 
@@ -219,13 +251,14 @@ bool es_sim_start(es_sim_t *sim)
         return (effect < sim_effect_total) ? refuse_second_shaft(sim, effect)
                                            : capi_refuse(&sim->error, ES_NO_FIT, "model", bad, 0.0);
     }
-    static _Thread_local uint16_t storage[SIM_STORAGE_PAGES][SIM_STORAGE_WORDS];
-    memcpy(storage, sim->board.storage, sizeof storage);
-    sim_board_start(&sim->board);
-    set_board_limits(sim);
+    sim->board.plant.noise_ahead = sim->noise;
+    sim->board.plant.noise_ahead_count = sim->noise_periods;
     if (sim->storage_kept) {
-        memcpy(sim->board.storage, storage, sizeof storage);
+        sim_board_restart(&sim->board);
+    } else {
+        sim_board_start(&sim->board);
     }
+    set_board_limits(sim);
     capi_inputs_rewind(sim);
     if (sim->linked) {
         capi_call_services(sim);

@@ -38,13 +38,17 @@ struct es_sim {
     drive_params_t  params;
     double          effect[SIM_EFFECTS_MAX][SIM_EFFECT_PARAMS];
     uint64_t        seed;
+    const double   *noise; /**< Of this seed, drawn ahead, two numbers a period; NULL: none. */
+    int64_t         noise_periods;
     capi_track_t    input[INPUT_COUNT];
     bool            started;
     drive_command_t sent;
     bool            home_asked;
     double         *table; /**< Learned table that waits for the start. */
     int             table_cells;
-    double          inputs_until; /**< Time at which an input changes next. */
+    double          inputs_until;        /**< Time at which an input changes next; -INFINITY: all of them are passed on. */
+    int             moving[INPUT_COUNT]; /**< Inputs that have points left, and how many these are. */
+    int             moving_count;
     int             signal[CAPI_SIGNALS_MAX];
     int             signal_count;
     bool            linked; /**< The services run. */

@@ -88,6 +88,9 @@ typedef struct {
     sim_random_t        noise;
     double              noise_pair[SIM_NOISE_PAIRS][2]; /**< Normal numbers drawn ahead. */
     int                 noise_left;                     /**< Numbers of noise_pair that are not used yet: the last ones. */
+    const double       *noise_ahead;                    /**< What noise would draw first, in pairs; NULL: it draws by itself. */
+    int64_t             noise_ahead_count;              /**< So many pairs. */
+    int64_t             noise_ahead_at;                 /**< Pairs used. */
     double              time_s;
     double              period_s;
     int                 substeps;

@@ -13,10 +13,26 @@ static double convert(double x, double lsb, double range)
 /* Many at once: a draw that is thrown away, one in five, would stop the processor from working ahead in the step that follows. */
 SIM_NOINLINE static void draw_noise(sim_plant_t *s)
 {
+    double used[2];
+    for (; s->noise_ahead_at > 0; s->noise_ahead_at--) { /* what others drew for it: it goes on from there */
+        sim_random_normal2(&s->noise, used);
+    }
     for (int k = 0; k < SIM_NOISE_PAIRS; k++) {
         sim_random_normal2(&s->noise, s->noise_pair[k]);
     }
     s->noise_left = SIM_NOISE_PAIRS;
+}
+
+static inline const double *next_noise(sim_plant_t *s)
+{
+    if (s->noise_ahead_at < s->noise_ahead_count) {
+        return &s->noise_ahead[2 * s->noise_ahead_at++];
+    }
+    if (s->noise_left == 0) {
+        s->noise_ahead_count = 0;
+        draw_noise(s);
+    }
+    return s->noise_pair[SIM_NOISE_PAIRS - s->noise_left--];
 }
 
 /** The reading of an angle in counts of this turn: whole numbers, so that wrapping is exact. */
@@ -45,10 +61,7 @@ void sim_plant_read(sim_plant_t *s, sim_reading_t *out)
         s->current[k]->effect->current_sensor(s->current[k]->p, i);
     }
     if (m->current_noise_a > 0.0) {
-        if (s->noise_left == 0) {
-            draw_noise(s);
-        }
-        const double *const n = s->noise_pair[SIM_NOISE_PAIRS - s->noise_left--];
+        const double *const n = next_noise(s);
         i[0] += m->current_noise_a * n[0];
         i[1] += m->current_noise_a * n[1];
     }

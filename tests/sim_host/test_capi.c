@@ -426,6 +426,37 @@ void test_capi_load_and_dc_link_inputs_reach_the_machine(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 30.0, shown("vdc_v"));
 }
 
+static void assert_load_and_reference(double load_nm, double ref_rad_s)
+{
+    TEST_ASSERT_EQUAL_DOUBLE(load_nm, shown("load_torque_nm"));
+    TEST_ASSERT_EQUAL_DOUBLE(ref_rad_s, shown("speed_ref_rad_s"));
+}
+
+void test_capi_inputs_that_move_at_different_times_each_act_at_their_own_and_again_after_another_start(void)
+{
+    const double t_load[4] = {0.0, 0.01, 0.02, 0.04};
+    const double load[4] = {0.0, 0.1, 0.2, 0.3};
+    const double t_ref[2] = {0.0, 0.015};
+    const double ref[2] = {5.0, 7.0};
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "speed_divider", 1.0));
+    TEST_ASSERT_TRUE(es_sim_set_param(sim, "speed_inline", 1.0));
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "load_torque_nm", t_load, load, 4, false));
+    TEST_ASSERT_TRUE(es_sim_set_input(sim, "speed_ref_rad_s", t_ref, ref, 2, false));
+    for (int again = 0; again < 2; again++) {
+        start();
+        run(1);
+        assert_load_and_reference(0.0, 5.0);
+        run(120);
+        assert_load_and_reference(0.1, 5.0);
+        run(40);
+        assert_load_and_reference(0.1, 7.0);
+        run(60);
+        assert_load_and_reference(0.2, 7.0); /* the reference has no point left, the load has */
+        run(200);
+        assert_load_and_reference(0.3, 7.0);
+    }
+}
+
 void test_capi_dc_link_of_the_model_counts_when_no_input_is_given(void)
 {
     TEST_ASSERT_TRUE(es_sim_set_model(sim, "dc_link_v", 20.0));
@@ -491,6 +522,52 @@ void test_capi_same_seed_gives_the_same_bytes_and_another_seed_others(void)
 
     trace(43U, second);
     TEST_ASSERT_TRUE(memcmp(first, second, sizeof first) != 0);
+}
+
+static void noisy_rows(es_sim_t *s, double (*row)[2])
+{
+    static const char *const SIGNAL[2] = {"ia_a", "iq_a"};
+    TEST_ASSERT_TRUE(es_sim_set_param(s, "auto_run", 1.0));
+    TEST_ASSERT_TRUE(es_sim_set_param(s, "offset_calibration_periods", 0.0));
+    TEST_ASSERT_TRUE(es_sim_set_param(s, "align_periods", 0.0));
+    TEST_ASSERT_TRUE(es_sim_set_model(s, "current_noise_a", 0.02));
+    TEST_ASSERT_TRUE(es_sim_record(s, SIGNAL, 2));
+    TEST_ASSERT_TRUE(es_sim_start(s));
+    TEST_ASSERT_EQUAL_INT64(ROWS, es_sim_run(s, ROWS, 1, &row[0][0], ROWS));
+}
+
+void test_capi_noise_that_was_drawn_ahead_gives_the_same_bytes_also_where_it_ends_within_the_run(void)
+{
+    static double own[ROWS][2];
+    static double shared[ROWS][2];
+    static double pairs[ROWS + 1][2];
+    const int64_t count[4] = {1, 37, ROWS - 1, ROWS + 1};
+    TEST_ASSERT_TRUE(es_sim_set_seed(sim, 77));
+    noisy_rows(sim, own);
+    TEST_ASSERT_TRUE(own[5][0] != own[6][0]); /* there is noise */
+    es_noise(77, &pairs[0][0], ROWS + 1);
+    for (size_t k = 0; k < COUNT_OF(count); k++) {
+        es_sim_t *const other = es_sim_new();
+        TEST_ASSERT_TRUE(es_sim_set_noise(other, 77, &pairs[0][0], count[k]));
+        noisy_rows(other, shared);
+        TEST_ASSERT_EQUAL_MEMORY(own, shared, sizeof own);
+        noisy_rows(other, shared); /* from the start again */
+        TEST_ASSERT_EQUAL_MEMORY(own, shared, sizeof own);
+        es_sim_free(other);
+    }
+}
+
+void test_capi_noise_of_another_seed_and_none_at_all_are_refused(void)
+{
+    double pairs[4][2];
+    es_noise(77, &pairs[0][0], 4);
+    TEST_ASSERT_FALSE(es_sim_set_noise(sim, 78, &pairs[0][0], 4));
+    assert_refused(ES_BREAKS_RULE, "noise", "seed");
+    TEST_ASSERT_FALSE(es_sim_set_noise(sim, 77, &pairs[0][0], 0));
+    assert_refused(ES_NOT_WHOLE, "noise", "count");
+    TEST_ASSERT_FALSE(es_sim_set_noise(sim, 77, NULL, 4));
+    TEST_ASSERT_FALSE(es_sim_set_noise(NULL, 77, &pairs[0][0], 4));
+    es_noise(77, NULL, 4);
 }
 
 void test_capi_two_simulations_side_by_side_do_not_disturb_each_other(void)

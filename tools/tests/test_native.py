@@ -5,6 +5,7 @@ import pytest
 from evenspin.errors import NativeError
 from evenspin.native import NUMERICS, library, load, tables
 from evenspin.native.csvrows import csv_rows
+from evenspin.native.simulation import Simulation, noise_of
 
 # Names that are spoken outside of this project: the format sheet's vocabulary.
 EFFECTS = {
@@ -118,3 +119,9 @@ def test_numbers_for_a_csv_file_are_written_as_python_writes_nine_digits(width):
 
 def test_a_table_without_rows_has_no_text():
     assert csv_rows(np.empty((0, 3))) == b""
+
+
+def test_a_seed_is_refused_with_the_noise_of_another_one_in_words():
+    with pytest.raises(NativeError, match="seed = 5: must be the seed that the noise was drawn with"):
+        Simulation().set_noise(5, noise_of(6, 4))
+    Simulation().set_noise(6, noise_of(6, 4))

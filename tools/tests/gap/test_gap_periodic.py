@@ -6,6 +6,8 @@ What is hidden comes from the model files below, not from the code under test.
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -136,3 +138,12 @@ def test_a_tone_goes_with_one_wave_and_a_resonance_in_noise_does_not() -> None:
         peak = 45 + int(np.argmax(np.abs(np.fft.rfft(np.hanning(1000) * x))[45:76]))
         shares.append(tone_share(x, wave_at(x, peak), peak))
     assert np.mean(np.array(shares) > PERIODIC_SHARE) < 0.05
+
+
+def test_a_search_begins_without_the_packages_that_only_some_logs_need() -> None:
+    """Half a second of processor time each: for lines that are left, local minima, terms beyond the table."""
+    code = (
+        "import sys, evenspin.gap.result; print({'scipy.signal', 'scipy.stats', 'scipy.optimize'} & set(sys.modules))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "set()"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import OrderedDict
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -20,14 +21,28 @@ from evenspin.log.meta_numbers import HINT, MetaNumbers
 from evenspin.log.nominal import Nominal
 from evenspin.log.unit import Effects, Unit
 from evenspin.native import tables
-from evenspin.native.simulation import Simulation
+from evenspin.native.simulation import Simulation, noise_of
 from evenspin.sim.record import Record
 
 START = "start_s"  # of an effect that knows the time: where within the log a run begins
 START_PASSES = 3  # an eccentricity of 0.1 rad is inverted to 1e-4 rad, a third of a count of 20000
+NOISE_KEPT = 16  # seeds; 2 MB each for records of 13 s
 RELEASED_ROWS = 20  # so many rows of zero current references to the end: the drive has gone to current mode
 
 _Inputs = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+_noise_drawn: OrderedDict[int, NDArray[np.float64]] = OrderedDict()
+
+
+def _noise(seed: int, periods: int) -> NDArray[np.float64]:
+    """Noise of a seed, drawn once for all records of a machine, and for machines that differ in other things."""
+    drawn = _noise_drawn.get(seed)
+    if drawn is None or len(drawn) < periods:
+        drawn = _noise_drawn[seed] = noise_of(seed, periods)
+        while len(_noise_drawn) > NOISE_KEPT:
+            _noise_drawn.popitem(last=False)
+    return drawn
 
 
 class Replay:
@@ -103,7 +118,7 @@ class Replay:
         inputs = self._inputs
         if unit.noise_seed is not None:
             simulation.set_model("current_noise_a", self.nominal.current_noise_a)
-            simulation.set_seed(unit.noise_seed)
+            simulation.set_noise(unit.noise_seed, _noise(unit.noise_seed, self.rows * self.decimate))
             inputs = self._with_load_noise(unit.noise_seed)
         for key, value in self.nominal.drive.items():
             simulation.set_param(key, value)

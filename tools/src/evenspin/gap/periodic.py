@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import zoom_fft
 
 from evenspin.compare import Replay
 from evenspin.gap.features import SIGNALS
@@ -300,6 +299,8 @@ def _evidence(lines: Sequence[Line]) -> tuple[int, float]:
 
 def _frequency(logs: Sequence[_Log], line: Line) -> float:
     """The frequency that carries most power over whole records, which hold many more periods than a stretch."""
+    from scipy.signal import zoom_fft  # six tenths of a second, which a log without such a line does not need
+
     signal = SIGNALS.index(line.signal)
     low, high = max(0.0, line.hz - 1.0 / line.seconds), line.hz + 1.0 / line.seconds
     power = np.zeros(ZOOM)

@@ -13,7 +13,7 @@ from evenspin.errors import NativeError, did_you_mean
 
 NUMERICS = ("float", "fixed")
 HEADER = "evenspin_capi.h"
-SUPPORTED_ABI = 5
+SUPPORTED_ABI = 6
 REINSTALL = "install the package again: make setup"
 
 

@@ -43,6 +43,11 @@ class Simulation:
     def set_seed(self, seed: int) -> None:
         self._need(self._library.lib.es_sim_set_seed(self._handle, seed))
 
+    def set_noise(self, seed: int, pairs: NDArray[np.float64]) -> None:
+        """The seed, with its noise drawn ahead by `noise_of` for several simulations; the run is the same."""
+        self._noise = self._library.ffi.from_buffer("double[]", pairs)  # has to stay as long as the simulation
+        self._need(self._library.lib.es_sim_set_noise(self._handle, seed, self._noise, len(pairs)))
+
     def set_input(self, name: str, t_s: Values, value: Values, *, linear: bool = False) -> None:
         """Value over time: held between the points, or a ramp."""
         ffi = self._library.ffi
@@ -158,3 +163,12 @@ class Simulation:
     def _need(self, done: bool) -> None:
         if not done:
             raise RefusedValueError(self.refusal())
+
+
+def noise_of(seed: int, periods: int) -> NDArray[np.float64]:
+    """The noise that a simulation with this seed draws: a row of two normal numbers a period."""
+    library = load()
+    pairs = np.empty((periods, 2))
+    library.lib.es_noise(seed, library.ffi.from_buffer("double[]", pairs, require_writable=True), periods)
+    pairs.setflags(write=False)
+    return pairs

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from evenspin.empirical.library import FAMILIES, Family, Shape, can_show, family_of
 from evenspin.empirical.lines import frequency_spectrum, order_spectra, peaks
@@ -123,6 +122,8 @@ def _polished(
     search: Search, left: Left, family: Family, shape: Shape, log: int | None, gain: float, step: float = 0.0
 ) -> tuple[float, Shape]:
     """The shape numbers improved one after the other. `step`: of the first one, absolute; 0: ratios."""
+    from scipy.optimize import minimize_scalar
+
     for k in range(len(shape)):
         if family.shape[k] in ("speed_exponent", "turns_over"):
             continue
