@@ -234,7 +234,9 @@ hal_inverter_fault_t hal_inverter_fault(void)
 
 void hal_inverter_clear_fault(void)
 {
-    selected->latched_fault = HAL_INVERTER_FINE;
+    if (selected->latched_fault < HAL_INVERTER_RAM_TEST) { /* the self tests stand until the next reset */
+        selected->latched_fault = HAL_INVERTER_FINE;
+    }
     trace_asked(selected->trace, TRACE_hal_inverter_clear_fault);
 }
 

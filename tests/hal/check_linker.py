@@ -27,6 +27,7 @@ SECTIONS = (
     "capture_memory black_box_memory .reset"
 ).split()
 
+SUMMED = (".text", ".cinit", ".const", ".TI.ramfunc")  # what the flash holds of the program
 
 # What hal/f28379d/storage.c erases: nothing may be linked there.
 STORAGE = re.compile(r"FIRST_SECTOR UINT32_C\((0x\w+)\).*?SECTORS (\d+)U.*?SECTOR_WORDS (0x\w+)U", re.DOTALL)
@@ -87,17 +88,23 @@ def faults(name: str, text: str, main: str, system: str, build: str, storage: st
     if regions["RAM_CAPTURE"][1] - regions["RAM_CAPTURE"][0] < 2 * values:
         found.append("RAM_CAPTURE: too small for the capture of firmware/main_f28379d.c")
     if "flash" in name:
+        if ".TI.crctab" not in placed:
+            found.append(".TI.crctab: not placed: there are the check sums of the program")
+        for section in SUMMED:
+            if not re.search(rf"^\s*{re.escape(section)}\s*:[^;]*?crc_table\(", text, flags=re.MULTILINE):
+                found.append(f"{section}: has no crc_table for the self test of the program")
         for symbol in re.findall(r"extern uint16_t (.*);", system):
             for part in symbol.split(", "):
                 if f"({part})" not in text:
-                    found.append(f"{part}: used by system.c, not defined here")
+                    found.append(f"{part}: used by system.c or self_test_places.c, not defined here")
     return [f"{name}: {fault}" for fault in found]
 
 
 def main(arguments: list[str]) -> int:
     root = Path(arguments[0])
     program = (root / "firmware" / "main_f28379d.c").read_text(encoding="utf-8")
-    system = (root / "hal" / "f28379d" / "system.c").read_text(encoding="utf-8")
+    port = root / "hal" / "f28379d"
+    system = "".join((port / name).read_text(encoding="utf-8") for name in ("system.c", "self_test_places.c"))
     build = (root / "firmware" / "CMakeLists.txt").read_text(encoding="utf-8")
     storage = (root / "hal" / "f28379d" / "storage.c").read_text(encoding="utf-8")
     files = sorted((root / "linker").glob("f28379d_*.cmd"))
