@@ -58,12 +58,13 @@ SECTIONS
                    LOAD_START(SwitchLoadStart), LOAD_SIZE(SwitchLoadSize), RUN_START(SwitchRunStart)
 
     .stack       : > RAM_STACK, RUN_START(StackRunStart), RUN_SIZE(StackRunSize)
-    .bss         : > RAM_DATA, RUN_START(DataRunStart), RUN_SIZE(DataRunSize)   /* this and the next three: tested slice by slice */
+    .bss         : > RAM_DATA, RUN_START(DataRunStart), RUN_SIZE(DataRunSize)   /* this and the next that have a name: tested slice by slice */
     .data        : > RAM_DATA
     .bss:output  : > RAM_DATA
     drive_memory : > RAM_DRIVE, RUN_START(DriveRunStart), RUN_SIZE(DriveRunSize)
     capture_memory   : > RAM_CAPTURE, RUN_START(CaptureRunStart), RUN_SIZE(CaptureRunSize)
-    black_box_memory : > RAM_BOX, RUN_START(BoxRunStart), RUN_SIZE(BoxRunSize)
+    black_box_memory : > RAM_BOX, TYPE = NOINIT, RUN_START(BoxRunStart), RUN_SIZE(BoxRunSize)   /* kept over a reset */
+    kept_memory  : > RAM_DATA, TYPE = NOINIT, RUN_START(KeptRunStart), RUN_SIZE(KeptRunSize)
 
     .reset       : > RESET, TYPE = DSECT                 /* in the boot ROM; not loaded */
 }

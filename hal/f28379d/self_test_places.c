@@ -10,6 +10,7 @@ extern uint16_t DriveRunStart, DriveRunSize;
 extern uint16_t CaptureRunStart, CaptureRunSize;
 extern uint16_t BoxRunStart, BoxRunSize;
 extern uint16_t DataRunStart, DataRunSize;
+extern uint16_t KeptRunStart, KeptRunSize;
 
 extern CRC_TABLE program_sums;
 
@@ -17,7 +18,7 @@ extern CRC_TABLE program_sums;
 
 const port_places_t *port_self_test_places(void)
 {
-    static port_region_t ram[4];
+    static port_region_t ram[5];
     static port_copy_t   copy[2];
     static port_places_t places;
     ram[0].first = ADDRESS(DriveRunStart);
@@ -28,6 +29,8 @@ const port_places_t *port_self_test_places(void)
     ram[2].words = ADDRESS(BoxRunSize);
     ram[3].first = ADDRESS(DataRunStart);
     ram[3].words = ADDRESS(DataRunSize);
+    ram[4].first = ADDRESS(KeptRunStart);
+    ram[4].words = ADDRESS(KeptRunSize);
     copy[0].run = ADDRESS(RamfuncsRunStart);
     copy[0].load = ADDRESS(RamfuncsLoadStart);
     copy[0].words = ADDRESS(RamfuncsLoadSize);
@@ -37,7 +40,7 @@ const port_places_t *port_self_test_places(void)
     places.fresh = ram; /* drive and capture: set up after the test */
     places.fresh_count = 2U;
     places.ram = ram;
-    places.ram_count = 4U;
+    places.ram_count = 5U;
     places.copy = copy;
     places.copy_count = 2U;
     places.sums = &program_sums;

@@ -87,6 +87,8 @@ typedef struct {
 
 /** Everything but the plant and the limits at rest; storage erased. */
 void sim_board_start(sim_board_t *board);
+/** The processor starts again: bridge off, hardware faults forgotten, octets lost. The machine goes on; memory and storage stay. */
+void sim_board_reset(sim_board_t *board, hal_reset_t cause);
 /** Its storage to all ones. */
 void sim_board_erase(sim_board_t *board);
 /** The board that HAL functions on this thread mean. */

@@ -24,9 +24,10 @@ BLOCKS = {
 KEPT_EMPTY = ((0x0007F8, 0x000800), (0x01BFF8, 0x01C000), (0x0BFFF0, 0x0C0000))
 SECTIONS = (
     "codestart .text .cinit .init_array .const .switch .TI.ramfunc .stack .bss .data .bss:output drive_memory "
-    "capture_memory black_box_memory .reset"
+    "capture_memory black_box_memory kept_memory .reset"
 ).split()
 
+KEPT = ("black_box_memory", "kept_memory")  # over a reset
 SUMMED = (".text", ".cinit", ".const", ".TI.ramfunc")  # what the flash holds of the program
 
 # What hal/f28379d/storage.c erases: nothing may be linked there.
@@ -87,6 +88,9 @@ def faults(name: str, text: str, main: str, system: str, build: str, storage: st
     values = int(given or re.search(r"MAIN_CAPTURE_VALUES (\d+)U", main)[1])
     if regions["RAM_CAPTURE"][1] - regions["RAM_CAPTURE"][0] < 2 * values:
         found.append("RAM_CAPTURE: too small for the capture of firmware/main_f28379d.c")
+    for section in KEPT:
+        if "TYPE = NOINIT" not in placed.get(section, ""):
+            found.append(f"{section}: not TYPE = NOINIT: the C start-up would clear what a reset has to leave")
     if "flash" in name:
         if ".TI.crctab" not in placed:
             found.append(".TI.crctab: not placed: there are the check sums of the program")
