@@ -35,6 +35,10 @@ typedef char   drive_fits_its_region[((sizeof(drive_t) / sizeof(uint16_t)) <= MA
 static float capture[MAIN_CAPTURE_VALUES];
 static float black_box[MAIN_BLACK_BOX_VALUES];
 
+/* Neither is cleared by the C start-up (TYPE = NOINIT in linker/): after a reset without a loss of power they hold what was before. */
+#ifdef __TMS320C28XX__
+#pragma DATA_SECTION(services, "kept_memory")
+#endif
 static services_t     services;
 static drive_params_t defaults; /* of this board */
 

@@ -20,8 +20,7 @@
 MEMORY
 {
     BEGIN       : origin = 0x080000, length = 0x000002   /* the boot ROM jumps here */
-    FLASH_A_D   : origin = 0x080002, length = 0x007FFE
-    FLASH_E_J   : origin = 0x088000, length = 0x030000
+    FLASH       : origin = 0x080002, length = 0x037FFE   /* A..J */
     STORAGE     : origin = 0x0B8000, length = 0x006000   /* K, L, M: nothing is linked here, hal/f28379d/storage.c erases them */
     FLASH_N     : origin = 0x0BE000, length = 0x001FF0   /* free; the last 16 words of flash stay empty (errata: prefetch) */
     RESET       : origin = 0x3FFFC0, length = 0x000002
@@ -40,28 +39,32 @@ SECTIONS
 {
     codestart    : > BEGIN
 
-    /* ALIGN(8): flash is programmed and checked in units of 128 bits. */
-    .text        : >> FLASH_A_D | FLASH_E_J, ALIGN(8)    /* main loop, start-up, library: not in a hurry */
-    .cinit       : > FLASH_A_D | FLASH_E_J, ALIGN(8)
-    .init_array  : > FLASH_A_D | FLASH_E_J, ALIGN(8)
-    .const       : >> FLASH_A_D | FLASH_E_J, ALIGN(8)    /* parameter and fault tables with their texts: main loop only */
+    /* ALIGN(8): flash is programmed and checked in units of 128 bits. crc_table: the linker leaves a check sum of each section in
+     * program_sums, which hal/f28379d/self_test_program.c holds against the flash. */
+    .text        : > FLASH, ALIGN(8), crc_table(program_sums, algorithm=CRC32_PRIME)   /* main loop, start-up, library: not in a hurry */
+    .cinit       : > FLASH, ALIGN(8), crc_table(program_sums, algorithm=CRC32_PRIME)
+    .init_array  : > FLASH, ALIGN(8)
+    .const       : > FLASH, ALIGN(8), crc_table(program_sums, algorithm=CRC32_PRIME)   /* parameter and fault tables: main loop only */
+    .TI.crctab   : > FLASH, ALIGN(8)
 
 #ifdef EVENSPIN_FLASH_API                                /* the flash API runs from RAM, and nothing of it is called before the copy */
-    .TI.ramfunc  : { *(.TI.ramfunc) -l F021_API_F2837xD_FPU32_EABI.lib } LOAD = FLASH_E_J, RUN = RAM_CODE, ALIGN(8),
+    .TI.ramfunc  : { *(.TI.ramfunc) -l F021_API_F2837xD_FPU32_EABI.lib } LOAD = FLASH, RUN = RAM_CODE, ALIGN(8),
 #else
-    .TI.ramfunc  : LOAD = FLASH_E_J, RUN = RAM_CODE, ALIGN(8),
+    .TI.ramfunc  : LOAD = FLASH, RUN = RAM_CODE, ALIGN(8),
 #endif
-                   LOAD_START(RamfuncsLoadStart), LOAD_SIZE(RamfuncsLoadSize), RUN_START(RamfuncsRunStart)
-    .switch      : LOAD = FLASH_E_J, RUN = RAM_TABLES, ALIGN(8),
+                   LOAD_START(RamfuncsLoadStart), LOAD_SIZE(RamfuncsLoadSize), RUN_START(RamfuncsRunStart),
+                   crc_table(program_sums, algorithm=CRC32_PRIME)
+    .switch      : LOAD = FLASH, RUN = RAM_TABLES, ALIGN(8),
                    LOAD_START(SwitchLoadStart), LOAD_SIZE(SwitchLoadSize), RUN_START(SwitchRunStart)
 
     .stack       : > RAM_STACK, RUN_START(StackRunStart), RUN_SIZE(StackRunSize)
-    .bss         : > RAM_DATA
+    .bss         : > RAM_DATA, RUN_START(DataRunStart), RUN_SIZE(DataRunSize)   /* this and the next that have a name: tested slice by slice */
     .data        : > RAM_DATA
     .bss:output  : > RAM_DATA
-    drive_memory : > RAM_DRIVE
-    capture_memory   : > RAM_CAPTURE
-    black_box_memory : > RAM_BOX
+    drive_memory : > RAM_DRIVE, RUN_START(DriveRunStart), RUN_SIZE(DriveRunSize)
+    capture_memory   : > RAM_CAPTURE, RUN_START(CaptureRunStart), RUN_SIZE(CaptureRunSize)
+    black_box_memory : > RAM_BOX, TYPE = NOINIT, RUN_START(BoxRunStart), RUN_SIZE(BoxRunSize)   /* kept over a reset */
+    kept_memory  : > RAM_DATA, TYPE = NOINIT, RUN_START(KeptRunStart), RUN_SIZE(KeptRunSize)
 
     .reset       : > RESET, TYPE = DSECT                 /* in the boot ROM; not loaded */
 }

@@ -36,7 +36,8 @@ SECTIONS
     .bss:output  : > RAM_DATA
     drive_memory : > RAM_DRIVE
     capture_memory   : > RAM_CAPTURE
-    black_box_memory : > RAM_BOX
+    black_box_memory : > RAM_BOX, TYPE = NOINIT          /* kept over a reset */
+    kept_memory  : > RAM_DATA, TYPE = NOINIT
 
     .reset       : > RESET, TYPE = DSECT
 }

@@ -31,7 +31,10 @@ void drive_check_hardware(drive_t *d)
                                                                 FAULT_processor_halted,
                                                                 FAULT_processor_clock,
                                                                 FAULT_processor_memory,
-                                                                FAULT_safe_torque_off};
+                                                                FAULT_safe_torque_off,
+                                                                FAULT_ram_test,
+                                                                FAULT_program_test,
+                                                                FAULT_processor_test};
     const hal_inverter_fault_t found = hal_inverter_fault();
     const drive_fault_t        fault = (found < HAL_INVERTER_FAULTS) ? FAULT_OF[found] : FAULT_gate_driver;
     if (fault == FAULT_none) {

@@ -30,6 +30,12 @@ uint16_t services_flags(const services_t *s);
 const drive_params_t *services_params(const services_t *s);
 /** requests_command.c: the save is over. */
 link_refusal_t services_stored(services_t *s, hal_status_t status);
+/** kept.c: at the start, everything to zero but what the run before a reset has left and can be believed. */
+void services_take_kept(services_t *s, const services_setup_t *setup);
+/** What is there now may be believed after a reset. */
+void services_mark(services_t *s);
+/** Main loop: mark again what has changed. */
+void services_attend_mark(services_t *s);
 /** Switch the drive off and forget arm. */
 void services_disarm(services_t *s);
 

@@ -22,6 +22,7 @@ static void begin(recorder_t *r)
     r->wait = 0U;
     r->left = r->config.post;
     r->before = 0U;
+    r->after = r->config.post;
     r->primed = false;
     r->faulty = true; /* a fault that stands is none that appears */
     hal_order();
@@ -146,6 +147,47 @@ void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter)
     }
 }
 
+/* ---- after a reset ---------------------------------------------------------------------------------------------------- */
+
+/* Whether the ring can be read at all: everything that an index is made of. */
+static bool is_sound(const recorder_t *r, const float *memory, uint16_t values)
+{
+    const recorder_config_t *const c = &r->config;
+    const uint32_t                 rows = (uint32_t)c->pre + c->post;
+    bool sound = (r->value == memory) && (r->values == values) && (r->status >= RECORDER_FILLING) &&
+                 (r->status <= RECORDER_COMPLETE) && (c->count > 0U) && (c->count <= RECORDER_SIGNALS) && (c->decimation > 0U) &&
+                 (rows <= values) && ((rows * c->count) <= values) && (r->end == (uint16_t)(rows * c->count)) &&
+                 (r->at < r->end) && ((r->at % c->count) == 0U) && (r->before <= c->pre) && (r->left <= c->post) &&
+                 (r->after <= c->post);
+    for (uint16_t i = 0U; i < RECORDER_SIGNALS; i++) {
+        sound = sound && ((i >= c->count) || (c->signal[i] < (uint16_t)SIGNAL_COUNT));
+    }
+    return sound;
+}
+
+bool recorder_revive(recorder_t *r, float *memory, uint16_t values, uint32_t counter)
+{
+    if (!is_sound(r, memory, values)) {
+        return false;
+    }
+    if (r->status != RECORDER_COMPLETE) {
+        if (r->status == RECORDER_AFTER) {
+            r->after = (uint16_t)(r->config.post - r->left);
+        } else { /* the trigger never came: all that is there was before the end */
+            r->before = (r->held < r->config.pre) ? r->held : r->config.pre;
+            r->after = 0U;
+            r->trigger_counter = counter;
+        }
+        if (r->after == 0U) {
+            r->first = counter - ((uint32_t)r->before * r->config.decimation);
+        }
+        r->held = (uint16_t)(r->before + r->after);
+        r->left = 0U;
+        r->status = RECORDER_COMPLETE;
+    }
+    return recorder_rows(r) > 0U;
+}
+
 /* ---- reading --------------------------------------------------------------------------------------------------------- */
 
 uint16_t recorder_rows(const recorder_t *r)
@@ -154,12 +196,12 @@ uint16_t recorder_rows(const recorder_t *r)
         return 0U;
     }
     hal_order(); /* what it recorded comes after its status */
-    return (uint16_t)(r->before + r->config.post);
+    return (uint16_t)(r->before + r->after);
 }
 
 float recorder_value(const recorder_t *r, uint16_t offset)
 {
-    const uint16_t count = (uint16_t)((r->before + r->config.post) * r->config.count);
+    const uint16_t count = (uint16_t)((r->before + r->after) * r->config.count);
     const uint16_t back = (uint16_t)(count - offset); /* from the next value to write */
     const uint16_t at = (back <= r->at) ? (uint16_t)(r->at - back) : (uint16_t)((uint16_t)(r->at + r->end) - back);
     return r->value[at];

@@ -53,6 +53,7 @@ typedef struct {
     uint16_t          wait;   /**< Periods until the next row. */
     uint16_t          left;   /**< Rows to come after the trigger. */
     uint16_t          before; /**< Rows from before the trigger; fewer than pre when it came early. */
+    uint16_t          after;  /**< Rows from the trigger on: post, or fewer when a reset ended the record. */
     float             last;   /**< Trigger signal of the period before. */
     bool              primed; /**< `last` is valid. */
     bool              faulty; /**< Fault in the period before. */
@@ -68,6 +69,9 @@ void recorder_trigger(recorder_t *r);
 void recorder_restart(recorder_t *r);
 /** Current interrupt, every period. */
 void recorder_sample(recorder_t *r, const drive_t *d, uint32_t counter);
+/** Before anything else of a recorder that a reset has interrupted: its rows become a complete record that ends there. Main loop.
+ *  @param counter  Of the period in which it ended. @return false: it has no rows, or is not one of this memory; nothing can be read. */
+bool recorder_revive(recorder_t *r, float *memory, uint16_t values, uint32_t counter);
 /** Rows of the complete record; 0 before. */
 uint16_t recorder_rows(const recorder_t *r);
 /** Value @p offset of the complete record, row by row. @p offset below rows times signals. */

@@ -212,6 +212,12 @@ link_refusal_t request_fault(services_t *s, codec_reader_t *in, codec_writer_t *
     codec_put_u32(out, s->found.since);
     codec_put_u8(out, box->status);
     codec_put_u16(out, recorder_rows(box));
+    codec_put_u8(out, s->past.resets);
+    codec_put_u16(out, (uint16_t)s->past.fault);
+    codec_put_u16(out, s->past.detail);
+    codec_put_u8(out, (uint16_t)s->past.state);
+    codec_put_u32(out, s->past.counter);
+    codec_put_u8(out, s->past.rows ? 1U : 0U);
     return LINK_FINE;
 }
 

@@ -122,7 +122,7 @@ link_refusal_t request_capture_status(services_t *s, codec_reader_t *in, codec_w
     codec_put_u8(out, configured ? (uint16_t)c->trigger : 0U);
     codec_put_u16(out, configured ? c->decimation : 0U);
     codec_put_u16(out, configured ? pre : 0U);
-    codec_put_u16(out, configured ? (uint16_t)(pre + c->post) : 0U);
+    codec_put_u16(out, configured ? (uint16_t)(pre + (complete ? r->after : c->post)) : 0U);
     codec_put_u16(out, r->held);
     codec_put_u32(out, complete ? r->first : 0U);
     codec_put_u32(out, complete ? r->trigger_counter : 0U);

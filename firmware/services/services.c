@@ -42,8 +42,8 @@ static void start_black_box(recorder_t *r)
 void services_start(services_t *s, const services_setup_t *setup)
 {
     const session_t nobody = {.timeout_ms = SERVICES_TIMEOUT_MS};
+    services_take_kept(s, setup);
     s->setup = *setup;
-    s->schema = schema_hash();
     s->session = nobody;
     s->counter = 0U;
     s->found.fault = FAULT_none;
@@ -60,7 +60,6 @@ void services_start(services_t *s, const services_setup_t *setup)
     frame_decoder_reset(&s->decoder);
     stream_init(&s->stream);
     recorder_init(&s->recorder[SERVICES_CAPTURE], setup->capture, setup->capture_values);
-    recorder_init(&s->recorder[SERVICES_BLACK_BOX], setup->black_box, setup->black_box_values);
 
     drive_t *const d = setup->drive;
     s->staged = *setup->defaults;
@@ -78,7 +77,10 @@ void services_start(services_t *s, const services_setup_t *setup)
     }
     s->seen_state = drive_state(d);
     s->seen_fault = drive_fault(d);
-    start_black_box(&s->recorder[SERVICES_BLACK_BOX]);
+    if (!s->past.rows) { /* else it keeps them until the drive is armed */
+        start_black_box(&s->recorder[SERVICES_BLACK_BOX]);
+    }
+    services_mark(s);
 }
 
 /* ---- what the requests share ------------------------------------------------------------------------------------------- */
@@ -326,6 +328,7 @@ void services_pass(services_t *s)
 {
     time_the_pass(s);
     watch(s);
+    services_attend_mark(s);
     go_on_storing(s);
     send(s);
     if (!is_sending(s)) {

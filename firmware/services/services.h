@@ -44,6 +44,22 @@ typedef struct {
     uint32_t      since;
 } services_fault_t;
 
+/** What the run before a reset ended with, kept in memory that a board's C start-up does not clear (kept.c). */
+typedef struct {
+    bool          rows;   /**< The black box still holds its last rows. */
+    uint16_t      resets; /**< Since then, at most 255; 0: nothing is known of an earlier run. */
+    drive_fault_t fault;  /**< The last that it found. */
+    uint16_t      detail;
+    drive_state_t state;   /**< As the last pass of its main loop saw it. */
+    uint32_t      counter; /**< Its periods. */
+} services_past_t;
+
+/** Makes what is kept believable. */
+typedef struct {
+    uint32_t magic, sum;
+    uint16_t number; /**< Of the black box's configuration. */
+} services_mark_t;
+
 /** Who talks, and what that permits. */
 typedef struct {
     bool         greeted, may_write, armed;
@@ -74,6 +90,8 @@ typedef struct services {
 
     volatile uint32_t counter; /**< Periods since the start. */
     services_fault_t  found;
+    services_past_t   past;
+    services_mark_t   mark;
     drive_fault_t     last_fault; /**< Of the interrupt. */
     uint32_t          sample_last_cyc, sample_max_cyc;
     stream_t          stream;
@@ -93,7 +111,7 @@ typedef struct services {
     uint16_t        wire_count, wire_at; /**< Octets waiting to be sent. */
 } services_t;
 
-/** Before the interrupts run: services at rest, the stored parameters or else the defaults taken, drive_init. With auto_run in the
+/** Before the interrupts run. @p s: what the last run left, or anything. What it kept is taken where that can be believed; services at rest, the stored parameters or else the defaults taken, drive_init. With auto_run in the
  *  stored set the drive is then started, and the timeout counts from here on; not after a reset by the watchdog. */
 void services_start(services_t *s, const services_setup_t *setup);
 /** Current interrupt, after drive_current_isr. */

@@ -30,7 +30,7 @@ static hal_inverter_fault_t meaning(uint16_t nmi)
 /* The shadow of the flags outlives the reset by the watchdog of the NMI; it says nothing after any other reset. */
 void port_health_init(void)
 {
-    const port_health_t none = {0U, 0U, 0U, 0U};
+    const port_health_t none = {0U, 0U, 0U, 0U, 0U};
     health = none;
     last_run = ((port_reset_cause() & SYSCTL_CAUSE_NMIWDRS) != 0U) ? meaning(SysCtl_getNMIShadowFlagStatus()) : HAL_INVERTER_FINE;
     EALLOW;
@@ -48,6 +48,7 @@ void port_health_check(void)
     health.flash_corrected = Flash_getErrorCount(FLASH0ECC_BASE);
     health.phase_errors = port_encoder_errors;
     health.lost_periods = port_sampling_lost;
+    health.failed_address = port_self_test_address();
 }
 
 const port_health_t *port_health(void) { return &health; }

@@ -95,4 +95,5 @@ void port_background(void)
                                           : ((port_trip_latched != HAL_INVERTER_FINE) ? CODE_FAULT : (uint16_t)PORT_OK),
                   port_trip_armed);
     port_stack_check();
+    port_self_test_slice();
 }

@@ -84,6 +84,22 @@ void                 port_health_check(void);
 hal_inverter_fault_t port_health_of_last_run(void); /* what made the processor reset itself */
 void                 port_lock_registers(void);
 
+/* self_test.c: in a program for flash; self_test.h says why not in one for RAM */
+#if defined(_FLASH) || !defined(__TMS320C28XX__)
+#define PORT_SELF_TEST 1
+void port_self_test_start(
+    void); /* all of it: about 60 ms by the counted cycles; before anything is kept in the memory of drive and capture */
+void                 port_self_test_slice(void); /* in every pass: about 2600 cycles at most */
+hal_inverter_fault_t port_self_test_found(void); /* the first that has failed, until the next reset */
+uint32_t             port_self_test_address(void);
+#else
+#define PORT_SELF_TEST 0
+static inline void                 port_self_test_start(void) {}
+static inline void                 port_self_test_slice(void) {}
+static inline hal_inverter_fault_t port_self_test_found(void) { return HAL_INVERTER_FINE; }
+static inline uint32_t             port_self_test_address(void) { return 0U; }
+#endif
+
 /* led.c */
 void port_led_init(void);
 void port_led_show(uint16_t code, bool on); /* main loop, every pass */

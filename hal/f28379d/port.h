@@ -37,6 +37,7 @@ typedef struct {
     uint32_t ram_corrected, flash_corrected; /**< Memory errors of one bit. */
     uint32_t phase_errors;                   /**< Of the encoder interface. */
     uint32_t lost_periods;                   /**< PWM periods without a current interrupt. */
+    uint32_t failed_address;                 /**< Where the self test of RAM or program has failed. */
 } port_health_t;
 
 typedef enum {

@@ -76,6 +76,7 @@ port_status_t port_init(void)
     if (!port_system_init()) {
         return PORT_NO_CLOCK;
     }
+    port_self_test_start();
     port_interrupts_init();
     port_pins_init(); /* EN_GATE low; gates are inputs */
     port_clock_init();

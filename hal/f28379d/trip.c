@@ -271,7 +271,7 @@ void hal_inverter_clear_fault(void)
     }
     clear_hardware_flags();
     port_sampling_forget_sum();
-    port_trip_latched = HAL_INVERTER_FINE; /* after the flags: the current interrupt would find the old ones again */
+    port_trip_latched = port_self_test_found(); /* after the flags: the current interrupt would find the old ones again */
     if (given_up) {
         port_trip_note(HAL_INVERTER_TRIP_PATH);
     } else if (!port_driver_is_well(&reason)) {

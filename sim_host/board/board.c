@@ -60,6 +60,23 @@ void sim_board_start(sim_board_t *board)
     sim_board_restart(board);
 }
 
+void sim_board_reset(sim_board_t *board, hal_reset_t cause)
+{
+    board->reset_cause = cause;
+    board->latched_fault = HAL_INVERTER_FINE;
+    board->armed = false;
+    board->gates_on = false;
+    board->brake_periods = 0U;
+    board->speed_requested = false;
+    board->speed_left_cyc = 0.0;
+    board->in_speed_isr = false;
+    board->sum_a = 0.0;
+    board->to_drive.tail = board->to_drive.head;
+    board->from_drive.tail = board->from_drive.head;
+    zero_voltage(board->duty);
+    zero_voltage(board->duty_next);
+}
+
 void sim_board_period(sim_board_t *board)
 {
     board->plant.outside.brake_duty = (board->brake_periods > 0U) ? board->brake_duty : 0.0;
@@ -244,7 +261,9 @@ hal_inverter_fault_t hal_inverter_fault(void)
 
 void hal_inverter_clear_fault(void)
 {
-    selected->latched_fault = HAL_INVERTER_FINE;
+    if (selected->latched_fault < HAL_INVERTER_RAM_TEST) { /* the self tests stand until the next reset */
+        selected->latched_fault = HAL_INVERTER_FINE;
+    }
     trace_asked(selected->trace, TRACE_hal_inverter_clear_fault);
 }
 

@@ -89,6 +89,8 @@ typedef struct {
 void sim_board_start(sim_board_t *board);
 /** Everything but the plant, the limits and the storage at rest. */
 void sim_board_restart(sim_board_t *board);
+/** The processor starts again: bridge off, hardware faults forgotten, octets lost. The machine goes on; memory and storage stay. */
+void sim_board_reset(sim_board_t *board, hal_reset_t cause);
 /** Its storage to all ones. */
 void sim_board_erase(sim_board_t *board);
 /** The board that HAL functions on this thread mean. */

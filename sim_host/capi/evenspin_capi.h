@@ -173,6 +173,9 @@ bool es_sim_link_open(es_sim_t *sim);
 /* Octets to the drive: how many were taken (4096 wait at most); octets from it: how many came. Between calls of es_sim_run. */
 int es_sim_link_write(es_sim_t *sim, const uint8_t *octets, int count);
 int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room);
+/* The processor starts again, between calls of es_sim_run, while the machine goes on: hal_reset_t says why. Memory that its start-up leaves
+ * alone stays, but for a power-up (1), after which it holds anything. false: no link is open, the run has not begun, or no such cause. */
+bool es_sim_reset(es_sim_t *sim, int cause);
 /* The non-volatile storage. read: number of words there are. write: kept over the next starts, which else erase it. */
 int  es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room);
 bool es_sim_storage_write(es_sim_t *sim, const uint16_t *words, int count);

@@ -41,6 +41,20 @@ int es_sim_link_read(es_sim_t *sim, uint8_t *octets, int room)
     return n;
 }
 
+bool es_sim_reset(es_sim_t *sim, int cause)
+{
+    if ((sim == NULL) || !sim->linked || !sim->started || (cause < 0) || (cause > (int)HAL_RESET_OTHER)) {
+        return false;
+    }
+    sim_board_reset(&sim->board, (hal_reset_t)cause);
+    if (cause == (int)HAL_RESET_POWER_UP) { /* memory comes up with anything */
+        memset(&sim->services, 0xA5, sizeof sim->services);
+        memset(sim->black_box, 0xA5, sizeof sim->black_box);
+    }
+    capi_call_services(sim);
+    return true;
+}
+
 int es_sim_storage_read(const es_sim_t *sim, uint16_t *words, int room)
 {
     const int all = SIM_STORAGE_PAGES * SIM_STORAGE_WORDS;

@@ -42,7 +42,7 @@ class Layer:
 
 
 # Quoted headers that are not ours, for the port of each board that needs some.
-VENDOR = {"f28379d": frozenset({"driverlib.h", "device.h", "F021_F2837xD_C28x.h"})}
+VENDOR = {"f28379d": frozenset({"driverlib.h", "device.h", "F021_F2837xD_C28x.h", "crc_tbl.h"})}
 
 # The first folder that a file is in decides.
 LAYERS = (

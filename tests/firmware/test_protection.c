@@ -162,6 +162,10 @@ static void provoke_processor_clock(void) { provoke_hardware(HAL_INVERTER_CLOCK)
 static void provoke_processor_memory(void) { provoke_hardware(HAL_INVERTER_MEMORY); }
 static void provoke_safe_torque_off(void) { provoke_hardware(HAL_INVERTER_STO); }
 
+static void provoke_ram_test(void) { provoke_hardware(HAL_INVERTER_RAM_TEST); }
+static void provoke_program_test(void) { provoke_hardware(HAL_INVERTER_PROGRAM_TEST); }
+static void provoke_processor_test(void) { provoke_hardware(HAL_INVERTER_PROCESSOR_TEST); }
+
 static void provoke_start_turning(void)
 {
     bench_into(DRIVE_READY);
@@ -415,6 +419,9 @@ static void (*const PROVOKE[FAULT_COUNT])(void) = {
     [FAULT_motor_temperature] = provoke_motor_temperature,
     [FAULT_temperature_sensor] = provoke_temperature_sensor,
     [FAULT_safe_torque_off] = provoke_safe_torque_off,
+    [FAULT_ram_test] = provoke_ram_test,
+    [FAULT_program_test] = provoke_program_test,
+    [FAULT_processor_test] = provoke_processor_test,
     [FAULT_sto_discrepancy] = provoke_sto_discrepancy,
     [FAULT_brake_overload] = provoke_brake_overload,
     [FAULT_encoder_index] = provoke_encoder_index,

@@ -75,6 +75,7 @@ def make_tree(root: Path, work: Path) -> dict[str, str]:
     for folder in ("lib", "include"):
         (tools / folder).mkdir(parents=True)
     (tools / "lib/libc.a").touch()
+    shutil.copy(root / "tests/hal/fake_driverlib/crc_tbl.h", tools / "include")
     shutil.copytree(root / "tests/hal/stand_in", tools / "bin")
     for file in (HEADER, MODULE, ARCHIVE):
         (sdk / file).parent.mkdir(parents=True, exist_ok=True)

@@ -24,9 +24,11 @@ BLOCKS = {
 KEPT_EMPTY = ((0x0007F8, 0x000800), (0x01BFF8, 0x01C000), (0x0BFFF0, 0x0C0000))
 SECTIONS = (
     "codestart .text .cinit .init_array .const .switch .TI.ramfunc .stack .bss .data .bss:output drive_memory "
-    "capture_memory black_box_memory .reset"
+    "capture_memory black_box_memory kept_memory .reset"
 ).split()
 
+KEPT = ("black_box_memory", "kept_memory")  # over a reset
+SUMMED = (".text", ".cinit", ".const", ".TI.ramfunc")  # what the flash holds of the program
 
 # What hal/f28379d/storage.c erases: nothing may be linked there.
 STORAGE = re.compile(r"FIRST_SECTOR UINT32_C\((0x\w+)\).*?SECTORS (\d+)U.*?SECTOR_WORDS (0x\w+)U", re.DOTALL)
@@ -86,18 +88,27 @@ def faults(name: str, text: str, main: str, system: str, build: str, storage: st
     values = int(given or re.search(r"MAIN_CAPTURE_VALUES (\d+)U", main)[1])
     if regions["RAM_CAPTURE"][1] - regions["RAM_CAPTURE"][0] < 2 * values:
         found.append("RAM_CAPTURE: too small for the capture of firmware/main_f28379d.c")
+    for section in KEPT:
+        if "TYPE = NOINIT" not in placed.get(section, ""):
+            found.append(f"{section}: not TYPE = NOINIT: the C start-up would clear what a reset has to leave")
     if "flash" in name:
+        if ".TI.crctab" not in placed:
+            found.append(".TI.crctab: not placed: there are the check sums of the program")
+        for section in SUMMED:
+            if not re.search(rf"^\s*{re.escape(section)}\s*:[^;]*?crc_table\(", text, flags=re.MULTILINE):
+                found.append(f"{section}: has no crc_table for the self test of the program")
         for symbol in re.findall(r"extern uint16_t (.*);", system):
             for part in symbol.split(", "):
                 if f"({part})" not in text:
-                    found.append(f"{part}: used by system.c, not defined here")
+                    found.append(f"{part}: used by system.c or self_test_places.c, not defined here")
     return [f"{name}: {fault}" for fault in found]
 
 
 def main(arguments: list[str]) -> int:
     root = Path(arguments[0])
     program = (root / "firmware" / "main_f28379d.c").read_text(encoding="utf-8")
-    system = (root / "hal" / "f28379d" / "system.c").read_text(encoding="utf-8")
+    port = root / "hal" / "f28379d"
+    system = "".join((port / name).read_text(encoding="utf-8") for name in ("system.c", "self_test_places.c"))
     build = (root / "firmware" / "CMakeLists.txt").read_text(encoding="utf-8")
     storage = (root / "hal" / "f28379d" / "storage.c").read_text(encoding="utf-8")
     files = sorted((root / "linker").glob("f28379d_*.cmd"))

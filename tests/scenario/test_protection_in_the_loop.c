@@ -62,9 +62,21 @@ void test_protection_encoder_error_stops_the_drive_at_once(void)
 
 void test_protection_hardware_faults_stop_the_drive_at_once_by_their_name(void)
 {
-    const char *const name[] = {"hardware_over_current", "gate_driver",     "over_temperature", "gate_driver_supply",
-                                "gate_driver_link",      "trip_path",       "current_sum",      "late_interrupt",
-                                "processor_halted",      "processor_clock", "processor_memory"};
+    const char *const name[] = {"hardware_over_current",
+                                "gate_driver",
+                                "over_temperature",
+                                "gate_driver_supply",
+                                "gate_driver_link",
+                                "trip_path",
+                                "current_sum",
+                                "late_interrupt",
+                                "processor_halted",
+                                "processor_clock",
+                                "processor_memory",
+                                "safe_torque_off",
+                                "ram_test",
+                                "program_test",
+                                "processor_test"};
     for (size_t k = 0; k < COUNT_OF(name); k++) {
         rig_new();
         turn(31.4);

@@ -143,6 +143,21 @@ void test_board_hardware_fault_comes_back_while_its_cause_stands(void)
     TEST_ASSERT_EQUAL_INT(HAL_INVERTER_OVER_TEMPERATURE, hal_inverter_fault());
 }
 
+void test_board_failed_self_test_stands_until_the_next_start(void)
+{
+    for (int test = HAL_INVERTER_RAM_TEST; test <= HAL_INVERTER_PROCESSOR_TEST; test++) {
+        sim_board_start(&board);
+        board.disturbance.inverter_fault = (hal_inverter_fault_t)test;
+        TEST_ASSERT_EQUAL_INT(test, hal_inverter_fault());
+        board.disturbance.inverter_fault = HAL_INVERTER_FINE;
+        hal_inverter_clear_fault();
+        TEST_ASSERT_EQUAL_INT(test, hal_inverter_fault());
+        TEST_ASSERT_EQUAL_INT(HAL_SENSOR_FAULT, hal_inverter_arm());
+        sim_board_start(&board);
+        TEST_ASSERT_EQUAL_INT(HAL_INVERTER_FINE, hal_inverter_fault());
+    }
+}
+
 /* ---- samples -------------------------------------------------------------------------------------------------------- */
 
 void test_board_sample_has_the_sensors_and_a_third_current(void)

@@ -446,3 +446,33 @@ def test_a_kind_of_parameter_that_only_a_later_firmware_knows_is_told_and_no_tra
 
     with pytest.raises(NoDeviceError, match=r"Kind 4.*0 to 3.*install the package"):
         parse_list(0, 1, record)
+
+
+@pytest.mark.parametrize("cause", ["watchdog", "pin"])
+def test_after_a_reset_the_drive_says_what_was_before_it(drive: Drive, cause: str) -> None:
+    drive.setpoint(Mode.SPEED, speed_rad_s=30.0)
+    drive.start()
+    drive.sleep(0.5)
+
+    virtual(drive).reset(cause)
+    drive.sleep(0.01)
+
+    report = drive.fault()
+    assert report.number == 0
+    assert report.before_reset.startswith(f"before the last reset ({cause}): the drive was in run ")
+    assert report.before_reset.endswith("no fault; the samples are its last ones")
+    assert report.last_samples is not None
+    np.testing.assert_allclose(report.last_samples["speed_ref_rad_s"], 30.0)
+    np.testing.assert_allclose(report.last_samples["speed_rad_s"], 30.0, rtol=0.05)
+
+
+def test_after_power_up_nothing_of_before_is_shown(drive: Drive) -> None:
+    drive.setpoint(Mode.SPEED, speed_rad_s=30.0)
+    drive.start()
+    drive.sleep(0.5)
+
+    virtual(drive).reset("power_up")
+    drive.sleep(0.01)
+
+    report = drive.fault()
+    assert (report.number, report.before_reset, report.last_samples) == (0, "", None)

@@ -26,6 +26,10 @@ typedef enum {
     HAL_INVERTER_CLOCK,         /**< The clock of the processor failed. */
     HAL_INVERTER_MEMORY,        /**< A memory error that could not be corrected, or a bad interrupt vector. */
     HAL_INVERTER_STO, /**< A channel of the input for safe torque off asks for it, and its hardware has taken the gates away. */
+    /* The processor's tests of itself, at the start and slice by slice in the main loop. They stand until the next reset. */
+    HAL_INVERTER_RAM_TEST,       /**< A word of RAM does not keep what is written, or changes with another one. */
+    HAL_INVERTER_PROGRAM_TEST,   /**< The program is not the one that was linked. */
+    HAL_INVERTER_PROCESSOR_TEST, /**< An operation of the processor gives a wrong result. */
     HAL_INVERTER_FAULTS
 } hal_inverter_fault_t;
 

@@ -60,7 +60,7 @@ static uint32_t link_lost(int calls)
     return 0U;
 }
 
-void line_restart(void)
+static void start(void)
 {
     static const line_t    nothing;
     const services_setup_t setup = {&drive,    &line_defaults,      "test board",    capture,
@@ -71,9 +71,20 @@ void line_restart(void)
     hal_link_read_Stub(link_read);
     hal_link_write_Stub(link_write);
     hal_link_lost_Stub(link_lost);
-    (void)memset(&services, 0x5A, sizeof services); /* nothing may depend on what memory holds at power-up */
     services_start(&services, &setup);
     line_run(2U);
+}
+
+void line_restart(void)
+{
+    (void)memset(&services, 0x5A, sizeof services); /* nothing may depend on what memory holds at power-up */
+    start();
+}
+
+void line_reset_by(hal_reset_t cause)
+{
+    line_reset = cause;
+    start();
 }
 
 void line_start(void)

@@ -45,6 +45,8 @@ extern hal_reset_t    line_reset;    /* why the board starts; power-up after lin
 void line_start(void);
 /** Power off and on: everything but the storage starts again. */
 void line_restart(void);
+/** The processor starts again; services and black box are as they were. */
+void line_reset_by(hal_reset_t cause);
 /** Periods with a pass of the main loop after each. */
 void line_run(uint32_t periods);
 

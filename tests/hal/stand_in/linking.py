@@ -10,7 +10,10 @@ from guide import LINKER_OPTIONS, machine_of, refuse, unknown, value
 
 # Symbols that a C program for this chip gets from run-time library, linker and driverlib, not from its objects.
 RUN_TIME = {"_c_int00", "IER", "IFR", "memcpy", "memcmp", "memset", "memmove", "strcmp", "strlen"}
-SYMBOL_IN_COMMAND_FILE = re.compile(r"(?:LOAD|RUN)_(?:START|SIZE|END)\((\w+)\)|^\s*(\w+)\s*=", re.MULTILINE)
+SYMBOL_IN_COMMAND_FILE = re.compile(
+    r"(?:LOAD|RUN)_(?:START|SIZE|END)\((\w+)\)|crc_table\((\w+)|^\s*(\w+)\s*=", re.MULTILINE
+)
+ALGORITHMS = ("CRC32_PRIME", "CRC16_802_15_4", "CRC16_ALT", "CRC8_PRIME")  # of crc_tbl.h
 
 
 def objects_of(words: list[str], folder: Path) -> list[Path]:
@@ -81,6 +84,9 @@ def link(words: list[str]) -> int:
     for word in inputs:
         if word.endswith(".cmd"):
             text = re.sub(r"/\*.*?\*/", "", Path(word).read_text(), flags=re.DOTALL)
+            for algorithm in re.findall(r"crc_table\(\w+, algorithm=(\w+)\)", text):
+                if algorithm not in ALGORITHMS:
+                    return refuse(f'"{word}": there is no CRC algorithm {algorithm}')
             defined |= {name for pair in SYMBOL_IN_COMMAND_FILE.findall(text) for name in pair if name}
     if missing := sorted(wanted - defined - RUN_TIME - {"_GLOBAL_OFFSET_TABLE_"}):
         return refuse(f"unresolved symbols remain: {', '.join(missing)}")

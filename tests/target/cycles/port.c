@@ -8,7 +8,9 @@
  */
 #include <stdint.h>
 
+#define EVENSPIN_TMU_MARKED /* as the port is compiled: port_min and port_max are functions, which count as instructions */
 #include "fake_chip.h"
+#include "fake_memory.h"
 #include "hal/f28379d/port.h"
 #include "hal/hal_encoder.h"
 #include "hal/hal_inverter.h"
@@ -75,6 +77,24 @@ static void speed_isr(void)
     PORT_CASE("port_speed_end", &end, port_speed_end());
 }
 
+/* The dearest of each: a slice of a long region, one inside a section in flash, the processor. */
+static void self_test(void)
+{
+    static const port_region_t ram = {FAKE_MEMORY_FIRST, 64U};
+    static CRC_TABLE           sums = {8U, 1U, {{0U, 0U, FAKE_MEMORY_FIRST + 100U, 400U, 0U}}};
+    uint64_t                   slice[3] = {0U, 0U, 0U};
+    fake_places.ram = &ram;
+    fake_places.ram_count = 1U;
+    fake_places.sums = &sums; /* of words that are zero */
+    for (int round = 0; round < 20; round++) {
+        PORT_CASE("port_self_test_slice RAM", &slice[0], port_self_test_slice());
+        PORT_CASE("port_self_test_slice program", &slice[1], port_self_test_slice());
+        PORT_CASE("port_self_test_slice processor", &slice[2], port_self_test_slice());
+    }
+    uint64_t masked = 0U;
+    PORT_CASE("port_ram_slice, interrupts masked", &masked, (void)port_ram_slice(FAKE_MEMORY_FIRST, 0x5555U));
+}
+
 int port_cases(void (*note_case)(const char *name, uint64_t cost))
 {
     note = note_case;
@@ -102,5 +122,6 @@ int port_cases(void (*note_case)(const char *name, uint64_t cost))
         }
         fake_pwm_zero();
     }
+    self_test();
     return 0;
 }

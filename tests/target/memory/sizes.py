@@ -25,7 +25,8 @@ RESERVE_WORDS = {
     ".cinit": 200,
 }  # ramfunc: inline driver library, flash API
 FLASH_API_WORDS = 2000  # of these, in the flash build alone
-OWN_SECTION = {"drive": "drive_memory", "capture": "capture_memory", "black_box": "black_box_memory"}
+OWN_SECTION = {"drive": "drive_memory", "capture": "capture_memory", "black_box": "black_box_memory",
+               "services": "kept_memory"}  # fmt: skip
 ENTRIES = ("main", "__error__")
 ROW = re.compile(r"^ (\.\S+|COMMON)\n?\s+0x([0-9a-f]+)\s+0x([0-9a-f]+) (\S+)$", re.MULTILINE)
 

@@ -30,7 +30,7 @@ from evenspin.bench.errors import DriveFaultError, LinkLostError, NoDeviceError,
 from evenspin.bench.frames import Frame
 from evenspin.bench.link import SLOW_ANSWER_S, Link
 from evenspin.bench.messages import REFUSAL, Ask, CaptureState, DriveState, Event, FaultState, Info, Reader, Timing
-from evenspin.bench.numbers import CaptureStatus, Excite, Flag, Mode, State, Trigger
+from evenspin.bench.numbers import CaptureStatus, Excite, Flag, Mode, ResetCause, State, Trigger
 from evenspin.bench.ports import choose_port, open_transport
 from evenspin.bench.schema import Schema, own_schema
 from evenspin.bench.stream import Stream
@@ -90,6 +90,7 @@ class FaultReport:
     period: int  # in which it was found
     text: str
     last_samples: Capture | None
+    before_reset: str  # what was before the last reset, in one line; "" when nothing is known of it
 
 
 class Drive:
@@ -606,12 +607,24 @@ class Drive:
         known = self.schema.fault(found.fault)
         names = list(self.schema.parameters)
         culprit = messages.fault_detail(names, known.name, found.detail)
-        frozen = samples and found.fault != 0 and found.status == CaptureStatus.COMPLETE
+        past = found.past
+        recorded = found.fault != 0 or (past is not None and past.rows)
+        frozen = samples and recorded and found.status == CaptureStatus.COMPLETE
         return FaultReport(
             found.fault, known.name, known.cause, known.check, culprit, found.since,
             messages.fault_text(self.schema, found.fault, found.detail),
             self.read_capture(recorder=BLACK_BOX) if frozen else None,
+            self._past_text(past) if past is not None else "",
         )  # fmt: skip
+
+    def _past_text(self, past: messages.PastRun) -> str:
+        """What was before the last reset, in one line."""
+        cause = ResetCause.of(self.state().flags).name.lower().replace("_", " ")
+        count = "the last reset" if past.resets == 1 else f"the {past.resets} last resets"
+        after = f"{past.periods / self.info.pwm_hz:.3f} s after it had started"
+        fault = messages.fault_text(self.schema, past.fault, past.detail)
+        rows = "; the samples are its last ones" if past.rows else ""
+        return f"before {count} ({cause}): the drive was in {past.state.name.lower()} {after}, {fault}{rows}"
 
     def need_no_fault(self) -> None:
         """A DriveFaultError when it has tripped."""

@@ -166,6 +166,23 @@ class CaptureState:
 
 
 @dataclass(frozen=True, slots=True)
+class PastRun:
+    """What the run before a reset ended with, from memory that outlives it."""
+
+    resets: int  # since then
+    fault: int
+    detail: int
+    state: State
+    periods: int  # that it lasted
+    rows: bool  # the black box still has its last ones
+
+    @classmethod
+    def parse(cls, read: Reader) -> PastRun | None:
+        resets, fault, detail, state, periods, rows = read.take("BHHBIB")
+        return cls(resets, fault, detail, State(state), periods, rows != 0) if resets > 0 else None
+
+
+@dataclass(frozen=True, slots=True)
 class FaultState:
     fault: int
     detail: int
@@ -173,11 +190,14 @@ class FaultState:
     since: int
     status: CaptureStatus
     rows: int
+    past: PastRun | None  # None: nothing is known of a run before a reset
 
     @classmethod
     def parse(cls, payload: bytes) -> FaultState:
-        fault, detail, state, since, status, rows = Reader(payload).take("HHBIBH")
-        return cls(fault, detail, State(state), since, CaptureStatus(status), rows)
+        read = Reader(payload)
+        fault, detail, state, since, status, rows = read.take("HHBIBH")
+        past = PastRun.parse(read) if read.rest() else None  # a firmware from before this has nothing more
+        return cls(fault, detail, State(state), since, CaptureStatus(status), rows, past)
 
 
 @dataclass(frozen=True, slots=True)

@@ -222,7 +222,7 @@ def fault(
     force: Force = False,
     json_file: JsonFile = None,
 ) -> None:
-    """The last fault: its cause, the first thing to check, and the samples before it.
+    """The last fault: its cause, what to check first, and the samples before it; after a reset, what was before that.
 
     Example: `evenspin bench fault --out fault.csv`
     """
@@ -241,13 +241,16 @@ def fault(
                 files.write(raw, report.last_samples, drive, [])
     screen = console(json_file)
     screen.print(report.text)
+    if report.before_reset:
+        screen.print(report.before_reset)
     if out is not None and report.last_samples is not None:
         screen.print(f"{out}", style="bold")
-    elif out is not None and report.number:
+    elif out is not None and (report.number or report.before_reset):
         screen.print("The samples are not complete, or were overwritten by a new start.")
     if json_file is not None:
         content = {"number": report.number, "name": report.name, "cause": report.cause, "check": report.check}
-        write_json(content | {"detail": report.detail, "period": report.period}, json_file)
+        content |= {"detail": report.detail, "before_reset": report.before_reset}
+        write_json(content | {"period": report.period}, json_file)
 
 
 def stop(port: PortOption = None) -> None:

@@ -38,6 +38,8 @@ REGISTERS = {
     "Interrupt_clearACKGroup": (0, 1, 0),
     "Interrupt_disableGlobal": (0, 0, 4),  # PUSH ST1, SETC INTM, POP, mask
     "Interrupt_enableGlobal": (0, 0, 5),
+    "port_take": (0, 0, 3),  # a word by its address: MOVL XAR, MOV
+    "port_put": (0, 0, 3),
     "SCI_getRxStatus": (1, 0, 0),
     "SCI_getOverflowStatus": (1, 0, 2),
     "SCI_getRxFIFOStatus": (1, 0, 2),

@@ -6,6 +6,7 @@
     {"do": "loads", "since": 0}               what the load machine did, [[period, torque_nm], ...]
     {"do": "parameters"}                      {"parameters": {name: value}} that the model gave the drive
     {"do": "input", "name": ..., "value": 1}  any input of the simulation
+    {"do": "reset", "cause": "watchdog"}      the processor starts again; or pin, or power_up with a loss of power
     {"do": "unplug", "seconds": 0.5}          the link breaks, and may be opened again after so long
     {"do": "advance", "ms": 5, "octets": 17}  --speed max: wait for so many octets, then run; {"octets": sent so far}
 
@@ -36,6 +37,7 @@ class Control:
             "loads": self._loads,
             "parameters": self._parameters,
             "input": self._input,
+            "reset": self._reset,
         }
 
     def answer(self, request: object) -> dict[str, Any]:
@@ -82,6 +84,10 @@ class Control:
 
     def _parameters(self, _: Mapping[str, Any]) -> dict[str, Any]:
         return {"parameters": dict(self.drive.model_parameters)}
+
+    def _reset(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        self.drive.reset(str(request["cause"])[:20])
+        return {"period": self.drive.periods}
 
     def _input(self, request: Mapping[str, Any]) -> dict[str, Any]:
         self.drive.set_input(str(request["name"])[:100], number_of(request, "value"))

@@ -22,6 +22,7 @@ PERIODS_PER_MS = 10  # the firmware's PWM periods; one pass of its main loop
 PWM_HZ = 1000.0 * PERIODS_PER_MS
 BITS_PER_OCTET = 10  # start, 8 data, stop
 LOCKING_BRAKE_NM = 1e5  # no motor turns against it: it stands for a locked rotor
+RESETS = {"power_up": 1, "pin": 2, "watchdog": 3}  # hal_reset_t
 BENCH_DRIVE = {"auto_run": 0.0}  # a drive on a bench waits for the start command
 
 
@@ -169,6 +170,14 @@ class VirtualDrive:
         self._from_drive += octets
 
     # ---- the operator of the bench
+
+    def reset(self, cause: str) -> None:
+        """The processor starts again: by its watchdog, its pin, or a loss of power: then memory holds anything."""
+        if cause not in RESETS:
+            raise ValueError(f"cause: must be one of {', '.join(RESETS)}")
+        self._to_drive.clear()
+        self._from_drive.clear()
+        self._sim.reset(RESETS[cause])
 
     def set_load_torque(self, torque_nm: float) -> None:
         """Torque of the load machine, positive brakes positive rotation; acts from the next period."""

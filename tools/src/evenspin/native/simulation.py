@@ -77,6 +77,11 @@ class Simulation:
         count = self._library.lib.es_sim_link_read(self._handle, self._octets, room) if room > 0 else 0
         return bytes(self._library.ffi.buffer(self._octets, count))
 
+    def reset(self, cause: int) -> None:
+        """The processor of a drive on the link starts again; `cause` as `Reset` of the bench has it."""
+        if not self._library.lib.es_sim_reset(self._handle, cause):
+            raise NativeError(f"reset {cause}: needs an open link, a run that has begun, and a cause of 0 to 4")
+
     def regions(self) -> dict[str, int]:
         """Parts of the state of the drive in which a bit can be made to flip, with their bits. After the start."""
         lib, ffi = self._library.lib, self._library.ffi

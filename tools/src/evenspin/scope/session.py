@@ -255,7 +255,7 @@ class Session:
         report = self.feed.need_drive().fault()
         if report.last_samples is None:
             raise RefusedError("last samples: the drive has recorded no fault since it was switched on")
-        self._take_capture(report.last_samples, f"last samples before {report.name}")
+        self._take_capture(report.last_samples, f"last samples before {report.name if report.number else 'the reset'}")
         return {}
 
     def _spectrum(self, request: messages.Spectrum) -> Message:
