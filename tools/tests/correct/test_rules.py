@@ -14,7 +14,7 @@ import pytest
 from evenspin.correct.changes import ADD, TIMES, Change, composed, known, scaled
 from evenspin.correct.found import Found
 from evenspin.correct.predict import Prediction
-from evenspin.correct.proposal import Correction, _Draft, _harm, _together, propose
+from evenspin.correct.proposal import Correction, _doubt, _Draft, _harm, _together, propose
 from evenspin.correct.quantities import Quantity
 from evenspin.correct.rules import RULES, NoRule, Rule, as_markdown
 from evenspin.errors import InputError
@@ -178,6 +178,22 @@ def test_a_correction_that_another_spoils_is_left_out_naming_it():
     (kept,) = _together(Together(), corrections, left)
     assert kept == corrections[1]
     assert left[0].effect == "one" and left[0].reason.startswith("beside the correction of two uncertain")
+
+
+def test_what_chance_makes_as_small_as_the_correction_would_is_not_corrected():
+    """A speed after a reversal goes with the place of the shaft, by more than with a friction that is little off."""
+    quantity = Quantity("reversal", ("reversal",))
+    draft = Correction("friction", ("viscous_friction",), (), quantity, Prediction(2.6, 1.5, 2.7, 1.7, 1.2, 2.5, 2.6))
+    assert _doubt(draft, draft.predicted) == ""
+    by_chance = replace(draft.predicted, without_low=1.4)
+    assert "may be 1.4 r/min by chance alone, and up to 2.5 r/min with the correction" in _doubt(draft, by_chance)
+
+
+def test_the_least_without_a_correction_is_that_of_several_runs_which_differ_by_noise_alone():
+    predicted = _proposed({"cogging": EFFECTS["cogging"]}).corrections[0].predicted
+    # noise of 0.02 A against a cogging of 50 mN m: the runs are close together
+    assert 0.98 * predicted.without < predicted.without_low <= predicted.without
+    assert predicted.without_low > predicted.high
 
 
 def test_a_slow_current_loop_makes_the_correction_of_the_resistance_uncertain():

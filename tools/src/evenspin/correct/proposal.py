@@ -175,6 +175,9 @@ def _doubt(draft: _Draft | Correction, predicted: Prediction) -> str:
         )
     if predicted.reduction < WORTH or predicted.corrected > (1.0 - SEEN) * predicted.without:
         return f"not worth it: {what} would be {predicted.corrected:.3g} instead of {predicted.without:.3g} {unit}"
+    if predicted.high > SURE * predicted.without_low:
+        chance = f"{what} may be {predicted.without_low:.3g} {unit} by chance alone"
+        return f"uncertain: {chance}, and up to {predicted.high:.3g} {unit} with the correction"
     return ""
 
 
