@@ -2,10 +2,10 @@
 
 bool ctl_saturation(const ctl_saturation_params_t *p, const ctl_dq_t *i, ctl_dq_t *share)
 {
-    const bool  good = num_is_finite(i->d) && num_is_finite(i->q);
-    const num_t d = good ? i->d : (num_t)0;
-    const num_t q = good ? i->q : (num_t)0;
+    uint32_t    rejected = 0U;
+    const num_t d = num_guard(i->d, (num_t)0, &rejected);
+    const num_t q = num_guard(i->q, (num_t)0, &rejected);
     share->d = ctl_saturation_unchecked(p, d, q);
     share->q = ctl_saturation_unchecked(p, q, d);
-    return good;
+    return rejected == 0U;
 }

@@ -27,8 +27,8 @@ typedef struct {
 /** (1) for finite currents of the axis itself and of the other one. */
 static inline num_t ctl_saturation_unchecked(const ctl_saturation_params_t *p, num_t own, num_t other)
 {
-    const num_t x = num_clamp(num_mul(own, p->per_current), num_neg(CTL_SATURATION_LARGEST), CTL_SATURATION_LARGEST);
-    const num_t y = num_clamp(num_mul(other, p->per_current), num_neg(CTL_SATURATION_LARGEST), CTL_SATURATION_LARGEST);
+    const num_t x = num_min(num_abs(num_mul(own, p->per_current)), CTL_SATURATION_LARGEST);
+    const num_t y = num_min(num_abs(num_mul(other, p->per_current)), CTL_SATURATION_LARGEST);
     const num_t under = num_mac(num_mac(NUM_C(1.0f), x, x), num_mul(y, y), p->cross);
     return num_max(num_quotient(NUM_C(1.0f), under), CTL_SATURATION_LEAST);
 }

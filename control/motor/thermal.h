@@ -43,8 +43,8 @@ static inline uint32_t ctl_thermal_rate(float sample_s, float tau_s)
 static inline void ctl_thermal_step(const ctl_thermal_params_t *p, ctl_heat_t *heat, float square)
 {
     const float   load = square * p->per_square;
-    const float   low = (load > 0.0f) ? load : 0.0f;
-    const float   cut = (load < CTL_THERMAL_LOAD_MAX) ? low : CTL_THERMAL_LOAD_MAX; /* NaN: the largest */
+    const float   top = (load < CTL_THERMAL_LOAD_MAX) ? load : CTL_THERMAL_LOAD_MAX; /* NaN: the largest */
+    const float   cut = (top > 0.0f) ? top : 0.0f;
     const int32_t load_q24 = (int32_t)(cut * 16777216.0f);
     *heat += ((int64_t)load_q24 - (*heat >> 32)) * (int64_t)p->rate;
 }

@@ -45,6 +45,8 @@ OPEN = {
         "deadbeat",
         "float",
     ): "the bounds hold; that a prediction beyond the range is replaced is a comparison with NaN",
+    ("thermal", "float"): "the bounds hold; that a load that is NaN counts as the largest is a comparison with NaN",
+    ("thermal", "fixed"): "the bounds hold; that a load that is NaN counts as the largest is a comparison with NaN",
     ("profile", "float"): "its steps stay below 2^31 by relations between travel, step and limit",
     ("profile", "fixed"): "its steps stay below 2^31 by relations between travel, step and limit",
 }

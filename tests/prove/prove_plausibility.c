@@ -7,9 +7,9 @@ static num_t positive(void) { return any_num_within(NUM_EPS, NUM_MAX); }
 
 void prove(void)
 {
-    ctl_plausibility_t              self;
     const ctl_plausibility_params_t p = {positive(), positive(), positive(), positive(), positive(), positive(),
                                          positive(), positive(), positive(), positive(), positive(), positive()};
+    ctl_plausibility_t              self = {.params = p}; /* Eva does not see that init accepts these parameters */
     (void)ctl_plausibility_init(&self, &p);
     self.params = p;
     while (any_bool()) {
