@@ -89,7 +89,10 @@ def make_tree(root: Path, work: Path) -> dict[str, str]:
     shutil.copy(root / "tests/hal/fake_driverlib/F021_F2837xD_C28x.h", sdk / FLASH_API / "include")
     (sdk / FLASH_API / "lib/F021_API_F2837xD_FPU32_EABI.lib").touch()
     # The stand-in runs hundreds of times, by the interpreter of this script: that of PATH may be a slow script itself.
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    own = work / "python"
+    own.mkdir()
+    (own / "python3").symlink_to(Path(sys.executable).resolve())
+    path = f"{own}{os.pathsep}{os.environ['PATH']}"
     return {
         **os.environ,
         "PATH": path,

@@ -215,6 +215,31 @@ def test_a_closed_pipe_is_no_error():
     assert "Traceback" not in done.stderr and "Exception" not in done.stderr
 
 
+def unread(*words):
+    """The command, with a pipe that nobody reads."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    words = [sys.executable, "-c", "from evenspin.cli import main; main()", *words]
+    done = subprocess.run(words, stdout=writer, stderr=subprocess.PIPE, text=True, check=False, timeout=60.0)
+    os.close(writer)
+    return done
+
+
+def test_where_nobody_reads_what_is_printed_the_folder_is_written_all_the_same(scenario, tmp_path):
+    done = unread("run", scenario, "--out", tmp_path / "out")
+
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_where_nobody_reads_a_drive_is_watched_no_longer(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+
+    done = unread("bench", "watch", "--port", "sim:guo2024")
+
+    assert (done.returncode, done.stderr) == (1, "")
+
+
 def test_the_reference_pages_are_current(evenspin):
     said = evenspin("docs", "--check", "--out", ROOT / "docs")
 

@@ -178,6 +178,19 @@ def test_a_log_without_its_summary_needs_the_variant(evenspin: Callable[..., Sai
     assert evenspin("cycles", "--compare", log).status == 0
     assert evenspin("cycles", "--variant", "forc").status == 2
     assert evenspin("cycles", "--compare", log, "--record").status == 2
+    assert evenspin("cycles", "--compare", log, "--no-m4").status == 2
+
+
+@pytest.mark.parametrize("words", [(), ("--no-m4",)])
+def test_the_instructions_of_a_cortex_are_counted_unless_they_are_left_out(
+    evenspin: Callable[..., Said], monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    from evenspin.cycles import measure
+
+    monkeypatch.setattr(measure, "find_clang", lambda: "clang")
+    monkeypatch.setattr(measure, "run_driver", lambda root, clang, work: {})
+    monkeypatch.setattr(measure, "m4_counts", lambda root, work: (None, "counted"))
+    assert ("counted" in evenspin("cycles", *words).out) == (not words)
 
 
 def test_the_columns_are_signals_of_the_drive() -> None:

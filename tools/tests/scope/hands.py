@@ -38,6 +38,7 @@ def figure(text: str) -> float:
 
 def drag(page: Browser, handle: str, to: str, part: float) -> None:
     """With the mouse, to a part of the width of the element `to`."""
+    page.until(lambda: page.find(handle).is_displayed(), f"{handle} is there")  # from the next frame on
     place = page.driver.execute_script(
         "const r = document.querySelector(arguments[0]).getBoundingClientRect(); return [r.left, r.width]", to
     )

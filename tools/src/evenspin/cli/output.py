@@ -24,7 +24,8 @@ WIDE = 150  # columns when the width is not known: tables must not be cut
 
 # Commands whose --json may be followed by a file.
 JSON_WITH_FILE = {"reproduce", "design", "memory", "identify", "benchmark", "bench", "cycles", "doctor"}
-
+# Commands that have a drive at the other end, as those with --port.
+AT_A_MOTOR = {"bench", "commission", "drive", "scope"}
 
 ALL_IDENTIFICATIONS = "all"
 
@@ -39,10 +40,12 @@ def name_the_identification(words: Sequence[str]) -> list[str]:
 
 @dataclass
 class _Wanted:
-    """By the words of the command that runs: where the JSON of a flag --json goes, and whether --quiet was given."""
+    """By the words of the command that runs: where the JSON of a flag --json goes, whether --quiet was given, and
+    whether a drive may be at the other end."""
 
     json_file: str | None = None
     quiet: bool = False
+    at_a_motor: bool = False
 
 
 _wanted = _Wanted()
@@ -64,6 +67,9 @@ def split_json_option(words: Sequence[str]) -> list[str]:
     following FILE.json is where the output goes."""
     words = list(words)
     _wanted.json_file = None
+    _wanted.at_a_motor = any(word in AT_A_MOTOR for word in words[:1]) or any(
+        word.partition("=")[0] == "--port" for word in words
+    )
     if not words or words[0] not in JSON_WITH_FILE:
         for index, (word, after) in enumerate(itertools.pairwise(words)):
             if word == "--json" and after.endswith(".json"):
@@ -79,13 +85,21 @@ def split_json_option(words: Sequence[str]) -> list[str]:
 
 
 def console(json_file: str | None = None) -> Console:
-    """For people; on stderr when the JSON goes to stdout."""
+    """For people; on stderr when the JSON goes to stdout. Where nobody reads any more, the command goes on in silence,
+    for what it has to write is still wanted; one that may move a motor ends."""
     from rich.console import Console
+
+    class Patient(Console):
+        def on_broken_pipe(self) -> None:
+            if _wanted.at_a_motor:
+                super().on_broken_pipe()
+            self.quiet = True
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
     to_stderr = json_file == STDOUT and _wanted.json_file is None
     stream = sys.stderr if to_stderr else sys.stdout
     width = None if stream.isatty() else max(WIDE, shutil.get_terminal_size((WIDE, 50)).columns)
-    return Console(
+    return Patient(
         stderr=to_stderr, width=width, highlight=False, markup=False, quiet=bool(os.environ.get(QUIET_VARIABLE))
     )
 
