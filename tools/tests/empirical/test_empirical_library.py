@@ -160,6 +160,27 @@ def test_every_family_has_words_a_cause_and_an_experiment_of_this_machine(family
         assert interval["low"] <= said["parameters"][name] <= interval["high"]
 
 
+def test_a_line_that_grows_with_the_square_of_the_speed_may_be_an_error_of_the_angle_sensor() -> None:
+    # A code wheel of 9 mrad at order 19: the measured angle accelerates by 0.009 (19 w)^2 although no torque acts.
+    inertia, top = 4.2e-4, 68.0
+    wheel_nm = inertia * 0.009 * (19.0 * top) ** 2
+    facts = {"top_rad_s": top, "rated_nm": 1.0, "inertia_kgm2": inertia}
+
+    def line(order: float, power: float, size: float, turns_over: float = 0.0) -> EmpiricalTerm:
+        term = term_of("angle_line", (order, power, turns_over), (size, 0.0))
+        return replace(term, facts=facts, shape_half=(1e-3, 0.0, 0.0))
+
+    assert words.like(line(19.0, 2.0, wheel_nm)).startswith("an error of the angle sensor by 9 mrad")
+    assert f"{wheel_nm:.2g} times the rated one" in words.like(line(19.0, 2.0, wheel_nm))
+    assert "an error of the angle sensor stays" in words.experiment(line(19.0, 2.0, wheel_nm))
+    small = words.like(line(6.0, 2.0, 0.1))
+    assert small.startswith("pulses of a pump") and "or an error of the angle sensor by 1.43 mrad" in small
+    assert "angle sensor" not in words.like(line(19.0, 2.0, wheel_nm, turns_over=1.0))
+    assert "angle sensor" not in words.like(line(19.0, 0.0, wheel_nm))
+    assert "angle sensor" not in words.like(line(19.37, 2.0, wheel_nm))
+    assert "angle sensor" not in words.experiment(line(19.0, 0.0, wheel_nm))
+
+
 def test_a_position_is_not_asked_for_where_records_count_their_angle_each_from_its_own_start() -> None:
     rows = rows_of(SWEEP)
 

@@ -124,6 +124,7 @@ def _described(
         "top_rad_s": search.found.top_rad_s,
         "rated_nm": search.scale.rated_torque_nm,
         "rated_a": search.scale.rated_current_a,
+        "inertia_kgm2": float(search.logs[c.log or 0].plant["inertia_kgm2"]),
         "span_s": rows.span_s,
         "start_s": rows.start_s,
         "travel_rad": max(travel[1] - travel[0], 1e-9),
