@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from evenspin.empirical.lines import frequency_spectrum, order_spectra, peaks
 from evenspin.empirical.rows import Rows
 from evenspin.empirical.term import EmpiricalTerm, LookAlike
 from evenspin.empirical.verdict import term_json
+from evenspin.weakform.beyond_search import Candidate
+from evenspin.weakform.evidence import _shape_halves
 
 
 def rows_of(speed, period_s: float = 1e-3, **more) -> Rows:
@@ -160,6 +164,27 @@ def test_every_family_has_words_a_cause_and_an_experiment_of_this_machine(family
         assert interval["low"] <= said["parameters"][name] <= interval["high"]
 
 
+def test_a_line_that_grows_with_the_square_of_the_speed_may_be_an_error_of_the_angle_sensor() -> None:
+    # A code wheel of 9 mrad at order 19: the measured angle accelerates by 0.009 (19 w)^2 although no torque acts.
+    inertia, top = 4.2e-4, 68.0
+    wheel_nm = inertia * 0.009 * (19.0 * top) ** 2
+    facts = {"top_rad_s": top, "rated_nm": 1.0, "inertia_kgm2": inertia}
+
+    def line(order: float, power: float, size: float, turns_over: float = 0.0) -> EmpiricalTerm:
+        term = term_of("angle_line", (order, power, turns_over), (size, 0.0))
+        return replace(term, facts=facts, shape_half=(1e-3, 0.0, 0.0))
+
+    assert words.like(line(19.0, 2.0, wheel_nm)).startswith("an error of the angle sensor by 9 mrad")
+    assert f"{wheel_nm:.2g} times the rated one" in words.like(line(19.0, 2.0, wheel_nm))
+    assert "an error of the angle sensor stays" in words.experiment(line(19.0, 2.0, wheel_nm))
+    small = words.like(line(6.0, 2.0, 0.1))
+    assert small.startswith("pulses of a pump") and "or an error of the angle sensor by 1.43 mrad" in small
+    assert "angle sensor" not in words.like(line(19.0, 2.0, wheel_nm, turns_over=1.0))
+    assert "angle sensor" not in words.like(line(19.0, 0.0, wheel_nm))
+    assert "angle sensor" not in words.like(line(19.37, 2.0, wheel_nm))
+    assert "angle sensor" not in words.experiment(line(19.0, 0.0, wheel_nm))
+
+
 def test_a_position_is_not_asked_for_where_records_count_their_angle_each_from_its_own_start() -> None:
     rows = rows_of(SWEEP)
 
@@ -196,3 +221,27 @@ def test_effects_at_once_add_torques_and_multiply_factors_within_the_ranges_of_t
     assert both["coulomb_friction"]["torque_nm"] == pytest.approx(-0.02)
     assert both["cogging"] == {"amplitude_nm": 0.1} and one["inertia"] == {"factor": 1.2}
     assert bounded(both)["coulomb_friction"]["torque_nm"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("family", "best", "gain", "expected"),
+    [
+        ("time_resistance", 16.0, 0.0, math.hypot(math.sqrt(2.0 * 3.84 * 2.0 / 12.0), 0.16)),
+        # The same noise and a cause that stands out: 3 % of what it does are 0.0009 of the cost that it takes off.
+        ("time_resistance", 16.0, 32000.0, math.hypot(math.sqrt(2.0 * (3.84 * 2.0 + 28.8) / 12.0), 0.16)),
+        ("torque_frequency", 16.0, 32000.0, math.sqrt(2.0 * 3.84 * 2.0 / 12.0)),
+    ],
+)
+def test_a_time_constant_is_no_surer_than_honest_models_agree_and_a_frequency_as_sure_as_its_noise(
+    family: str, best: float, gain: float, expected: float
+) -> None:
+    def taken_off(columns: float) -> tuple[float, None]:
+        return gain - 6.0 * (columns - best) ** 2, None  # a bend of 12
+
+    log = SimpleNamespace(signals=SimpleNamespace(theta_m_rad=np.array([0.0, 300.0])))
+    search = SimpleNamespace(
+        logs=[log], rows=lambda e: SimpleNamespace(span_s=40.0), columns=lambda family, shape, log: shape[0]
+    )
+    candidate = Candidate(family_of(family), (best,), None, gain)
+    (half,) = _shape_halves(search, SimpleNamespace(gain=taken_off), candidate)  # type: ignore[arg-type]
+    assert half == pytest.approx(expected, rel=1e-4)  # a difference of large numbers

@@ -7,6 +7,7 @@ import math
 from evenspin.empirical.term import EmpiricalTerm
 
 CLOSE = 60.0  # cost: a look-alike that is no farther behind is named
+SENSOR_RATED = 0.5  # of the rated torque: no torque over the angle of a machine that works swings by more
 WHOLE = 3.0  # half widths within which an order is a whole number
 
 
@@ -160,6 +161,11 @@ def experiment(term: EmpiricalTerm) -> str:
         )
     if name == "angle_line":
         turns = 20.0 / max(term.shape[0], 0.05)
+        if whole_order(term) and sensor_error_rad(term) is not None:
+            return (
+                f"uncouple the load and repeat {max(turns, 5.0):.0f} turns at {0.5 * top:.3g} and {top:.3g} rad/s: "
+                "pulses of the load are gone, an error of the angle sensor stays, with the same angle at both speeds"
+            )
         if whole_order(term):
             return (
                 "turn the shaft by a known angle against the coupling and repeat "
@@ -270,7 +276,15 @@ def _line_like(term: EmpiricalTerm) -> str:
     if term.shape[2] and power == 0.0 and whole_order(term):
         return "friction that changes over the turn: a bent shaft in its seals, a coupling that rubs"
     if power >= 2.0 and whole_order(term):
-        return "pulses of a pump or compressor with as many pistons or vanes, or unbalance of a coupling"
+        pulses = "pulses of a pump or compressor with as many pistons or vanes, or unbalance of a coupling"
+        error_rad = sensor_error_rad(term)
+        if error_rad is None:
+            return pulses
+        sensor = f"an error of the angle sensor by {1e3 * error_rad:.3g} mrad (a code wheel, a resolver)"
+        rated = term.size / term.facts["rated_nm"]
+        if rated > SENSOR_RATED:
+            return f"{sensor}; a torque would be {rated:.2g} times the rated one"
+        return f"{pulses}; or {sensor}"
     if whole_order(term):
         if round(order) == 1:
             return "a rotor out of balance under gravity, a bent shaft, an eccentric coupling"
@@ -282,6 +296,18 @@ def _line_like(term: EmpiricalTerm) -> str:
     if order > 6.0:
         return "teeth of a gear behind a ratio, balls of a bearing"
     return "a belt or a second shaft that turns faster, balls of a bearing"
+
+
+def sensor_error_rad(term: EmpiricalTerm) -> float | None:
+    """Amplitude of an angle error that would look like this line: its acceleration times the inertia is the torque.
+
+    None: the line does not grow with the square of the speed, or turns over with it, or the inertia is not known.
+    """
+    order, power, turns_over = term.shape
+    inertia, top = term.facts.get("inertia_kgm2", 0.0), term.facts.get("top_rad_s", 0.0)
+    if power < 2.0 or turns_over or not inertia > 0.0 or not top > 0.0 or not term.facts.get("rated_nm", 0.0) > 0.0:
+        return None
+    return abs(term.size) / (inertia * (order * top) ** 2)
 
 
 def _power(term: EmpiricalTerm) -> str:

@@ -30,6 +30,7 @@ LEAST_SHARE = 0.02  # of the squared gap above noise
 CHI2_95 = 3.84
 NARROW = 2.0  # times the chi-square of a profile: what is left is not white
 MODEL_SHARE = 0.01  # of an exponent or a time constant
+MODEL_MISFIT = 0.03  # of what the term does, rms, by which two honest models of one cause differ
 MENTIONED = 3
 CLEAR = 6.0  # cost of a block that is no chance
 LEAST_CLEAR = 6
@@ -124,6 +125,7 @@ def _described(
         "top_rad_s": search.found.top_rad_s,
         "rated_nm": search.scale.rated_torque_nm,
         "rated_a": search.scale.rated_current_a,
+        "inertia_kgm2": float(search.logs[c.log or 0].plant["inertia_kgm2"]),
         "span_s": rows.span_s,
         "start_s": rows.start_s,
         "travel_rad": max(travel[1] - travel[0], 1e-9),
@@ -154,7 +156,11 @@ def _rows_of_log(search: Search, without: Left, log: int) -> list[Array]:
 
 
 def _shape_halves(search: Search, without: Left, c: Candidate) -> tuple[float, ...]:
-    """95 %, from how the gain falls beside the best shape."""
+    """95 %, from how the gain falls beside the best shape.
+
+    A shape that changes what the term does by less than honest models differ is as good: the square of that share of
+    the gain. An order or a frequency, which a whole log counts, is as sure as its noise.
+    """
     halves = []
     turns = search.logs[c.log or 0].signals.theta_m_rad
     step_of = {
@@ -175,7 +181,10 @@ def _shape_halves(search: Search, without: Left, c: Candidate) -> tuple[float, .
 
         bend = max(2.0 * gain(0.0) - gain(step) - gain(-step), 1e-9) / step**2
         half = math.sqrt(2.0 * CHI2_95 * NARROW / bend)
-        halves.append(math.hypot(half, 0.0 if kind in step_of else MODEL_SHARE * abs(c.shape[k])))
+        if kind not in step_of:
+            misfit = math.sqrt(2.0 * MODEL_MISFIT**2 * max(gain(0.0), 0.0) / bend)
+            half = math.hypot(half, misfit, MODEL_SHARE * abs(c.shape[k]))
+        halves.append(half)
     return tuple(halves)
 
 
