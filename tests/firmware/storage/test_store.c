@@ -643,3 +643,59 @@ void test_store_erased_storage_is_seen_in_few_reads(void)
     const uint32_t reads = flash.reads;
     TEST_ASSERT_TRUE_MESSAGE(reads <= (FLASH_PAGES * FLASH_BLOCKS), "more than one read of a block");
 }
+
+/* A part is read three times as well: block 3 is its first. */
+void test_store_part_that_fails_twice_is_read_and_three_times_is_not(void)
+{
+    for (int32_t fails = 1; fails <= 3; fails++) {
+        flash_start();
+        store_reset(&store);
+        TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
+        int32_t page = 0;
+        while ((page < (int32_t)(FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
+            page++;
+        }
+        power_up();
+        flash.dead_block = (page * (int32_t)FLASH_BLOCKS) + 3;
+        flash.dead_reads = fails;
+        TEST_ASSERT_EQUAL_INT((fails < 3) ? HAL_OK : HAL_SENSOR_FAULT, load(STORE_PARAMETERS));
+    }
+}
+
+/* A page of exactly its block, head, 24 words and end; and one of two such sets. */
+void test_store_set_that_just_fits_its_page_is_saved_and_loaded(void)
+{
+    static const store_part_t PART[2] = {STORE_PARAMETERS, STORE_TABLE};
+    for (int k = 0; k < 2; k++) {
+        for (uint16_t sets = 1U; sets <= 2U; sets++) {
+            flash_start();
+            store_reset(&store);
+            flash.page_words = (uint16_t)(4U + (sets * (8U + 24U + 12U)));
+            for (uint16_t n = 0U; n < sets; n++) {
+                fill(given, n, 0U);
+                TEST_ASSERT_EQUAL_INT(HAL_OK, store_begin(&store, PART[k], TAG, 24U, give, given));
+                while (store.active) {
+                    TEST_ASSERT_EQUAL_INT(HAL_OK, store_step(&store));
+                }
+            }
+            TEST_ASSERT_EQUAL_UINT32(1U, flash.cells.erased[0] + flash.cells.erased[1] + flash.cells.erased[2]);
+            TEST_ASSERT_EQUAL_INT(HAL_OK, store_load(&store, PART[k], TAG, 24U, take, taken));
+            TEST_ASSERT_EQUAL_HEX16_ARRAY(given, taken, 24U);
+        }
+    }
+}
+
+/* Without parameters there is no tag, and no word of them. */
+void test_store_table_saved_first_stands_beside_no_parameters(void)
+{
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_TABLE, 3U));
+    uint16_t page = 0U;
+    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
+        page++;
+    }
+    const uint16_t *const head = &flash.cells.word[page][4];
+    TEST_ASSERT_EQUAL_UINT16(0U, head[3]);
+    TEST_ASSERT_EQUAL_UINT16(T_WORDS, head[4]);
+    TEST_ASSERT_EQUAL_UINT16(0U, head[5]);
+    TEST_ASSERT_EQUAL_UINT16(0U, head[6]);
+}
