@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test test-searches quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint tidy format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove replay-day figures circle
+.PHONY: flash help setup build wheel test test-searches quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint tidy format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove mutate replay-day figures circle
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -153,6 +153,14 @@ faults: setup ## outputs and recordings on a disk that fails, and under a kill, 
 
 prove: ## blocks without undefined behaviour and within their bounds, for all inputs; needs frama-c; writes docs/proofs.md (4 min)
 	@python3 tests/prove/prove.py --self-test --page docs/proofs.md
+
+MUTATE_CONTROL := 200
+MUTATE_SEED    := 1
+
+mutate: build ## protection, state machine, faults, storage and a sample of control/ broken on purpose: which test notices? Writes docs/mutation.md (40 min of processor time; goes on from out/mutate.log)
+	@mkdir -p out; ctest --preset host -L "control|firmware|scenario" > out/mutate-ctest.log || { tail -5 out/mutate-ctest.log; exit 1; }
+	@$(PYTHON) tests/mutate/mutate.py build/host "firmware/app/protection.c" "firmware/app/state_machine.c" "firmware/app/faults.c" \
+		"firmware/storage/*.c" "control/**/*.c:$(MUTATE_CONTROL)" --seed $(MUTATE_SEED) --log out/mutate.log --page docs/mutation.md
 
 SINGLE_FAULT_MOMENTS := 64
 

@@ -6,7 +6,7 @@
  * a page:
  *
  *     head      magic, number (32 bits), words of both parts, tag of the first part (32 bits), check
- *     parts     padded to whole blocks
+ *     parts     padded to whole blocks with zeros, which no check sum covers
  *     trailer   check sum of each part
  *     commit    a block of its own, written last: magic, number, check sum over head and trailer; only then the set exists
  *     confirm   the same again

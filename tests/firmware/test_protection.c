@@ -1,4 +1,5 @@
 /* firmware/app/protection.c: every fault of the list can happen, happens at its limit, and leaves the bridge off. */
+#include "firmware/app/protection.h"
 #include "firmware/app/telemetry.h"
 #include "mock_hal_clock.h"
 #include "mock_hal_encoder.h"
@@ -1019,4 +1020,91 @@ void test_protection_speed_loop_does_not_stand_still_when_its_count_changes_by_i
     const uint32_t before = bench.requests;
     bench_periods(10U);
     TEST_ASSERT_TRUE(bench.requests > before);
+}
+
+/* ---- both sides of what is counted ---------------------------------------------------------------------------------- */
+
+/* A number is one up to 1e12: below it is too much current, above it is none. */
+void test_protection_current_beyond_1e12_is_no_number_and_below_is_too_much(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.ia_a = 1.2e12f;
+    bench_period();
+    ASSERT_NO_FAULT("one impossible sample");
+    TEST_ASSERT_EQUAL_UINT16(1U, drive.bad_samples);
+    bench.sample.ia_a = 0.9e12f;
+    bench_period();
+    ASSERT_FAULT(FAULT_over_current, "0.9e12 A");
+}
+
+void test_protection_hardware_fault_that_no_list_has_is_the_gate_driver(void)
+{
+    for (int beyond = 0; beyond < 20; beyond++) {
+        bench_start();
+        bench_into(DRIVE_RUN);
+        bench.inverter_fault = (hal_inverter_fault_t)((int)HAL_INVERTER_FAULTS + beyond);
+        bench_period();
+        ASSERT_FAULT(FAULT_gate_driver, "unknown");
+    }
+}
+
+/* A number that stands or goes back is one sample; one that jumps ahead by half of all numbers less one is as many. */
+void test_protection_number_that_stands_or_goes_back_is_one_lost_sample_and_a_jump_ahead_is_many(void)
+{
+    static const struct {
+        uint32_t step;
+        uint16_t lost;
+    } ROW[] = {{0U, 1U}, {UINT32_C(0) - 5U, 1U}, {UINT32_C(0x80000000), 1U}, {2U, 1U}, {3U, 2U}};
+    for (size_t k = 0; k < COUNT_OF(ROW); k++) {
+        bench_start();
+        bench_into(DRIVE_RUN);
+        bench_period();
+        bench.seq_by_itself = false;
+        bench.sample.seq += ROW[k].step;
+        bench_period();
+        ASSERT_NO_FAULT(at("step %g", (double)ROW[k].step));
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(ROW[k].lost, drive.lost_samples, at("step %g", (double)ROW[k].step));
+    }
+    bench_start();
+    bench_into(DRIVE_RUN);
+    bench_period();
+    bench.seq_by_itself = false;
+    bench.sample.seq += UINT32_C(0x7FFFFFFF);
+    bench_period();
+    ASSERT_FAULT(FAULT_lost_sample, "as far ahead as a number can be without being one that went back");
+}
+
+void test_protection_sample_of_a_failed_encoder_is_rejected_and_counted(void)
+{
+    bench_into(DRIVE_RUN);
+    bench_period();
+    const uint32_t rejected = drive_rejected(&drive);
+    drive.sample.seq++;
+    TEST_ASSERT_FALSE(drive_check_sample(&drive, HAL_SENSOR_FAULT, drive.sample.seq - 1U));
+    TEST_ASSERT_EQUAL_UINT32(rejected + 1U, drive_rejected(&drive));
+}
+
+void test_protection_count_of_impossible_samples_stops_at_its_end(void)
+{
+    bench_into(DRIVE_RUN);
+    bench.sample.ia_a = NAN;
+    drive.bad_samples = UINT16_MAX;
+    bench_period();
+    TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, drive.bad_samples);
+    ASSERT_FAULT(FAULT_non_finite, "more than enough");
+}
+
+/* A sample behind a gap is judged in full: of the currents that the limit counts for, the offset is off. */
+void test_protection_over_current_behind_a_gap_counts_after_the_offset(void)
+{
+    for (int over = 0; over < 2; over++) {
+        bench_start();
+        bench_into(DRIVE_RUN);
+        bench_period();
+        drive.offset_a_a = -0.4f;
+        drive.sample.seq += 2U;
+        drive.sample.ia_a = (over != 0) ? 19.7f : 19.5f; /* 20.1 and 19.9 A */
+        TEST_ASSERT_TRUE(drive_check_sample(&drive, HAL_OK, drive.sample.seq - 2U));
+        TEST_ASSERT_EQUAL_INT((over != 0) ? FAULT_over_current : FAULT_none, drive.fault);
+    }
 }

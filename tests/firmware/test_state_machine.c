@@ -911,3 +911,202 @@ void test_state_machine_trip_while_clearing_is_seen_again(void)
     bench_period();
     ASSERT_FAULT(FAULT_over_current, "...and comes back when its cause stands");
 }
+
+/* ---- what one pass leaves behind --------------------------------------------------------------------------------------- */
+
+/* The offsets come as the mean of equal samples: exact. */
+void test_state_machine_offset_of_exactly_its_limit_is_allowed(void)
+{
+    assert_offset_limit(0.5f, -0.5f, 0.0f, true);
+    assert_offset_limit(-0.5f, 0.5f, 0.0f, true);
+}
+
+void test_state_machine_calibration_of_one_sample_is_one(void)
+{
+    init(1U, 0U);
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    bench_period();
+    pass_to(DRIVE_READY);
+}
+
+/* The permit goes with a stop and with a fault, and without it nothing is armed, whoever asks. */
+void test_state_machine_permit_ends_with_a_stop_and_with_a_fault(void)
+{
+    bench_into(DRIVE_RUN);
+    TEST_ASSERT_TRUE(drive.permitted);
+    drive_stop(&drive);
+    drive_background(&drive);
+    TEST_ASSERT_FALSE(drive.permitted);
+
+    bench_into(DRIVE_RUN);
+    bench.sample.vdc_v = 100.0f;
+    bench_period();
+    drive_background(&drive);
+    TEST_ASSERT_FALSE(drive.permitted);
+}
+
+void test_state_machine_alignment_without_a_permit_goes_no_further(void)
+{
+    init(0U, ALIGNS);
+    pass_to(DRIVE_READY);
+    drive_start(&drive);
+    drive_background(&drive);
+    for (uint32_t k = 0U; (k < 2U * BENCH_WAIT_PERIODS) && (drive.align.phase != DRIVE_ALIGN_RESTS); k++) {
+        bench_period();
+    }
+    TEST_ASSERT_EQUAL_INT(DRIVE_ALIGN_RESTS, drive.align.phase);
+    drive.start_wanted = false; /* as a bit that flips would have it */
+    drive.permitted = false;
+    drive_background(&drive);
+
+    TEST_ASSERT_EQUAL_UINT32(0U, bench.arms);
+    TEST_ASSERT_EQUAL_INT(DRIVE_ALIGN_RESTS, drive.align.phase);
+}
+
+/* A start is used up by the run that it leads to. */
+void test_state_machine_run_leaves_no_start_behind(void)
+{
+    init(0U, 0U);
+    pass_to(DRIVE_READY);
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+    TEST_ASSERT_FALSE(drive.start_wanted);
+}
+
+void test_state_machine_figures_of_a_run_begin_with_it_and_a_refused_start_keeps_them(void)
+{
+    init(0U, 0U);
+    TEST_ASSERT_NOT_EQUAL_UINT16(0U, drive.timing.epoch); /* the start-up has its own */
+    pass_to(DRIVE_READY);
+    const uint16_t before = drive.timing.epoch;
+    drive_start(&drive);
+    pass_to(DRIVE_RUN);
+    TEST_ASSERT_NOT_EQUAL_UINT16(before, drive.timing.epoch);
+
+    bench_into(DRIVE_READY);
+    const uint16_t ready = drive.timing.epoch;
+    bench.arm_status = HAL_SENSOR_FAULT;
+    drive_start(&drive);
+    drive_background(&drive);
+    ASSERT_FAULT(FAULT_gate_driver, "not armed");
+    TEST_ASSERT_EQUAL_UINT16(ready, drive.timing.epoch);
+
+    drive_restart_timing(&drive);
+    TEST_ASSERT_NOT_EQUAL_UINT16(ready, drive.timing.epoch);
+}
+
+void test_state_machine_start_into_a_fast_motor_keeps_the_figures(void)
+{
+    bench_into(DRIVE_READY);
+    bench_spin(500.0, 0.0);
+    const uint16_t before = drive.timing.epoch;
+    drive_start(&drive);
+    drive_background(&drive);
+    ASSERT_FAULT(FAULT_start_turning, "500 rad/s");
+    TEST_ASSERT_EQUAL_UINT16(before, drive.timing.epoch);
+}
+
+static void gets_hot(void) { bench.inverter_fault = HAL_INVERTER_OVER_TEMPERATURE; }
+
+void test_state_machine_bridge_that_refuses_says_why_in_the_same_pass(void)
+{
+    bench_into(DRIVE_READY);
+    bench.arm_status = HAL_SENSOR_FAULT;
+    bench.in_arm = gets_hot;
+    drive_start(&drive);
+    drive_background(&drive);
+    ASSERT_FAULT(FAULT_over_temperature, "the reason, not that it was refused");
+}
+
+/* The hardware arms after the interrupt has switched off: the pass that armed takes it back itself. */
+void test_state_machine_trip_while_arming_for_alignment_is_off_in_the_same_pass(void)
+{
+    init(0U, ALIGNS);
+    pass_to(DRIVE_READY);
+    drive_start(&drive);
+    drive_background(&drive);
+    for (uint32_t k = 0U; (k < 2U * BENCH_WAIT_PERIODS) && (drive.align.phase != DRIVE_ALIGN_RESTS); k++) {
+        bench_period();
+    }
+    bench.in_arm = over_current_interrupt;
+    drive_background(&drive);
+    ASSERT_FAULT(FAULT_over_current, "between the check and the arming");
+}
+
+void test_state_machine_clear_leaves_no_detail_and_no_jump_of_the_encoder(void)
+{
+    bench_into(DRIVE_FAULT);
+    drive.fault_detail = 7U;
+    drive.tracking.jump_periods = 3U;
+    drive_clear_fault(&drive);
+    pass_to(DRIVE_READY);
+    TEST_ASSERT_EQUAL_UINT16(0U, drive_fault_detail(&drive));
+    TEST_ASSERT_EQUAL_UINT16(0U, drive.tracking.jump_periods);
+}
+
+/* Each pass attends to what may wait for it. */
+void test_state_machine_pass_attends_to_stall_and_restarts(void)
+{
+    drive_params_t p = bench_params();
+    p.restart_limit = 3U;
+    p.restart_window_s = 1.0f;
+    bench_run_with(&p);
+    drive.restarts.at[0] = drive.sample.seq;
+    drive.restarts.count = 1U;
+    drive.stall.since = drive.sample.seq - 5U;
+    drive_background(&drive);
+    TEST_ASSERT_EQUAL_UINT32(drive.sample.seq, drive.stall.since); /* nothing pushes: its time begins again */
+    TEST_ASSERT_EQUAL_UINT16(1U, drive.restarts.count);
+    bench_live(10100U);
+    TEST_ASSERT_EQUAL_UINT16(0U, drive.restarts.count); /* older than the window */
+}
+
+static void run_aro(float drift, drive_mode_t mode)
+{
+    drive_params_t p = bench_params();
+    p.method = (uint16_t)DRIVE_METHOD_ARO;
+    p.aro_drift_counts = drift;
+    p.following_error_rad = 100.0f;
+    bench_run_with(&p);
+    bench_command(mode, 20.0, 0.0, 0.0);
+    bench_live(20U);
+}
+
+void test_state_machine_observer_drifts_in_speed_mode_and_by_its_parameter_only(void)
+{
+    run_aro(0.0f, DRIVE_MODE_SPEED);
+    TEST_ASSERT_FALSE(drive.observer.observer.state.drifts);
+    run_aro(1.0f, DRIVE_MODE_SPEED);
+    TEST_ASSERT_TRUE(drive.observer.observer.state.drifts);
+    run_aro(1.0f, DRIVE_MODE_CURRENT);
+    TEST_ASSERT_FALSE(drive.observer.observer.state.drifts);
+}
+
+void test_state_machine_pass_in_init_forgets_offsets_and_zero_of_before(void)
+{
+    init(10U, 0U);
+    drive.started_up = true;
+    drive.zero.found = true;
+    drive.zero.e = 12345U;
+    pass_to(DRIVE_OFFSET_CALIBRATION);
+    TEST_ASSERT_FALSE(drive.started_up);
+    TEST_ASSERT_FALSE(drive.zero.found);
+    TEST_ASSERT_EQUAL_UINT32(drive.setup->tracking.encoder_offset, drive.zero.e);
+}
+
+/* Order of the rounding and quality figure of the angle observer are the main loop's. */
+void test_state_machine_pass_keeps_rounding_and_quality_of_the_observer(void)
+{
+    run_aro(0.0f, DRIVE_MODE_SPEED);
+    ctl_observer_state_t *const s = &drive.observer.observer.state;
+    s->memory.state.primed = true;
+    s->memory.state.value = num_from_float(0.5f);
+    s->wait = 0U;
+    s->held = false;
+    s->synchronous = false;
+    s->seen = (num_t)0;
+    s->kept_rounding = 0xBEEFU;
+    drive_background(&drive);
+    TEST_ASSERT_NOT_EQUAL_UINT16(0xBEEFU, s->kept_rounding);
+    TEST_ASSERT_TRUE(s->seen > (num_t)0);
+}

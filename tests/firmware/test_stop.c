@@ -56,6 +56,8 @@ void test_stop_ramp_holds_speed_zero_until_the_shaft_rests_and_keeps_the_command
     TEST_ASSERT_EQUAL_FLOAT(7.0f, drive_newest_command(&drive)->speed_ref_rad_s);
     drive_background(&drive);
     ASSERT_NO_FAULT("and the memory check agrees");
+    bench_live(100U);
+    TEST_ASSERT_EQUAL_INT(DRIVE_READY, drive.state); /* the start of before is used up */
 }
 
 void test_stop_short_closes_the_lower_switches_alone(void)

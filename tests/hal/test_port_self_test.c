@@ -321,3 +321,84 @@ void test_first_failure_stands_and_its_address_is_in_the_health(void)
     TEST_ASSERT_EQUAL(HAL_INVERTER_RAM_TEST, port_self_test_found());
     TEST_ASSERT_EQUAL_HEX32(RAM + 12U, port_health()->failed_address);
 }
+
+/* ---- several regions, and the turns -------------------------------------------------------------------------------------- */
+
+/* A long one, one without a whole slice, one of exactly a slice; behind each lies memory of nobody, which is bad. */
+static void give_regions(void)
+{
+    static const port_region_t REGIONS[3] = {{RAM, 10U}, {RAM + 20U, 1U}, {RAM + 30U, PORT_RAM_SLICE_WORDS}};
+    fake_places.fresh = REGIONS;
+    fake_places.fresh_count = 3U;
+    fake_places.ram = REGIONS;
+    fake_places.ram_count = 3U;
+}
+
+void test_ram_of_every_region_is_tested_at_the_start_and_none_beyond(void)
+{
+    static const struct {
+        uint32_t at;
+        bool     ours;
+    } ROW[] = {{0U, true},   {9U, true},   {10U, false}, {19U, false}, {20U, true},
+               {21U, false}, {29U, false}, {30U, true},  {31U, true},  {32U, false}};
+    for (size_t k = 0U; k < sizeof ROW / sizeof ROW[0]; k++) {
+        fake_memory_power_on();
+        give_regions();
+        spoil(FAKE_MEMORY_STUCK_HIGH, ROW[k].at, 0U, 0x0040U);
+        port_put(RAM + ROW[k].at, 0x1234U);
+        port_self_test_start();
+        TEST_ASSERT_EQUAL(ROW[k].ours ? HAL_INVERTER_RAM_TEST : HAL_INVERTER_FINE, port_self_test_found());
+        TEST_ASSERT_EQUAL_HEX32(ROW[k].ours ? (RAM + ROW[k].at) : 0U, port_self_test_address());
+        TEST_ASSERT_EQUAL_HEX16(ROW[k].ours ? 0U : 0x1234U, fake_memory.word[ROW[k].at]); /* only ours are cleared */
+    }
+}
+
+/* A round: five slices, one pass for the region that has none, one slice, and the pass that ends it; every third pass is of the RAM. */
+void test_ram_slices_go_through_every_region_in_one_round(void)
+{
+    static const uint32_t AT[] = {0U, 9U, 30U, 31U};
+    for (size_t k = 0U; k < sizeof AT / sizeof AT[0]; k++) {
+        for (uint32_t round = 1U; round <= 2U; round++) {
+            fake_memory_power_on();
+            give_regions();
+            port_self_test_start();
+            pass((round - 1U) * 3U * 8U);
+            spoil(FAKE_MEMORY_STUCK_LOW, AT[k], 0U, 0xFFFFU);
+            pass(3U * 7U);
+            TEST_ASSERT_EQUAL(HAL_INVERTER_RAM_TEST, port_self_test_found());
+            TEST_ASSERT_EQUAL_HEX32(RAM + AT[k], port_self_test_address());
+        }
+    }
+}
+
+/* From the start on RAM, program and processor come one after the other. */
+void test_turns_begin_with_the_ram_and_each_comes_in_three_passes(void)
+{
+    static port_operands_t wrong;
+    wrong = port_operands;
+    wrong.word[1] ^= 1U;
+    for (uint32_t before = 0U; before < 3U; before++) {
+        fake_memory_power_on();
+        give_ram(false);
+        give_program();
+        port_self_test_start();
+        pass(before);
+        port_self_test_start(); /* forgets where the turns were */
+        fake_memory.longest_masked = 0U;
+        chip.intm = false;
+        pass(1U);
+        TEST_ASSERT_TRUE(fake_memory.longest_masked > 0U);
+        fake_memory.word[FLASH - FAKE_MEMORY_FIRST] ^= 1U;
+        fake_places.operands = &wrong;
+        pass(1U);
+        TEST_ASSERT_EQUAL(HAL_INVERTER_PROGRAM_TEST, port_self_test_found());
+        chip.intm = true;
+    }
+    fake_memory_power_on();
+    port_self_test_start();
+    fake_places.operands = &wrong;
+    pass(2U);
+    TEST_ASSERT_EQUAL(HAL_INVERTER_FINE, port_self_test_found());
+    pass(1U);
+    TEST_ASSERT_EQUAL(HAL_INVERTER_PROCESSOR_TEST, port_self_test_found());
+}

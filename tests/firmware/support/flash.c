@@ -58,7 +58,9 @@ static hal_status_t reads(uint16_t page, uint16_t offset, uint16_t *words, uint1
     flash.reads++;
     const int32_t first = (int32_t)((page * FLASH_BLOCKS) + (offset / HAL_STORAGE_BLOCK_WORDS));
     const int32_t last = (int32_t)((page * FLASH_BLOCKS) + ((offset + count - 1U) / HAL_STORAGE_BLOCK_WORDS));
-    if ((flash.bad_read == (int32_t)(flash.reads - 1U)) || ((flash.dead_block >= first) && (flash.dead_block <= last))) {
+    const bool    dead = (flash.dead_block >= first) && (flash.dead_block <= last) && (flash.dead_reads != 0);
+    flash.dead_reads -= (dead && (flash.dead_reads > 0)) ? 1 : 0;
+    if ((flash.bad_read == (int32_t)(flash.reads - 1U)) || dead) {
         for (uint16_t i = 0U; i < count; i++) {
             words[i] = some_bits();
         }
@@ -168,6 +170,7 @@ void flash_start(void)
     flash.until_error = -1;
     flash.bad_read = -1;
     flash.dead_block = -1;
+    flash.dead_reads = -1;
     hal_storage_pages_Stub(pages);
     hal_storage_page_words_Stub(page_words);
     hal_storage_read_Stub(reads);

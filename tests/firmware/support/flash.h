@@ -40,6 +40,7 @@ typedef struct {
     uint32_t      reads;              /* calls so far */
     int32_t       bad_read;           /* the call that fails, with any words; negative: none */
     int32_t       dead_block;         /* block of the whole storage that cannot be read any more; negative: none */
+    int32_t       dead_reads;         /* so often, and then it can; negative: never */
     uint32_t      chance;
 } flash_t;
 
