@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from driven_logs import SPEEDS_RAD_S, columns_of, hide, write_log
 from evenspin.driven import run_driven
-from evenspin.driven.judge import Verdict, without_size, without_unsure
+from evenspin.driven.judge import Verdict, over_all, without_size, without_unsure
 from evenspin.effects import Scale, hypotheses
 from evenspin.errors import InputError
 from evenspin.model.machine import load_machine
@@ -129,6 +129,26 @@ def test_what_windows_average_away_at_speed_counts_by_where_they_show_it(effect,
     normal = normal_of([piece], prior_of([term], {term.name}), none)
     best = choices([term], normal, {term.name: term.off}, Edges(0.005, 1.0))[0]
     assert best.names == ({effect} if named else set())
+
+
+@pytest.mark.parametrize(("rms", "seen"), [(0.1, False), (0.2, True)])
+def test_an_effect_that_shows_at_low_speeds_alone_is_told_from_one_that_shows_over_the_whole_log(rms, seen):
+    # 4 % of a torque of `rms` are 0.004 and 0.008 N m; a bench shows 0.2 % of 2.5 N m.
+    term = next(t for t in effect_terms(SIZES, True, True, [18]) if t.effect == "flux_harmonics")
+    gram = np.zeros((len(term), len(term)))
+    gram[0, 0] = rms**2
+    size = np.zeros(len(term))
+    size[0] = 0.04
+    found = SimpleNamespace(
+        named=(term.name,),
+        term=lambda name: term,
+        point={term.name: term.off + size},
+        model=SimpleNamespace(terms=[term], logs=[SimpleNamespace(plant={"dc_link_v": 300.0})]),
+        normal=SimpleNamespace(grams=(gram,), kinds=(0,)),
+        tolerances=BENCH,
+        scale=SIZES.scale,
+    )
+    assert over_all(found, "flux_harmonics") == seen
 
 
 def test_where_no_shaft_twists_the_range_that_was_tried_is_in_the_verdict(tmp_path):
