@@ -104,6 +104,14 @@ static inline const char *at(const char *format, ...)
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE((tolerance), (expected), value_of(actual), (text))
 /** Finite and within +-bound; NaN fails. */
 #define ASSERT_BOUNDED_AT(bound, actual, text) TEST_ASSERT_TRUE_MESSAGE(fabs(value_of(actual)) <= (bound), (text))
+/** A ctl_diag_t in all its parts: status, field, and the value that was given. */
+#define ASSERT_DIAG(wanted_status, wanted_field, wanted_given, got)                                                              \
+    do {                                                                                                                         \
+        const ctl_diag_t diag_of_it = (got);                                                                                     \
+        TEST_ASSERT_EQUAL((wanted_status), diag_of_it.status);                                                                   \
+        TEST_ASSERT_EQUAL_UINT16((wanted_field), diag_of_it.field);                                                              \
+        ASSERT_NUM_WITHIN(0.0, (wanted_given), diag_of_it.given);                                                                \
+    } while (0)
 #define ASSERT_SAME_BITS(expected, actual) TEST_ASSERT_EQUAL_MEMORY(&(expected), &(actual), sizeof(actual))
 
 #endif

@@ -163,6 +163,12 @@ void test_ctl_grid_walk_from_a_point_has_visited_it_and_to_a_point_includes_it(v
     TEST_ASSERT_EQUAL_UINT16(0U, assert_walk(2U * cell, 0.0, cell + 1U, 1.0, 0.0));
     TEST_ASSERT_EQUAL_UINT16(1U, assert_walk((2U * cell) - 1U, 0.0, 2U * cell, 1.0, 0.0));
     TEST_ASSERT_EQUAL_UINT16(1U, assert_walk(cell + 1U, 0.0, cell, 1.0, 0.0));
+    TEST_ASSERT_EQUAL_UINT16(1U, assert_walk(cell, 0.0, 0U, 1.0, 0.0)); /* from the first point down to 0 */
+
+    /* 5 cells: steps of 5 parts of 2^32. 1717986918 steps end two parts below point 2, 858993459 from 1 one part below point 1 */
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_grid_init(&grid, memory, 5U).status);
+    TEST_ASSERT_EQUAL_UINT16(1U, assert_walk(0U, 0.0, 1717986918U, 1.0, walk_bound(1.0)));
+    TEST_ASSERT_EQUAL_UINT16(0U, assert_walk(1U, 0.0, 858993459U, 1.0, 0.0));
 }
 
 void test_ctl_grid_walk_across_zero_wraps_both_ways(void)
@@ -227,6 +233,46 @@ void test_ctl_grid_walk_in_the_largest_grid_stays_on_the_line(void)
     TEST_ASSERT_EQUAL_UINT16(2048U, assert_walk(77U, -2.0, UINT32_C(0x80000077), 2.0, walk_bound(2048.0)));
 }
 
+/* The whole walk at once leaves in the cells what the walk visits, and the rest as it was: both ways, across the end, of any length. */
+static void assert_write(angle_t from, angle_t to)
+{
+    static num_t before[72];
+    for (uint16_t i = 0U; i < grid.cells; i++) {
+        before[i] = grid.cell[i] = num_of(3.0 + (i / 128.0));
+    }
+    const double  start = position_of(from, grid.cells);
+    const double  way = (double)(int32_t)(to - from) * grid.cells / TURN_STEPS;
+    const int32_t sign = (way >= 0.0) ? 1 : -1;
+    const double  first = (sign > 0) ? (floor(start) + 1.0) : (ceil(start) - 1.0);
+    for (double next = first; ((next - start) * sign) <= (way * sign); next += sign) {
+        before[((int32_t)next + (2 * (int32_t)grid.cells)) % (int32_t)grid.cells] = num_of(-1.0 + (2.0 * (next - start) / way));
+    }
+    ctl_grid_write(&grid, from, num_of(-1.0), to, num_of(1.0));
+    for (uint16_t i = 0U; i < grid.cells; i++) {
+        ASSERT_NUM_WITHIN_AT(walk_bound(grid.cells / 2.0), value_of(before[i]), grid.cell[i],
+                             at("%u cells, from %u to %u, cell %u", (unsigned)grid.cells, from, to, (unsigned)i));
+    }
+}
+
+void test_ctl_grid_write_leaves_the_line_in_every_cell_that_it_passes_and_no_other(void)
+{
+    static const uint16_t SIZES[] = {4U, 7U, 12U, 64U};
+    noise_t               noise = {15U};
+    for (size_t s = 0; s < COUNT_OF(SIZES); s++) {
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_grid_init(&grid, memory, SIZES[s]).status);
+        for (uint32_t i = 0; i < 200U; i++) {
+            const angle_t from = noise_bits(&noise);
+            const angle_t step = (noise_bits(&noise) | 1U) >> (1U + noise_pick(&noise, 4U));
+            assert_write(from, from + step);
+            assert_write(from, from - step);
+        }
+        memory[SIZES[s]] = num_of(99.0);
+        assert_write(UINT32_MAX - 5U, 5U);
+        assert_write(5U, UINT32_MAX - 5U);
+        ASSERT_NUM_WITHIN_AT(0.0, 99.0, memory[SIZES[s]], "written behind the cells");
+    }
+}
+
 /* ---- configuration -------------------------------------------------------------------------------------------------- */
 
 void test_ctl_grid_fresh_and_cleared_reads_zero(void)
@@ -246,11 +292,8 @@ void test_ctl_grid_init_without_a_pointer_names_it(void)
 {
     const ctl_grid_t before = grid;
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_grid_init(NULL, memory, CELLS).status);
-    const ctl_diag_t got = ctl_grid_init(&grid, NULL, CELLS);
-
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, got.status);
-    TEST_ASSERT_EQUAL_UINT16(CTL_GRID_MEMORY, got.field);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_grid_init(NULL, memory, CELLS));
+    ASSERT_DIAG(CTL_ERR_NULL, CTL_GRID_MEMORY, 0.0, ctl_grid_init(&grid, NULL, CELLS));
     ASSERT_SAME_BITS(before, grid);
 }
 

@@ -184,3 +184,44 @@ void test_ctl_kept_order_is_kept_with_any_number_of_cells(void)
         }
     }
 }
+
+/* (1) of A cos(n theta + phi) = A cos(phi) cos(n theta) - A sin(phi) sin(n theta). */
+void test_ctl_kept_order_knows_the_cosine_and_the_sine_of_the_wave_that_it_keeps(void)
+{
+    fill();
+    begin(ORDER);
+    ASSERT_NUM_WITHIN(bound(), 0.1 * cos(0.3), kept.a0[0]); /* ORDER - 1 */
+    ASSERT_NUM_WITHIN(bound(), -0.1 * sin(0.3), kept.b0[0]);
+    ASSERT_NUM_WITHIN(bound(), 0.2 * cos(1.1), kept.a0[1]);
+    ASSERT_NUM_WITHIN(bound(), -0.2 * sin(1.1), kept.b0[1]);
+    ASSERT_NUM_WITHIN(bound(), 0.0, kept.a0[2]);
+    ASSERT_NUM_WITHIN(bound(), 0.0, kept.b0[2]);
+}
+
+/* From a cell on by equal steps: the turn is over in the third, and what it went further counts for the next. */
+static void assert_third_step_ends_the_turn(uint16_t cells, int step, int further)
+{
+    const char *const text = at("%u cells by %d", (unsigned)cells, step);
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_grid_init(&grid, many, cells).status);
+    ctl_kept_order_clear(&kept);
+    at_cell = 40U;
+    begin(5U);
+    TEST_ASSERT_EQUAL_INT16_MESSAGE(0, kept.travel, text);
+    for (int k = 1; k <= 3; k++) {
+        at_cell = (uint16_t)(((int)at_cell + (int)cells + step) % (int)cells);
+        ctl_kept_order_step(&kept, &grid, 5U, at_cell, num_of(LIMIT));
+        TEST_ASSERT_EQUAL_INT16_MESSAGE((k < 3) ? (k * step) : further, kept.travel, text);
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE((k < 3) ? 0U : (CTL_KEPT_ORDERS - 1U), kept.left, text); /* one of them in this call */
+    }
+}
+
+/* Just below half a turn a step is still the shorter way round: 45 of 91 cells, 44 of 90. */
+void test_ctl_kept_order_counts_cells_the_shorter_way_round_from_where_it_began(void)
+{
+    assert_third_step_ends_the_turn(91U, 45, 44);
+    assert_third_step_ends_the_turn(91U, -45, -44);
+    assert_third_step_ends_the_turn(90U, 44, 42);
+    assert_third_step_ends_the_turn(90U, -44, -42);
+    assert_third_step_ends_the_turn(90U, 30, 0); /* a turn to the cell */
+    assert_third_step_ends_the_turn(90U, -30, 0);
+}

@@ -183,11 +183,8 @@ void test_ctl_ring_init_without_a_pointer_names_it(void)
 {
     const ctl_ring_t before = ring;
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_ring_init(NULL, memory, CAPACITY).status);
-    const ctl_diag_t got = ctl_ring_init(&ring, NULL, CAPACITY);
-
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, got.status);
-    TEST_ASSERT_EQUAL_UINT16(CTL_RING_MEMORY, got.field);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_ring_init(NULL, memory, CAPACITY));
+    ASSERT_DIAG(CTL_ERR_NULL, CTL_RING_MEMORY, 0.0, ctl_ring_init(&ring, NULL, CAPACITY));
     ASSERT_SAME_BITS(before, ring);
 }
 

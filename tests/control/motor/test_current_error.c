@@ -456,6 +456,132 @@ void test_ctl_current_error_refuses_parameters_that_cannot_be(void)
     p = valid_params();
     p.r = 0.0f;
     TEST_ASSERT_EQUAL_UINT16(CTL_CURRENT_ERROR_R, ctl_current_error_check(&p).field);
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_current_error_init(NULL, &p).status);
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_current_error_init(&block, NULL).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_current_error_init(NULL, &p));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_current_error_init(&block, NULL));
+}
+
+void test_ctl_current_error_begins_with_nothing_of_a_turn_before(void)
+{
+    memset(&block.state, 0xA5, sizeof block.state);
+    begin(valid_params());
+    const ctl_current_error_state_t *const s = &block.state;
+    for (int k = 0; k < 4; k++) {
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, s->residual[k]);
+    }
+    for (int k = 0; k < 3; k++) {
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, s->offset[k]);
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, s->gain[k]);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, s->share[0]);
+    TEST_ASSERT_EQUAL_FLOAT(1.0f, s->share[1]);
+    TEST_ASSERT_EQUAL_UINT32(0U, s->end);
+    TEST_ASSERT_EQUAL_UINT32(0U, s->end_m);
+    TEST_ASSERT_EQUAL_UINT32(0U, s->samples);
+    TEST_ASSERT_EQUAL_UINT32(0U, s->rejected);
+    TEST_ASSERT_EQUAL(CTL_CURRENT_ERROR_NOTHING, s->verdict);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_current_error_init(NULL, NULL));
+}
+
+/* Each alone: an offset of 2.5 A where 1 A is the most, a gain of 1.5 beside 0.5 where 20 % are. */
+void test_ctl_current_error_says_that_it_stands_at_a_bound_whichever_it_is(void)
+{
+    for (int which = 0; which < 3; which++) {
+        setUp();
+        m.offset_a[0] = (which == 0) ? 2.5 : 0.0;
+        m.offset_a[1] = (which == 1) ? 2.5 : 0.0;
+        m.gain[0] = (which == 2) ? 1.5 : 1.0;
+        m.gain[1] = (which == 2) ? 0.5 : 1.0;
+        int verdict = 0;
+        for (unsigned k = 0U; k < 12U; k++) {
+            verdict = turn();
+        }
+        TEST_ASSERT_EQUAL_INT_MESSAGE(CTL_CURRENT_ERROR_BOUND, verdict, at("case %d", which));
+    }
+}
+
+/* A turn like the last one, without a sum of anything, at the voltage limit: VOLTAGE says that it counts as one. */
+typedef struct {
+    double   turns_by_speed, more_travel, more_angle; /* of a turn */
+    unsigned samples;
+} strange_t;
+
+static int verdict_on(strange_t x)
+{
+    setUp();
+    block.state.samples = 300U;
+    block.state.end = 0x10000000U;
+    block.state.end_m = 0x20000000U;
+    const int  sign = (x.turns_by_speed < 0.0) ? -1 : 1;
+    ctl_turn_t t = {.samples = (uint16_t)x.samples, .whole = true};
+    t.end = block.state.end + (angle_t)(int32_t)llround(x.more_angle * TURN_STEPS);
+    t.end_m = block.state.end_m + (angle_t)(int32_t)llround((sign + x.more_travel) * TURN_STEPS / POLE_PAIRS);
+    ctl_turn_now_t now = now_at(0.0);
+    now.speed = num_of(x.turns_by_speed / (double)block.params.turns_per_sample / x.samples);
+    now.v_limit = num_of(0.0);
+    return (int)ctl_current_error_learn(&block, &t, &now);
+}
+
+void test_ctl_current_error_takes_for_a_turn_what_the_shaft_the_angle_and_the_speed_say_is_one(void)
+{
+    static const strange_t ONE[] = {{1.0, 0.0, 0.0, 300U},   {-1.0, 0.0, 0.0, 300U},  {0.21, 0.0, 0.0, 300U},
+                                    {4.9, 0.0, 0.0, 300U},   {-0.21, 0.0, 0.0, 300U}, {1.0, 0.12, 0.0, 300U},
+                                    {1.0, -0.12, 0.0, 300U}, {-1.0, 0.12, 0.0, 300U}, {1.0, 0.0, 0.12, 300U},
+                                    {1.0, 0.0, -0.12, 300U}, {1.0, 0.0, 0.0, 329U},   {1.0, 0.0, 0.0, 273U}};
+    static const strange_t NONE[] = {{0.19, 0.0, 0.0, 300U}, {5.1, 0.0, 0.0, 300U},   {-0.19, 0.0, 0.0, 300U},
+                                     {1.0, 0.13, 0.0, 300U}, {1.0, -0.13, 0.0, 300U}, {-1.0, -0.13, 0.0, 300U},
+                                     {1.0, 0.0, 0.13, 300U}, {1.0, 0.0, -0.13, 300U}, {1.0, 0.0, 0.0, 334U},
+                                     {1.0, 0.0, 0.0, 272U},  {1.0, -1.0, 0.0, 300U},  {1.0, -2.0, 0.0, 300U}};
+    for (size_t k = 0; k < COUNT_OF(ONE); k++) {
+        TEST_ASSERT_EQUAL_INT_MESSAGE(CTL_CURRENT_ERROR_VOLTAGE, verdict_on(ONE[k]), at("one, case %u", (unsigned)k));
+    }
+    for (size_t k = 0; k < COUNT_OF(NONE); k++) {
+        TEST_ASSERT_EQUAL_INT_MESSAGE(CTL_CURRENT_ERROR_UNSTEADY, verdict_on(NONE[k]), at("none, case %u", (unsigned)k));
+    }
+}
+
+/* 1e6 is far beyond any current: such a sum is counted, and nothing is learned from it. */
+void test_ctl_current_error_rejects_a_turn_whose_currents_cannot_be(void)
+{
+    const double one = per_numeric(1.0, 1.0 / FIXED_STEP);
+    for (int which = 0; which < 8; which++) {
+        for (int beyond = 0; beyond < 2; beyond++) {
+            setUp();
+            block.state.samples = 300U;
+            ctl_turn_t       t = {.samples = 300U, .whole = true, .end = 0U, .end_m = 0x40000000U};
+            ctl_sum_t *const sum[] = {&t.i_alpha, &t.i_beta, &t.i_re, &t.i_im};
+            *sum[which / 2] = (ctl_sum_t)(300.0 * one * ((which % 2) ? -1.0 : 1.0) * (beyond ? 1.2e6 : 0.8e6));
+            ctl_turn_now_t now = now_at(0.0);
+            now.i = now.v = (ctl_dq_t){(num_t)0, (num_t)0};
+            now.v_limit = num_of(1.0);
+            now.speed = num_of(1.0 / 300.0 / (double)block.params.turns_per_sample);
+            const int verdict = (int)ctl_current_error_learn(&block, &t, &now);
+            TEST_ASSERT_EQUAL_INT_MESSAGE(beyond ? CTL_CURRENT_ERROR_UNSTEADY : CTL_CURRENT_ERROR_BOUND, verdict,
+                                          at("sum %d", which));
+            TEST_ASSERT_EQUAL_UINT32(beyond ? 1U : 0U, block.state.rejected);
+        }
+    }
+}
+
+void test_ctl_current_error_takes_the_ends_of_each_range(void)
+{
+    static const float END[][2] = {{1.0e-6f, 1.0f},   {1.0e-9f, 1.0e6f}, {0.0f, 1.0e6f},     {0.0f, 0.5f},
+                                   {1.0e-9f, 1.0e9f}, {0.0f, 1.0e9f},    {1.0e-12f, 1.0e6f}, {-1.0e6f, 1.0e6f}};
+    for (size_t k = 0; k < COUNT_OF(END); k++) {
+        for (int side = 0; side < 2; side++) {
+            ctl_current_error_params_t p = valid_params();
+            float *const               of[] = {&p.gain, &p.least_current, &p.offset_max,       &p.gain_max,
+                                               &p.r,    &p.w_l,           &p.turns_per_sample, &p.advance_turns};
+            const float                end = END[k][side];
+            *of[k] = end;
+            TEST_ASSERT_EQUAL_MESSAGE(CTL_OK, ctl_current_error_check(&p).status, at("row %u, side %d", (unsigned)k, side));
+            *of[k] = (side == 0) ? (end - 0.2f * fmaxf(fabsf(end), 1.0e-12f)) : (end * 1.2f);
+            const ctl_diag_t d = ctl_current_error_check(&p);
+            TEST_ASSERT_EQUAL_MESSAGE(CTL_ERR_RANGE, d.status, at("beyond row %u, side %d", (unsigned)k, side));
+        }
+    }
+    ctl_current_error_params_t p = valid_params();
+    p.pole_pairs = 1U;
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_current_error_check(&p).status);
+    p.pole_pairs = 0U;
+    ASSERT_DIAG(CTL_ERR_RANGE, CTL_CURRENT_ERROR_POLE_PAIRS, 0.0, ctl_current_error_check(&p));
 }

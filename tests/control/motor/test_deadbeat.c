@@ -572,7 +572,7 @@ void test_ctl_deadbeat_init_without_a_pointer_says_so(void)
 {
     const ctl_deadbeat_params_t p = params_of(TRUE_MODEL, 0.1);
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_deadbeat_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_deadbeat_init(NULL, &p));
     assert_rejected(NULL, CTL_ERR_NULL, 0U);
 }
 

@@ -266,6 +266,6 @@ void test_ctl_mt_init_without_a_pointer_says_so(void)
 {
     const ctl_mt_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_mt_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_mt_init(NULL, &p));
     assert_rejected(NULL, CTL_ERR_NULL, 0U, (num_t)0);
 }

@@ -117,7 +117,7 @@ void test_ctl_notch_check_refuses_what_is_not_stable(void)
 {
     start(0.06, 0.3, 0.1);
     const ctl_notch_params_t good = p;
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_notch_check(NULL).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_notch_check(NULL));
     p.a2 = num_of(1.0);
     TEST_ASSERT_EQUAL(CTL_NOTCH_A2, ctl_notch_check(&p).field);
     p = good;
@@ -126,6 +126,17 @@ void test_ctl_notch_check_refuses_what_is_not_stable(void)
     p = good;
     p.mean = num_of(1.1);
     TEST_ASSERT_EQUAL(CTL_NOTCH_MEAN, ctl_notch_check(&p).field);
+    p.mean = num_of(0.4);
+    ASSERT_DIAG(CTL_ERR_RANGE, CTL_NOTCH_MEAN, value_of(p.mean), ctl_notch_check(&p));
+    p = good;
+    for (int sign = -1; sign <= 1; sign += 2) { /* beyond what any a2 makes stable, whatever a2 is */
+        p.a1 = num_of(2.5 * sign);
+        ASSERT_DIAG(CTL_ERR_RANGE, CTL_NOTCH_A1, 2.5 * sign, ctl_notch_check(&p));
+        p.a1 = good.a1;
+        p.a2 = num_of(1.25 * sign);
+        ASSERT_DIAG(CTL_ERR_RANGE, CTL_NOTCH_A2, 1.25 * sign, ctl_notch_check(&p));
+        p = good;
+    }
     for (size_t k = 0; k < COUNT_OF(NOT_FINITE); k++) {
         p = good;
         p.a1 = NOT_FINITE[k];

@@ -296,6 +296,86 @@ void test_plausibility_refuses_parameters_that_describe_no_motor(void)
         }
         *field[k] = was;
     }
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_plausibility_init(&check, NULL).status);
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_plausibility_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_plausibility_init(&check, NULL));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_plausibility_init(NULL, &p));
+}
+
+void test_plausibility_of_an_ideal_bridge_and_a_motor_without_magnets_or_resistance_is_accepted(void)
+{
+    const ctl_plausibility_params_t good = params_of(NARROW);
+    ctl_plausibility_params_t       p = good;
+    num_t *const                    may_be_zero[] = {&p.psi,       &p.r_half,   &p.per_current, &p.per_change,
+                                                     &p.per_speed, &p.per_volt, &p.per_dc,      &p.per_volt_change};
+    for (size_t k = 0; k < COUNT_OF(may_be_zero); k++) {
+        p = good;
+        *may_be_zero[k] = (num_t)0;
+        TEST_ASSERT_EQUAL_MESSAGE(CTL_OK, ctl_plausibility_init(&check, &p).status, at("%u", (unsigned)k));
+    }
+    num_t *const must_be[] = {&p.ld, &p.lq, &p.v, &p.rest};
+    for (size_t k = 0; k < COUNT_OF(must_be); k++) {
+        p = good;
+        *must_be[k] = (num_t)0;
+        TEST_ASSERT_EQUAL_MESSAGE(CTL_ERR_RANGE, ctl_plausibility_init(&check, &p).status, at("%u", (unsigned)k));
+    }
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_plausibility_init(&check, NULL));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_plausibility_init(NULL, &good));
+}
+
+void test_plausibility_begins_without_knowledge_whatever_was_there(void)
+{
+    const ctl_ab_t zero = {(num_t)0, (num_t)0};
+    memset(&check, 0xA5, sizeof check);
+    start(NARROW);
+    const ctl_plausibility_state_t *const s = &check.state;
+    const ctl_ab_t                        part[] = {s->error, s->before, s->current, s->acting, s->next};
+    for (size_t k = 0; k < COUNT_OF(part); k++) {
+        TEST_ASSERT_TRUE_MESSAGE((part[k].alpha == zero.alpha) && (part[k].beta == zero.beta), at("part %u", (unsigned)k));
+    }
+    TEST_ASSERT_TRUE(s->allowed == (num_t)0);
+    TEST_ASSERT_EQUAL_UINT16(CTL_PLAUSIBILITY_SKIP, s->skip);
+    TEST_ASSERT_EQUAL_UINT16(0U, s->against);
+}
+
+/* A sample is lost; the machine goes on, with the voltage of the sample before, then without. What came before says nothing any more. */
+void test_plausibility_begins_again_after_a_sample_that_is_no_number(void)
+{
+    machine_start(60.0);
+    start(NARROW);
+    TEST_ASSERT_EQUAL_INT(0, samples_until(100, 15.0));
+    const ctl_plausibility_in_t lost = {.current_dq = {NOT_FINITE[0], (num_t)0}};
+    TEST_ASSERT_TRUE(ctl_plausibility_step(&check, &lost));
+    machine_period();
+    m.acting = (ab_t){0.0, 0.0};
+    TEST_ASSERT_EQUAL_INT(0, samples_until(100, 15.0));
+}
+
+/* Each of what is kept becomes too large by itself, from inputs and parameters at the ends of their ranges: it begins again. */
+void test_plausibility_begins_again_when_what_it_keeps_is_no_number(void)
+{
+    FLOAT_ONLY(); /* fixed point ends at its limits */
+    for (int which = 0; which < 5; which++) {
+        ctl_plausibility_params_t p = params_of(NARROW);
+        ctl_plausibility_in_t     in = {.rotor = {num_of(0.0), num_of(1.0)}};
+        const double              far = 0.9 * num_max_value();
+        if ((which == 1) || (which == 3)) { /* the d axis along beta */
+            in.rotor = (ctl_rotor_t){num_of(1.0), num_of(0.0)};
+        }
+        p.ld = num_of((which >= 2) ? 10.0 : 0.9);
+        p.per_speed = num_of(10.0);
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_plausibility_init(&check, &p).status);
+        if (which < 2) { /* the flux jumps from one end to the other: the error alone, on this axis alone */
+            in.current_dq.d = num_of(-far);
+            for (unsigned k = 0U; k <= CTL_PLAUSIBILITY_SKIP; k++) {
+                TEST_ASSERT_TRUE(ctl_plausibility_step(&check, &in) || (k == CTL_PLAUSIBILITY_SKIP));
+            }
+            TEST_ASSERT_EQUAL_UINT16(0U, check.state.skip);
+            in.current_dq.d = num_of(far);
+        } else if (which < 4) {
+            in.current_dq.d = num_of(far); /* flux */
+        } else {
+            in.speed = num_of(far); /* what is allowed */
+        }
+        (void)ctl_plausibility_step(&check, &in);
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(CTL_PLAUSIBILITY_SKIP, check.state.skip, at("case %d", which));
+    }
 }

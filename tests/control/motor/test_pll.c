@@ -233,6 +233,6 @@ void test_ctl_pll_init_without_a_pointer_says_so(void)
 {
     const ctl_pll_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_pll_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_pll_init(NULL, &p));
     assert_rejected(NULL, CTL_ERR_NULL, 0U, (num_t)0);
 }

@@ -120,3 +120,62 @@ void test_speed_bound_takes_any_input_and_stays_in_its_room(void)
         TEST_ASSERT_TRUE(fabs(value_of(bound.x)) <= ROOM + 1e-6);
     }
 }
+
+/* One step from an integral part, errors in the unit of the loop: x + k_p err are the bounds. */
+static double step_from(double x, double asked, double err_low, double err_high)
+{
+    bound.x = num_of(x);
+    return value_of(ctl_speed_bound_step(params(), &bound, num_of(asked), num_of(err_low), num_of(err_high), num_of(ROOM)));
+}
+
+static double tiny(void) { return per_numeric(1e-6, 2.0 * FIXED_STEP); }
+
+void test_speed_bound_torque_that_just_reaches_the_bound_leaves_the_integral_part_at_rest(void)
+{
+    ASSERT_NUM_WITHIN(0.0, -2.0, num_of(step_from(0.0, -2.0, -4.0, 20.0)));
+    ASSERT_NUM_WITHIN(0.0, 0.0, bound.x);
+    ASSERT_NUM_WITHIN(0.0, 2.0, num_of(step_from(0.0, 2.0, -20.0, 4.0)));
+    ASSERT_NUM_WITHIN(0.0, 0.0, bound.x);
+}
+
+/* 3.9 + 0.5 0.5 and -(0 + 0.5 20) lie beyond the room of 4 */
+void test_speed_bound_integral_part_does_not_grow_where_the_room_is_the_limit(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double low = (sign > 0) ? 0.5 : -20.0, high = (sign > 0) ? 20.0 : -0.5;
+        TEST_ASSERT_DOUBLE_WITHIN(tiny(), 4.0 * sign, step_from(3.9 * sign, -4.0 * sign, low, high));
+        ASSERT_NUM_WITHIN(tiny(), 3.9 * sign, bound.x);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(tiny(), -4.0, step_from(0.0, 2.0, -40.0, -20.0));
+    ASSERT_NUM_WITHIN(0.0, 0.0, bound.x);
+    TEST_ASSERT_DOUBLE_WITHIN(tiny(), -1.0, step_from(1.0, 2.0, -40.0, -4.0)); /* within it, it does: 1 - 0.005 4 */
+    ASSERT_NUM_WITHIN(tiny(), 0.98, bound.x);
+}
+
+/* 2 - 0.01 2 = 1.98 would leave 1.98 + 0.25 below the 2.245 that are asked for: 2.245 - 0.25 does not */
+void test_speed_bound_integral_part_goes_back_no_further_than_the_torque_that_passes_now(void)
+{
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const double low = (sign > 0) ? -20.0 : -0.5, high = (sign > 0) ? 0.5 : 20.0;
+        TEST_ASSERT_DOUBLE_WITHIN(tiny(), 2.245 * sign, step_from(2.0 * sign, 2.245 * sign, low, high));
+        ASSERT_NUM_WITHIN(tiny(), 1.995 * sign, bound.x);
+        TEST_ASSERT_DOUBLE_WITHIN(tiny(), 1.0 * sign, step_from(2.0 * sign, 1.0 * sign, low, high));
+        ASSERT_NUM_WITHIN(tiny(), 1.98 * sign, bound.x);
+    }
+}
+
+/* No torque asked for, no distance to a limit: that is the cautious side. */
+void test_speed_bound_takes_what_is_no_number_for_zero_and_counts_it(void)
+{
+    const ctl_speed_bound_params_t *const p = params();
+    for (size_t k = 0; k < COUNT_OF(NOT_FINITE); k++) {
+        setUp();
+        const num_t bad = NOT_FINITE[k], far = num_of(20.0), near = num_neg(far), room = num_of(ROOM);
+        ASSERT_NUM_WITHIN(0.0, 0.0, ctl_speed_bound_step(p, &bound, bad, near, far, room));
+        TEST_ASSERT_EQUAL_UINT32(1U, bound.rejected);
+        ASSERT_NUM_WITHIN(0.0, 0.0, ctl_speed_bound_step(p, &bound, num_of(2.0), near, bad, room));
+        ASSERT_NUM_WITHIN(0.0, 0.0, bound.x);
+        ASSERT_NUM_WITHIN(0.0, 0.0, ctl_speed_bound_step(p, &bound, num_of(-2.0), bad, far, room));
+        ASSERT_NUM_WITHIN(0.0, 0.0, bound.x);
+    }
+}

@@ -753,6 +753,7 @@ void test_ctl_angle_memory_clear_forgets_everything_but_the_count_of_refusals(vo
     assert_others_hold(0.0, 0, -1);
     TEST_ASSERT_EQUAL_UINT32(0U, memory.state.written);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(memory.state.change));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, value_of(memory.state.innovation));
     TEST_ASSERT_EQUAL_UINT32(1U, memory.state.rejected);
     see(place(5.5), 1.0); /* no sample before it */
     see(place(5.75), 1.0);
@@ -880,7 +881,7 @@ void test_ctl_angle_memory_init_without_a_pointer_says_so(void)
 {
     const ctl_angle_memory_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_angle_memory_init(NULL, &p, cells, CELLS).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_angle_memory_init(NULL, &p, cells, CELLS));
     assert_rejected(NULL, cells, CELLS, CTL_ERR_NULL, 0U);
     assert_rejected(&p, NULL, CELLS, CTL_ERR_NULL, CTL_AM_CELLS);
 }
@@ -897,4 +898,38 @@ void test_ctl_angle_memory_init_clears_the_cells_and_nothing_behind_them(void)
         TEST_ASSERT_EQUAL_DOUBLE(0.0, cell(i));
     }
     TEST_ASSERT_EQUAL_DOUBLE(77.0, cell(8));
+}
+
+/* A low-pass over 100 calls: a hundredth of the way to the size of the innovation. */
+void test_ctl_angle_memory_mean_size_of_the_innovation_takes_a_hundredth_of_the_new_one_a_call(void)
+{
+    memory.state.innovation = num_of(-2.0);
+    memory.state.change = num_of(1.0);
+    ctl_angle_memory_update_quality(&memory);
+    ASSERT_NUM_WITHIN(per_numeric(2e-7, 2.0 * FIXED_STEP), 1.01, memory.state.change);
+}
+
+void test_ctl_angle_memory_pause_leaves_no_half_gathered_point_on_either_side(void)
+{
+    start_writing(CTL_WRITE_HAT);
+    see(place(5.25), 1.0);
+    see(place(5.5), 1.0);
+    TEST_ASSERT_TRUE((memory.state.below.weight > (num_t)0) && (memory.state.above.weight > (num_t)0));
+    ctl_angle_memory_pause(&memory);
+    const ctl_hat_t hat[] = {memory.state.below, memory.state.above};
+    for (size_t k = 0; k < COUNT_OF(hat); k++) {
+        TEST_ASSERT_TRUE((hat[k].weight == (num_t)0) && (hat[k].sum == (num_t)0) && !hat[k].passed);
+    }
+    TEST_ASSERT_FALSE(memory.state.primed);
+}
+
+/* What is skipped is where the next sample comes from: 9.5 of 64 cells. */
+void test_ctl_angle_memory_skip_knows_the_place_of_the_sample_that_was_not_written(void)
+{
+    see(place(2.5), 1.0);
+    ctl_angle_memory_skip(&memory, place(9.5), num_of(0.75));
+    TEST_ASSERT_TRUE(memory.state.primed);
+    TEST_ASSERT_EQUAL_UINT16(9U, memory.state.position.below);
+    TEST_ASSERT_EQUAL_UINT32(0x80000000U, memory.state.position.inside);
+    ASSERT_NUM_WITHIN(0.0, 0.75, memory.state.value);
 }

@@ -149,7 +149,7 @@ void test_ctl_fir_design_rejects_a_corner_outside_of_its_range(void)
 
 void test_ctl_fir_design_without_a_pointer_says_so(void)
 {
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fir_design(NULL, 4U, num_of(0.1)).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fir_design(NULL, 4U, num_of(0.1)));
 }
 
 /* ---- filtering ------------------------------------------------------------------------------------------------------- */
@@ -386,7 +386,7 @@ void test_ctl_fir_init_without_a_pointer_says_so(void)
 {
     const ctl_fir_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fir_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fir_init(NULL, &p));
     assert_rejected(NULL, CTL_ERR_NULL, 0U);
 }
 
@@ -418,4 +418,24 @@ void test_ctl_fir_tune_changes_the_taps_without_a_break_in_the_samples(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.5 * (6.0 + 10.0), step(10.0));
     ctl_fir_tune(&fir, &p);
     TEST_ASSERT_EQUAL_DOUBLE((1.0 * 4.0 + 2.0 * 10.0 + 3.0 * 6.0 + 2.0 * 2.0) / 16.0, step(4.0));
+}
+
+void test_ctl_fir_design_leaves_no_tap_of_another_filter_behind_its_order(void)
+{
+    ctl_fir_params_t p;
+    memset(&p, 0x3F, sizeof p);
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_fir_design(&p, 4U, num_of(0.1)).status);
+    for (uint16_t i = 5U; i <= CTL_FIR_ORDER_MAX; i++) {
+        ASSERT_NUM_WITHIN_AT(0.0, 0.0, p.tap[i], at("tap %u", (unsigned)i));
+    }
+}
+
+void test_ctl_fir_without_a_pointer_is_null(void)
+{
+    ctl_fir_params_t p;
+    ctl_fir_t        one;
+    TEST_ASSERT_EQUAL(CTL_OK, ctl_fir_design(&p, 4U, num_of(0.1)).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fir_init(NULL, &p));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fir_init(&one, NULL));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fir_design(NULL, 4U, num_of(0.1)));
 }

@@ -1417,8 +1417,21 @@ void test_ctl_observer_reset_forgets_when_asked_to(void)
         observer.state.rest_travel = num_of(3.0);
         observer.state.rest_left = 77U;
         observer.state.step_slow = num_of(1.0);
+        observer.state.speed_slow = num_of(0.5);
+        observer.state.speed_known = num_of(0.5);
+        observer.state.seen = num_of(0.5);
+        observer.state.rounding = observer.state.kept_rounding = 29U;
+        observer.state.kept.known = 28U;
+        observer.state.ready = true;
 
         ctl_observer_reset(&observer, false);
+
+        TEST_ASSERT_FALSE(observer.state.ready);
+        TEST_ASSERT_EQUAL_UINT16(0U, observer.state.rounding);
+        TEST_ASSERT_EQUAL_UINT16(0U, observer.state.kept_rounding);
+        TEST_ASSERT_EQUAL_UINT16(0U, observer.state.kept.known);
+        ASSERT_NUM_WITHIN(0.0, 0.0, observer.state.speed_slow);
+        ASSERT_NUM_WITHIN(0.0, 0.0, observer.state.speed_known);
 
         TEST_ASSERT_TRUE(observer.state.held); /* a command, not something learned */
         TEST_ASSERT_EQUAL_UINT32(7U, observer.state.rejected);
@@ -1593,7 +1606,7 @@ void test_ctl_observer_init_without_a_pointer_says_so(void)
 {
     const ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_observer_init(NULL, &p, room, CELLS).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_observer_init(NULL, &p, room, CELLS));
     assert_rejected(NULL, room, CELLS, CTL_ERR_NULL, 0U);
 }
 
@@ -1727,5 +1740,69 @@ void test_ctl_observer_fast_path_is_for_a_plain_aro_after_its_fast_start(void)
             TEST_ASSERT_EQUAL_MESSAGE((option == 0) && (k > 100), observer.state.ready, at("option %d, sample %d", option, k));
             (void)step(0.008 * k, 80.0, 0.1);
         }
+    }
+}
+
+/* 2^30 steps: its direction is known no more. */
+void test_ctl_observer_step_of_a_quarter_turn_is_a_jump_and_one_just_below_is_none(void)
+{
+    for (uint32_t less = 0U; less < 2U; less++) {
+        for (int back = 0; back < 2; back++) {
+            start_kind(CTL_OBSERVER_ARO);
+            warm_up(0.0);
+            for (uint16_t k = 0; k <= CTL_OBSERVER_WAIT; k++) {
+                (void)step(0.0, 0.0, 0.0);
+            }
+            const angle_t by = 0x40000000U - less;
+            (void)ctl_observer_step(&observer, back ? (0U - by) : by, (num_t)0, (num_t)0);
+            TEST_ASSERT_EQUAL_UINT32(1U - less, observer.state.rejected);
+        }
+    }
+}
+
+void test_ctl_observer_is_held_after_a_sample_that_is_no_number_only_if_it_was_before(void)
+{
+    for (int held = 0; held < 2; held++) {
+        start_kind(CTL_OBSERVER_ARO);
+        ctl_observer_hold(&observer, held != 0);
+        (void)ctl_observer_step(&observer, 0U, NOT_FINITE[0], (num_t)0);
+        TEST_ASSERT_EQUAL(held != 0, observer.state.held);
+        (void)ctl_observer_step(&observer, 0U, (num_t)0, NOT_FINITE[0]);
+        TEST_ASSERT_EQUAL(held != 0, observer.state.held);
+    }
+}
+
+/* Where a turn is longer than the memory nothing is a turn ago: it counts as 0, on hold and where it is learned upon. */
+void test_ctl_observer_ro_takes_zero_for_a_turn_ago_where_the_turn_is_longer_than_its_memory(void)
+{
+    for (int held = 0; held < 2; held++) {
+        ctl_observer_params_t p = params_of(CTL_OBSERVER_RO);
+        p.memory.gain = num_of(0.5);
+        start(&p);
+        TEST_ASSERT_EQUAL_UINT16(UINT16_MAX, observer.state.turn_samples);
+        ctl_observer_hold(&observer, held != 0);
+        warm_up(0.0);
+        (void)step(0.0, 0.0, 1.0);
+        for (int k = 0; k < 100; k++) {
+            (void)step(0.0, 0.0, 0.5);
+        }
+        ASSERT_NUM_WITHIN(0.0, (held != 0) ? 0.0 : 0.25, ctl_ring_get(&observer.state.time, 0U));
+    }
+}
+
+void test_ctl_observer_reset_that_keeps_the_memory_takes_the_next_sample_for_the_first(void)
+{
+    (void)learn_open_loop(RUN_RAD_S, 2.0, 0.0, NULL);
+    TEST_ASSERT_TRUE(observer.state.memory.state.primed);
+    ctl_observer_reset(&observer, true);
+    TEST_ASSERT_FALSE(observer.state.memory.state.primed);
+}
+
+void test_ctl_observer_that_is_accepted_names_no_field(void)
+{
+    for (int kind = 0; kind <= (int)CTL_OBSERVER_ARO; kind++) {
+        const ctl_observer_params_t p = params_of((ctl_observer_kind_t)kind);
+        ASSERT_DIAG(CTL_OK, 0U, 0.0, ctl_observer_check(&p));
+        ASSERT_DIAG(CTL_OK, 0U, 0.0, ctl_observer_init(&observer, &p, room, (kind == (int)CTL_OBSERVER_ARO) ? CELLS : ROOM));
     }
 }

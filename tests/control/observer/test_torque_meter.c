@@ -514,7 +514,7 @@ void test_ctl_meter_init_without_a_pointer_says_so(void)
 {
     const ctl_meter_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_meter_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_meter_init(NULL, &p));
     assert_rejected(NULL, CTL_ERR_NULL, 0U);
 }
 
@@ -609,4 +609,47 @@ void test_ctl_meter_speed_that_nobody_asked_for_resumes_from_the_speed_of_now(vo
         (void)ctl_meter_torque_unchecked(&meter, angle_at(0.01 * k), (num_t)0);
         ASSERT_NUM_WITHIN(1e-5, 1.0, ctl_meter_speed_unchecked(&meter));
     }
+}
+
+/* Other filters than before, of other lengths: after a reset all is as in a meter that never had others. */
+void test_ctl_meter_tuned_to_other_filters_is_after_a_reset_as_a_new_one(void)
+{
+    const ctl_meter_params_t p = params_of(4U, 12U, 0.001);
+    for (int k = 0; k < 50; k++) {
+        (void)torque_nm(0.02 * k, 1.0);
+    }
+    ctl_meter_tune(&meter, &p);
+    ctl_meter_reset(&meter);
+    ctl_meter_t tuned = meter;
+    memset(&meter, 0xA5, sizeof meter);
+    start(&p);
+    TEST_ASSERT_EQUAL_UINT32(0U, meter.state.rejected);
+    TEST_ASSERT_EQUAL_UINT32(0U, meter.state.speed_fir.state.rejected);
+    TEST_ASSERT_EQUAL_UINT16(ctl_meter_age_half(&meter.params), ctl_meter_age_half(&tuned.params));
+    TEST_ASSERT_EQUAL_UINT16(2U + 4U + 12U, ctl_meter_age_half(&tuned.params)); /* a filter of order n is n half samples late */
+    for (int k = 0; k < 100; k++) {
+        const ctl_meter_out_t want = ctl_meter_step(&meter, angle_at(0.01 * k), num_of(0.5));
+        const ctl_meter_out_t got = ctl_meter_step(&tuned, angle_at(0.01 * k), num_of(0.5));
+        TEST_ASSERT_TRUE_MESSAGE((want.speed == got.speed) && (want.torque == got.torque), at("sample %d", k));
+    }
+}
+
+void test_ctl_meter_step_of_exactly_the_largest_is_no_jump_and_one_of_a_little_more_is(void)
+{
+    ctl_meter_params_t p = valid_params();
+    p.step_max_rad = ctl_meter_travel(&meter, meter.state.theta + 0x08000000U);
+    for (uint32_t more = 0U; more < 2U; more++) {
+        start(&p);
+        const angle_t from = 0x10000000U;
+        (void)ctl_meter_step(&meter, from, (num_t)0);
+        (void)ctl_meter_step(&meter, from + 0x08000000U + (more * 0x1000U), (num_t)0);
+        TEST_ASSERT_EQUAL_UINT32(more, meter.state.rejected);
+    }
+}
+
+void test_ctl_meter_that_is_accepted_names_no_field(void)
+{
+    const ctl_meter_params_t p = valid_params();
+    ASSERT_DIAG(CTL_OK, 0U, 0.0, ctl_meter_check(&p));
+    ASSERT_DIAG(CTL_OK, 0U, 0.0, ctl_meter_init(&meter, &p));
 }

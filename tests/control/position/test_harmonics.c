@@ -128,10 +128,7 @@ void test_ctl_cycles_q20_is_cut_to_its_range(void)
 
 /* ---- refused ------------------------------------------------------------------------------------------------------------ */
 
-void test_ctl_harmonics_check_without_parameters_is_null(void)
-{
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_harmonics_check(NULL).status);
-}
+void test_ctl_harmonics_check_without_parameters_is_null(void) { ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_harmonics_check(NULL)); }
 
 void test_ctl_harmonics_check_rejects_too_many_lines(void)
 {

@@ -294,7 +294,7 @@ void test_ctl_ilc_init_without_object_parameters_or_memory_is_null(void)
 {
     const ctl_ilc_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_ilc_init(NULL, &p, memory, CELLS).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_ilc_init(NULL, &p, memory, CELLS));
     assert_refused(NULL, memory, CELLS, CTL_ERR_NULL, 0U);
     assert_refused(&p, NULL, CELLS, CTL_ERR_NULL, CTL_ILC_CELLS);
 }

@@ -458,7 +458,7 @@ void test_ctl_profile_tune_refuses_what_init_refuses_and_changes_nothing(void)
     const ctl_profile_params_t p = params(SPEED, ACCEL, 65U);
 
     TEST_ASSERT_EQUAL(CTL_PROFILE_SMOOTH, ctl_profile_tune(&profile, &p).field);
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_profile_tune(&profile, NULL).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_profile_tune(&profile, NULL));
     TEST_ASSERT_EQUAL_MEMORY(&before, &profile, sizeof profile);
 }
 
@@ -490,6 +490,9 @@ static void assert_refused(const ctl_profile_params_t *p, ctl_status_t status, u
 
     TEST_ASSERT_EQUAL(status, got.status);
     TEST_ASSERT_EQUAL(field, got.field);
+    if ((field == CTL_PROFILE_SPEED) || (field == CTL_PROFILE_ACCELERATION)) { /* 64 bits, which a num_t does not show */
+        ASSERT_NUM_WITHIN(0.0, 0.0, got.given);
+    }
     TEST_ASSERT_EQUAL_MEMORY(&before, &profile, sizeof profile);
 }
 
@@ -497,7 +500,8 @@ void test_ctl_profile_init_without_object_or_parameters_is_null(void)
 {
     const ctl_profile_params_t p = params(SPEED, ACCEL, 1U);
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_profile_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_profile_init(NULL, &p));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_profile_tune(NULL, &p));
     assert_refused(NULL, CTL_ERR_NULL, 0U);
 }
 
@@ -534,5 +538,57 @@ void test_ctl_profile_init_rejects_scales_that_are_no_scales(void)
         p = params(SPEED, ACCEL, 1U);
         p.accel_scale = bad;
         assert_refused(&p, CTL_ERR_RANGE, CTL_PROFILE_SCALE);
+    }
+}
+
+/* The mean of n equal steps ends (n - 1) / 2 steps behind, half a unit of it in the remainder: at rest nothing of that is left. */
+void test_ctl_profile_tuned_in_a_motion_of_odd_steps_has_no_remainder_when_it_stands(void)
+{
+    static const uint16_t SMOOTH[] = {2U, 3U, 4U, 5U, 8U, 64U};
+    for (size_t n = 0; n < COUNT_OF(SMOOTH); n++) {
+        for (int way = -1; way <= 1; way += 2) {
+            for (int64_t speed = 1001; speed <= 1003; speed++) {
+                ctl_setpoint_t             s = {0};
+                const ctl_position_t       target = (ctl_position_t)(way * 1234567);
+                const ctl_profile_params_t other = params(speed, 50, SMOOTH[n]);
+                start(speed, 50, 1U);
+                for (int k = 0; k < 200; k++) {
+                    s = ctl_profile_step(&profile, target);
+                }
+                TEST_ASSERT_EQUAL_INT64(way * speed, profile.state.last);
+                TEST_ASSERT_EQUAL(CTL_OK, ctl_profile_tune(&profile, &other).status);
+                for (int k = 0; (k < 3000) && !s.done; k++) {
+                    s = ctl_profile_step(&profile, target);
+                }
+                TEST_ASSERT_TRUE(s.done);
+                TEST_ASSERT_EQUAL_INT64(target, s.position);
+                TEST_ASSERT_EQUAL_INT64_MESSAGE(0, profile.state.remainder, at("mean of %u, %d", (unsigned)SMOOTH[n], way));
+            }
+        }
+    }
+}
+
+/* 2^16 samples and more on the way: what is counted up to the length of the mean stops there. */
+void test_ctl_profile_keeps_its_speed_for_longer_than_sixteen_bits_count(void)
+{
+    start(1000, 100, 7U);
+    for (int k = 0; k < 66000; k++) {
+        const ctl_setpoint_t s = ctl_profile_step(&profile, 100000000);
+        TEST_ASSERT_FALSE(s.done);
+        TEST_ASSERT_TRUE((k < 50) || (profile.state.last == 1000));
+    }
+}
+
+void test_ctl_profile_with_a_mean_of_none_that_nobody_has_checked_moves_as_with_one(void)
+{
+    ctl_profile_state_t        none, one;
+    const ctl_profile_params_t without = params(SPEED, ACCEL, 0U), with = params(SPEED, ACCEL, 1U);
+    memset(&none, 0, sizeof none);
+    memset(&one, 0, sizeof one);
+    ctl_profile_reset(&none, 0);
+    ctl_profile_reset(&one, 0);
+    for (int k = 0; k < 500; k++) {
+        const ctl_position_t a = ctl_profile_step_unchecked(&without, &none, CTL_ONE_TURN).position;
+        TEST_ASSERT_EQUAL_INT64(ctl_profile_step_unchecked(&with, &one, CTL_ONE_TURN).position, a);
     }
 }

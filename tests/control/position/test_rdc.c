@@ -298,7 +298,7 @@ void test_ctl_rdc_init_without_object_or_parameters_is_null(void)
 {
     const ctl_rdc_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_rdc_init(NULL, &p).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_rdc_init(NULL, &p));
     assert_refused(NULL, CTL_ERR_NULL, 0U);
 }
 

@@ -381,7 +381,7 @@ void test_ctl_src_init_without_object_parameters_or_memory_is_null(void)
 {
     const ctl_src_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_src_init(NULL, &p, memory, CELLS).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_src_init(NULL, &p, memory, CELLS));
     assert_refused(NULL, memory, CELLS, CTL_ERR_NULL, 0U);
     assert_refused(&p, NULL, CELLS, CTL_ERR_NULL, CTL_SRC_CELLS);
     assert_refused(&p, memory, 3U, CTL_ERR_MEMORY, CTL_SRC_CELLS);

@@ -219,9 +219,20 @@ void test_ctl_fal_init_without_a_pointer_says_so(void)
     const ctl_fal_params_t p = {num_of(0.6), num_of(0.4)};
     const ctl_fal_t        before = fal;
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fal_init(NULL, &p).status);
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fal_init(&fal, NULL).status);
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_fal_check(NULL).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fal_init(NULL, &p));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fal_init(&fal, NULL));
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_fal_check(NULL));
     TEST_ASSERT_EQUAL(CTL_OK, ctl_fal_check(&p).status);
     ASSERT_SAME_BITS(before, fal);
+}
+
+/* |e|^alpha in double precision at both ends of what the table holds, and in each of its octaves. */
+void test_ctl_fal_is_the_power_from_the_smallest_knee_to_the_largest_number(void)
+{
+    FLOAT_ONLY(); /* fixed point has no table */
+    start(0.6, 1.0e-12);
+    for (double e = 1.01e-12; e < 0.99 * num_max_value(); e *= 1.37) {
+        const double x = value_of(num_of(e)), want = pow(x, value_of(num_of(0.6)));
+        ASSERT_NUM_WITHIN_AT(2e-6 * want, want, ctl_fal(&fal, num_of(e)), at("%g", e));
+    }
 }

@@ -1209,7 +1209,7 @@ void test_ctl_rc_init_without_a_pointer_says_so(void)
 {
     const ctl_rc_params_t p = valid_params();
 
-    TEST_ASSERT_EQUAL(CTL_ERR_NULL, ctl_rc_init(NULL, &p, memory, CAPACITY).status);
+    ASSERT_DIAG(CTL_ERR_NULL, 0U, 0.0, ctl_rc_init(NULL, &p, memory, CAPACITY));
     assert_rejected(NULL, CTL_ERR_NULL, 0U, (num_t)0);
     const ctl_rc_t before = rc;
     for (int mode = CTL_RC_KEEP; mode <= CTL_RC_ANGLE; mode++) {
@@ -1454,4 +1454,72 @@ void test_ctl_rc_period_in_parts_is_the_ratio_as_long_as_the_memory_holds_it(voi
     uint16_t whole = 0U;
     num_t    fraction = (num_t)0;
     TEST_ASSERT_FALSE(ctl_rc_period_unchecked(&rc, num_of(100.0), (num_t)0, &whole, &fraction));
+}
+
+void test_ctl_rc_parameters_that_nobody_prepared_leave_the_table_of_fal_as_it_is(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.fal_at = CTL_RC_FAL_INPUT;
+    memset(&rc, 0, sizeof rc);
+    rc.prepared = true;
+    start(&p);
+    TEST_ASSERT_FALSE(rc.prepared);
+    ctl_rc_take_prepared(&rc, &p);
+    ASSERT_NUM_WITHIN(0.0, value_of(p.fal.delta), rc.fal->params.delta);
+
+    ctl_rc_params_t other = p;
+    other.fal.delta = num_of(0.75);
+    ctl_rc_prepare(&rc, &other);
+    for (int k = 0; k < 3; k++) {
+        ctl_rc_take_prepared(&rc, &other); /* the second time there is nothing to take */
+        TEST_ASSERT_FALSE(rc.prepared);
+        ASSERT_NUM_WITHIN(0.0, 0.75, rc.fal->params.delta);
+    }
+}
+
+/* Order 0 looks at every period; those at the ends are as long as the memory and its lead allow. */
+void test_ctl_rc_order_0_takes_the_shortest_and_the_longest_period_uncounted(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.order = 0U;
+    start(&p);
+    wait(3U, 5.0); /* lead 3 and 2 */
+    wait(3U, 127.0);
+    TEST_ASSERT_EQUAL_UINT32(0U, rc.state.cut_periods);
+    (void)step(0.0, 4.0);
+    TEST_ASSERT_EQUAL_UINT32(1U, rc.state.cut_periods);
+    (void)step(0.0, 128.0);
+    TEST_ASSERT_EQUAL_UINT32(2U, rc.state.cut_periods);
+}
+
+void test_ctl_rc_period_of_two_numbers_is_one_up_to_the_longest_and_its_fraction(void)
+{
+    uint16_t     whole = 0U;
+    num_t        fraction = (num_t)0;
+    const double most = ctl_rc_period_max(&rc);
+    TEST_ASSERT_TRUE(ctl_rc_period_unchecked(&rc, num_of(most + 0.75), num_of(1.0), &whole, &fraction));
+    TEST_ASSERT_EQUAL_UINT16((uint16_t)most, whole);
+    ASSERT_NUM_WITHIN(1e-4, 0.75, fraction);
+    TEST_ASSERT_TRUE(ctl_rc_period_unchecked(&rc, num_of(most - 0.25), num_of(1.0), &whole, &fraction));
+    TEST_ASSERT_EQUAL_UINT16((uint16_t)most - 1U, whole);
+    TEST_ASSERT_FALSE(ctl_rc_period_unchecked(&rc, num_of(0.5 * (most + 1.0)), num_of(0.5), &whole, &fraction));
+    TEST_ASSERT_FALSE(ctl_rc_period_unchecked(&rc, num_of(0.5 * (most + 1.25)), num_of(0.5), &whole, &fraction));
+}
+
+/* A threshold below 1 acts as any; taken away, what is frozen runs out. */
+void test_ctl_rc_freeze_threshold_below_one_freezes_and_one_that_is_taken_away_does_not(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.memory = CTL_RC_CLEAR; /* not on the fast path, which knows no freezing */
+    p.freeze_above = num_of(0.5);
+    p.freeze_samples = 5U;
+    start(&p);
+    (void)step(0.75, 20.0);
+    TEST_ASSERT_EQUAL_UINT32(5U, rc.state.frozen);
+    p.freeze_above = (num_t)0;
+    ctl_rc_tune(&rc, &p);
+    for (unsigned k = 1U; k <= 5U; k++) {
+        (void)step(0.75, 20.0);
+        TEST_ASSERT_EQUAL_UINT32(5U - k, rc.state.frozen);
+    }
 }

@@ -699,3 +699,62 @@ void test_store_table_saved_first_stands_beside_no_parameters(void)
     TEST_ASSERT_EQUAL_UINT16(0U, head[5]);
     TEST_ASSERT_EQUAL_UINT16(0U, head[6]);
 }
+
+/* Each part fits a page of 64 words by itself, 48 and 60 of them, but not both, 84. */
+void test_store_part_that_does_not_fit_beside_the_other_is_refused_and_nothing_is_touched(void)
+{
+    flash.page_words = 64U;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 1U));
+    const uint32_t changes = flash.changes;
+    TEST_ASSERT_EQUAL_INT(HAL_UNSUPPORTED, save(STORE_TABLE, 2U));
+    TEST_ASSERT_EQUAL_UINT32(changes, flash.changes);
+    TEST_ASSERT_FALSE(store.active);
+    TEST_ASSERT_EQUAL_UINT16(1U, stored(STORE_PARAMETERS, 9U, 1U));
+}
+
+void test_store_counts_each_save_that_fails(void)
+{
+    for (uint32_t k = 1U; k <= 3U; k++) {
+        flash.until_error = 0;
+        TEST_ASSERT_NOT_EQUAL(HAL_OK, save(STORE_PARAMETERS, 1U));
+        TEST_ASSERT_EQUAL_UINT32(k, store.failures);
+    }
+    flash.until_error = -1;
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 1U));
+    TEST_ASSERT_EQUAL_UINT32(3U, store.failures);
+}
+
+/* There is no table to copy then: a set with parameters alone is what can be saved. */
+void test_store_saves_parameters_where_the_only_table_cannot_be_read_any_more(void)
+{
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_TABLE, 2U));
+    uint16_t page = 0U;
+    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
+        page++;
+    }
+    flash.cells.word[page][4U + 8U + 5U] ^= 1U;
+    TEST_ASSERT_EQUAL_INT(HAL_SENSOR_FAULT, load(STORE_TABLE));
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
+    TEST_ASSERT_EQUAL_UINT16(3U, stored(STORE_PARAMETERS, 9U, 3U));
+}
+
+/* The confirm is the last block of a save: the set stands without it, but nothing more is written behind it. */
+void test_store_without_its_confirm_is_saved_and_the_next_one_begins_a_fresh_page(void)
+{
+    TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 1U));
+    const uint32_t changes = flash.changes;
+    for (int refused = 0; refused < 2; refused++) {
+        flash_start();
+        store_reset(&store);
+        flash.until_error = (refused != 0) ? ((int32_t)changes - 1) : -1;
+        TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 1U));
+        flash.until_error = -1;
+        TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 2U));
+        uint32_t erased = 0U;
+        for (uint16_t page = 0U; page < FLASH_PAGES; page++) {
+            erased += flash.cells.erased[page];
+        }
+        TEST_ASSERT_EQUAL_UINT32((refused != 0) ? 2U : 1U, erased);
+        TEST_ASSERT_EQUAL_UINT16(2U, stored(STORE_PARAMETERS, 1U, 2U));
+    }
+}
