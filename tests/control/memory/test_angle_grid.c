@@ -240,12 +240,15 @@ static void assert_write(angle_t from, angle_t to)
     for (uint16_t i = 0U; i < grid.cells; i++) {
         before[i] = grid.cell[i] = num_of(3.0 + (i / 128.0));
     }
-    const double  start = position_of(from, grid.cells);
-    const double  way = (double)(int32_t)(to - from) * grid.cells / TURN_STEPS;
-    const int32_t sign = (way >= 0.0) ? 1 : -1;
-    const double  first = (sign > 0) ? (floor(start) + 1.0) : (ceil(start) - 1.0);
-    for (double next = first; ((next - start) * sign) <= (way * sign); next += sign) {
-        before[((int32_t)next + (2 * (int32_t)grid.cells)) % (int32_t)grid.cells] = num_of(-1.0 + (2.0 * (next - start) / way));
+    /* in cells times 2^32, whole numbers: a double of 32 bits would be off by more than the walk on a way of part of a cell */
+    const int64_t one = INT64_C(0x100000000);
+    const int64_t start = (int64_t)from * grid.cells;
+    const int64_t way = (int64_t)(int32_t)(to - from) * grid.cells;
+    const int32_t sign = (way >= 0) ? 1 : -1;
+    int32_t       next = (int32_t)((sign > 0) ? ((start / one) + 1) : (((start + one - 1) / one) - 1));
+    for (int64_t gone = (next * one) - start; (gone * sign) <= (way * sign); gone += sign * one) {
+        before[(next + (2 * (int32_t)grid.cells)) % (int32_t)grid.cells] = num_of(-1.0 + (2.0 * (double)gone / (double)way));
+        next += sign;
     }
     ctl_grid_write(&grid, from, num_of(-1.0), to, num_of(1.0));
     for (uint16_t i = 0U; i < grid.cells; i++) {
