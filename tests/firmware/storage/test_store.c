@@ -139,6 +139,15 @@ void test_store_wears_its_pages_evenly_and_counts_the_erases(void)
 
 /* ---- the power goes -------------------------------------------------------------------------------------------------------- */
 
+static uint16_t first_used_page(void)
+{
+    uint16_t page = 0U;
+    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
+        page++;
+    }
+    return page;
+}
+
 /* Before, within and after every block and erase of a save, with the new set behind the old one and in a fresh page; and the
  * power goes again, at every place, in the save that comes next. Each is read several times: cut cells differ each time. */
 static void cut_everywhere(bool fresh_page, bool ecc, unsigned seed)
@@ -584,10 +593,7 @@ void test_store_words_in_the_flash_are_those_of_the_format(void)
     while (store.active) {
         TEST_ASSERT_EQUAL_INT(HAL_OK, store_step(&store));
     }
-    uint16_t page = 0U;
-    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
-        page++;
-    }
+    const uint16_t page = first_used_page();
     for (uint16_t i = 0U; i < (uint16_t)(sizeof WORDS / sizeof WORDS[0]); i++) {
         char where[32];
         (void)snprintf(where, sizeof where, "word %u", (unsigned)i);
@@ -605,10 +611,7 @@ void test_store_head_and_end_that_fail_twice_are_read_and_three_times_are_not(vo
             flash_start();
             store_reset(&store);
             TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
-            int32_t page = 0;
-            while ((page < (int32_t)(FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
-                page++;
-            }
+            const int32_t page = (int32_t)first_used_page();
             power_up();
             flash.dead_block = (page * (int32_t)FLASH_BLOCKS) + BLOCK_OF[k];
             flash.dead_reads = fails;
@@ -621,10 +624,7 @@ void test_store_head_and_end_that_fail_twice_are_read_and_three_times_are_not(vo
 void test_store_head_that_is_unsteady_is_read_again(void)
 {
     TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
-    uint16_t page = 0U;
-    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
-        page++;
-    }
+    const uint16_t page = first_used_page();
     flash.odd_page = page;
     flash.odd_word = 4U;
     flash.unsteady = 0x0002U;
@@ -651,10 +651,7 @@ void test_store_part_that_fails_twice_is_read_and_three_times_is_not(void)
         flash_start();
         store_reset(&store);
         TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
-        int32_t page = 0;
-        while ((page < (int32_t)(FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
-            page++;
-        }
+        const int32_t page = (int32_t)first_used_page();
         power_up();
         flash.dead_block = (page * (int32_t)FLASH_BLOCKS) + 3;
         flash.dead_reads = fails;
@@ -689,10 +686,7 @@ void test_store_set_that_just_fits_its_page_is_saved_and_loaded(void)
 void test_store_table_saved_first_stands_beside_no_parameters(void)
 {
     TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_TABLE, 3U));
-    uint16_t page = 0U;
-    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
-        page++;
-    }
+    const uint16_t        page = first_used_page();
     const uint16_t *const head = &flash.cells.word[page][4];
     TEST_ASSERT_EQUAL_UINT16(0U, head[3]);
     TEST_ASSERT_EQUAL_UINT16(T_WORDS, head[4]);
@@ -728,10 +722,7 @@ void test_store_counts_each_save_that_fails(void)
 void test_store_saves_parameters_where_the_only_table_cannot_be_read_any_more(void)
 {
     TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_TABLE, 2U));
-    uint16_t page = 0U;
-    while ((page < (FLASH_PAGES - 1U)) && (flash.cells.erased[page] == 0U)) {
-        page++;
-    }
+    const uint16_t page = first_used_page();
     flash.cells.word[page][4U + 8U + 5U] ^= 1U;
     TEST_ASSERT_EQUAL_INT(HAL_SENSOR_FAULT, load(STORE_TABLE));
     TEST_ASSERT_EQUAL_INT(HAL_OK, save(STORE_PARAMETERS, 3U));
