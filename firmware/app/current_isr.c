@@ -393,11 +393,11 @@ void drive_current_isr(drive_t *d)
     }
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;
-    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > setup->period_cyc)) { /* one branch for both */
-        timing_follow(&d->timing.current, d->timing.epoch);
-        if (took_cyc > setup->period_cyc) {
-            drive_trip(d, FAULT_isr_overrun);
-        }
+    if (timing_is_nominal(&d->timing, took_cyc)) { /* one branch for a restart, a new extreme, and more than a period */
+        timing_note_nominal(&d->timing.current, took_cyc);
+    } else if (timing_note_abnormal(&d->timing, took_cyc, setup->period_cyc)) {
+        drive_trip(d, FAULT_isr_overrun);
+    } else {
+        /* longer or shorter than those before, or the first of its epoch */
     }
-    timing_note_same_epoch(&d->timing.current, took_cyc);
 }
