@@ -32,11 +32,6 @@ void drive_command_nothing(drive_t *d)
     d->position.rdc.robust = (num_t)0;
 }
 
-static inline angle_t encoder_angle(const drive_t *d)
-{
-    return d->setup->tracking.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
-}
-
 /* One branch for an angle that cannot be (motion_check.h), for the speed before it, and for an encoder whose error is taken off. The angle is known: take_sample. */
 static inline void track(drive_t *d, const drive_setup_t *setup)
 {
@@ -45,7 +40,7 @@ static inline void track(drive_t *d, const drive_setup_t *setup)
     const float             speed = drive_si(num_abs(t->pll.state.w), d->scale.speed_rad_s);
     const angle_t           jump = setup->motion.jump;
     const angle_t           before = t->theta_m;
-    angle_t                 theta = encoder_angle(d);
+    angle_t                 theta = d->sample.theta_m * setup->tracking.direction;
 
     if ((((theta - t->expected) + jump) > (2U * jump)) | !(speed <= limit)) {
         theta = drive_judge_motion(d, speed);
