@@ -6,7 +6,7 @@ import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -135,10 +135,20 @@ def measure(root: Path, with_m4: bool = True) -> Result:
     with tempfile.TemporaryDirectory() as folder:
         measured, texts = run_driver(root, clang, Path(folder))
         m4, note = m4_counts(root, Path(folder)) if with_m4 else (None, "")
-    limits = Limits.read(root / BOUNDS, parameter_names())
-    program = read_program(texts, limits)
-    rows = [*make_rows(measured, budgets, m4, low), *worst_rows(program, budgets, low)]
-    return Result(rows, listed, note, tuple(contradictions(measured, program)))
+    worst, found = worst_cases(root, texts, measured, budgets, low)
+    return Result([*make_rows(measured, budgets, m4, low), *worst], listed, note, tuple(found))
+
+
+def worst_cases(
+    root: Path,
+    texts: Mapping[str, str],
+    measured: Mapping[str, tuple[int, int]],
+    budgets: Mapping[str, int],
+    low: Callable[[int], float],
+) -> tuple[list[Row], list[str]]:
+    """Rows of the worst case, and what contradicts them."""
+    program = read_program(texts, Limits.read(root / BOUNDS, parameter_names()))
+    return worst_rows(program, budgets, low), contradictions(measured, program)
 
 
 def contradictions(measured: Mapping[str, tuple[int, int]], program: Program) -> list[str]:
