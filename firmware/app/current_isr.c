@@ -32,11 +32,6 @@ void drive_command_nothing(drive_t *d)
     d->position.rdc.robust = (num_t)0;
 }
 
-static inline angle_t encoder_angle(const drive_t *d)
-{
-    return d->setup->tracking.encoder_reversed ? (0U - d->sample.theta_m) : d->sample.theta_m;
-}
-
 /* One branch for an angle that cannot be (motion_check.h), for the speed before it, and for an encoder whose error is taken off. The angle is known: take_sample. */
 static inline void track(drive_t *d, const drive_setup_t *setup)
 {
@@ -45,7 +40,7 @@ static inline void track(drive_t *d, const drive_setup_t *setup)
     const float             speed = drive_si(num_abs(t->pll.state.w), d->scale.speed_rad_s);
     const angle_t           jump = setup->motion.jump;
     const angle_t           before = t->theta_m;
-    angle_t                 theta = encoder_angle(d);
+    angle_t                 theta = d->sample.theta_m * setup->tracking.direction;
 
     if ((((theta - t->expected) + jump) > (2U * jump)) | !(speed <= limit)) {
         theta = drive_judge_motion(d, speed);
@@ -393,11 +388,11 @@ void drive_current_isr(drive_t *d)
     }
     const uint32_t took_cyc = hal_clock_cyc() - started;
     d->timing.used_cyc += took_cyc;
-    if ((d->timing.current.epoch != d->timing.epoch) | (took_cyc > setup->period_cyc)) { /* one branch for both */
-        timing_follow(&d->timing.current, d->timing.epoch);
-        if (took_cyc > setup->period_cyc) {
-            drive_trip(d, FAULT_isr_overrun);
-        }
+    if (timing_is_nominal(&d->timing, took_cyc)) { /* one branch for a restart, a new extreme, and more than a period */
+        timing_note_nominal(&d->timing.current, took_cyc);
+    } else if (timing_note_abnormal(&d->timing, took_cyc, setup->period_cyc)) {
+        drive_trip(d, FAULT_isr_overrun);
+    } else {
+        /* longer or shorter than those before, or the first of its epoch */
     }
-    timing_note_same_epoch(&d->timing.current, took_cyc);
 }

@@ -168,9 +168,10 @@ typedef struct {
     angle_t          encoder_offset; /**< Electrical. */
     uint16_t         pole_pairs;
     bool             encoder_reversed;
-    bool             corrects; /**< The encoder's angle is off by `error`, rad, over that angle. */
-    bool             moves;    /**< The angle jumps when this set takes over: that is no lost encoder. */
-    ctl_fourier_t    error;
+    angle_t       direction; /**< 1, or -1 where encoder_reversed: a factor, which the current interrupt needs no branch for. */
+    bool          corrects;  /**< The encoder's angle is off by `error`, rad, over that angle. */
+    bool          moves;     /**< The angle jumps when this set takes over: that is no lost encoder. */
+    ctl_fourier_t error;
 } drive_tracking_setup_t;
 
 typedef struct {

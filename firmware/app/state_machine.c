@@ -190,6 +190,7 @@ static void attend_observer(drive_t *d)
 void drive_background(drive_t *d)
 {
     drive_check_memory(d);
+    timing_check(&d->timing, d->setup->period_cyc);
     if (drive_is_armed(d) || (d->fault == FAULT_gate_driver)) {
         drive_check_hardware(d); /* here as well: the current interrupt may be what has stopped */
     }

@@ -11,6 +11,7 @@ uint16_t drive_make_tracking(const drive_params_t *p, const drive_scale_t *scale
     s->pll.speed_max = num_from_float(1.5f * p->over_speed_rad_s / scale->speed_rad_s);
     s->encoder_offset = angle_from_rad(num_from_float(p->encoder_offset_rad));
     s->encoder_reversed = p->encoder_reversed != 0U;
+    s->direction = s->encoder_reversed ? UINT32_MAX : 1U;
     s->pole_pairs = p->pole_pairs;
     s->error = (ctl_fourier_t){drive_number(p->encoder_cos1_rad), drive_number(p->encoder_sin1_rad),
                                drive_number(p->encoder_cos2_rad), drive_number(p->encoder_sin2_rad)};

@@ -67,7 +67,8 @@ void port_pwm_start(void)
  * period both events would fall on the turning point; one count less is a pulse of 20 ns, which the dead band swallows. */
 static inline float compare_of(float duty)
 {
-    const float least = ((1.0f - BOARD_DUTY_MAX) * (float)BOARD_PWM_COUNTS) + 0.5f;
+    const float least =
+        (float)(uint16_t)(((1.0f - BOARD_DUTY_MAX) * (float)BOARD_PWM_COUNTS) + 0.5f); /* whole: one instruction less */
     const float most = (float)BOARD_PWM_COUNTS - 0.5f;
     const float compare = ((float)BOARD_PWM_COUNTS + 0.5f) - (duty * (float)BOARD_PWM_COUNTS);
     return port_max(port_min(compare, most), least);

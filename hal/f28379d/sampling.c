@@ -149,7 +149,8 @@ BOARD_RAM_CODE hal_status_t hal_sample_read(hal_sample_t *out)
     if ((port_pwm_before.longest < BOARD_COMPARE_MEASURABLE) | (port_pwm_after.longest < BOARD_COMPARE_MEASURABLE)) {
         replace_unmeasurable(out, deviation_a);
     } else if (port_trip_armed) {
-        sum_error_a += SUM_GAIN * (port_max(deviation_a, -deviation_a) - sum_error_a);
+        const float error_a = sum_error_a; /* volatile: read once */
+        sum_error_a = error_a + (SUM_GAIN * (port_max(deviation_a, -deviation_a) - error_a));
     } else {
         zero_sum_a -= SUM_GAIN * deviation_a; /* a second read of the same sample does no harm */
     }

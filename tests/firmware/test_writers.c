@@ -308,6 +308,8 @@ static const member_t MEMBERS[] = {
     MEMBER(rejected, CURRENT),
     MEMBER(timing.current, CURRENT),
     MEMBER(timing.used_cyc, CURRENT),
+    MEMBER(timing.least_cyc, CURRENT),
+    MEMBER(timing.span_cyc, CURRENT | MAIN | REST), /* by the main loop: 0, for a restart */
     /* the speed interrupt's */
     MEMBER(speed.now_cyc, CURRENT),
     MEMBER(speed.theta_e, CURRENT),

@@ -114,7 +114,7 @@ def _estimate(result: Result, check: bool, record: bool, json_file: str | None) 
     if record:
         write_recorded(budget_file, result.rows)
         return
-    found = violations(result.rows, budgets, recorded, known)
+    found = [*result.contradictions, *violations(result.rows, budgets, recorded, known)]
     for line in found:
         screen.print(line)
     if check and found:

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from evenspin.cycles.costs import ALL, COSTS
 from evenspin.cycles.evidence import LARGE_CYC, Band, Listed, block_band, interrupt_band, read_listings
 from evenspin.cycles.instrument import instrument
 from evenspin.cycles.m4 import count_instructions, missing
-from evenspin.cycles.rows import BUDGETS, Row, make_rows, read_budgets
+from evenspin.cycles.rows import BUDGETS, CURRENT_INTERRUPT, SPEED_INTERRUPT, Row, make_rows, read_budgets, worst_rows
 from evenspin.cycles.tools import (
     call,
     code_sources,
@@ -24,12 +25,13 @@ from evenspin.cycles.tools import (
     port_options,
     port_sources,
 )
+from evenspin.cycles.worst import BOUNDS, Limits, Program, parameter_names, read_program
 from evenspin.errors import InputError, one_line
 
 # TI's compiler inlines what is declared `inline`, and next to nothing else; so does this.
 OPTIONS = (
     "-O2 -std=gnu99 -ffp-contract=off -fno-vectorize -fno-slp-vectorize -fno-unroll-loops -fno-discard-value-names "
-    "-finline-hint-functions -fno-builtin -Wno-everything -DEVENSPIN_TMU_MARKED"
+    "-finline-hint-functions -fno-builtin -Wno-everything -DEVENSPIN_TMU_MARKED -gline-tables-only"
 ).split()
 
 
@@ -38,6 +40,7 @@ class Result:
     rows: list[Row]
     listed: tuple[Listed, ...]
     m4_note: str = ""
+    contradictions: tuple[str, ...] = ()  # measured, and more than the worst case: one of the two is wrong
 
     @property
     def block(self) -> Band:
@@ -87,16 +90,18 @@ def find_clang() -> str:
     raise InputError("cycles", "clang", "none", "clang-15 or newer", "sudo apt-get install -y clang-16")
 
 
-def run_driver(root: Path, clang: str, work: Path) -> dict[str, tuple[int, int]]:
-    """Mean and largest cost of everything that the driver measures, in tenths of a cycle."""
+def run_driver(root: Path, clang: str, work: Path) -> tuple[dict[str, tuple[int, int]], dict[str, str]]:
+    """Mean and largest cost of everything that the driver measures, in tenths of a cycle; LLVM's texts by file."""
     include = include_options(root)
     sources = [*code_sources(root), *link_sources(root)]
     port = [*include, *port_options(root)]
+    texts: dict[str, str] = {}
 
     def counted(source: Path, options: list[str] = include) -> Path:
         text = work / f"{source.parent.name}_{source.stem}.ll"
         call(clang, *OPTIONS, *options, "-S", "-emit-llvm", source, "-o", text)
-        text.write_text(instrument(text.read_text()))
+        texts[text.stem] = text.read_text()
+        text.write_text(instrument(texts[text.stem]))
         done = text.with_suffix(".o")
         call(clang, "-O1", "-Wno-everything", "-c", text, "-o", done)
         return done
@@ -114,7 +119,7 @@ def run_driver(root: Path, clang: str, work: Path) -> dict[str, tuple[int, int]]
             raise InputError("cycles", "driver", line, "inputs that the blocks accept", "correct tests/target/cycles")
         name, _, mean, worst = line.split("\t")
         rows[name] = (int(mean), int(worst))
-    return rows
+    return rows, texts
 
 
 def measure(root: Path, with_m4: bool = True) -> Result:
@@ -128,9 +133,43 @@ def measure(root: Path, with_m4: bool = True) -> Result:
         return interrupt if cycles >= LARGE_CYC else block
 
     with tempfile.TemporaryDirectory() as folder:
-        measured = run_driver(root, clang, Path(folder))
+        measured, texts = run_driver(root, clang, Path(folder))
         m4, note = m4_counts(root, Path(folder)) if with_m4 else (None, "")
-    return Result(make_rows(measured, budgets, m4, low), listed, note)
+    worst, found = worst_cases(root, texts, measured, budgets, low)
+    return Result([*make_rows(measured, budgets, m4, low), *worst], listed, note, tuple(found))
+
+
+def worst_cases(
+    root: Path,
+    texts: Mapping[str, str],
+    measured: Mapping[str, tuple[int, int]],
+    budgets: Mapping[str, int],
+    low: Callable[[int], float],
+) -> tuple[list[Row], list[str]]:
+    """Rows of the worst case, and what contradicts them."""
+    program = read_program(texts, Limits.read(root / BOUNDS, parameter_names()))
+    return worst_rows(program, budgets, low), contradictions(measured, program)
+
+
+def contradictions(measured: Mapping[str, tuple[int, int]], program: Program) -> list[str]:
+    """What was measured of a function of the interrupts and is more than its worst case over all inputs."""
+    found = []
+    judged = program.reached(*CURRENT_INTERRUPT, *SPEED_INTERRUPT)
+    for name, (_, most) in measured.items():
+        function = next((f for f in functions_of(name) if f in judged), None)
+        if function is None:
+            continue
+        for setup in program.limits.setups_of(name):
+            worst = program.worst(function, setup=setup).tenths
+            if most > worst:
+                found.append(f"{name}: {most / 10:.0f} cycles measured, worst case {worst / 10:.0f} ({setup.name})")
+    return found
+
+
+def functions_of(row: str) -> tuple[str, ...]:
+    """What the function of a row can be called: `current_isr pi` is one of drive_current_isr, `hal_x` one of chip_x."""
+    first = row.split()[0].rstrip(",")
+    return (first, f"drive_{first}", f"drive_{first}_isr", first.replace("hal_", "chip_", 1))
 
 
 def m4_counts(root: Path, work: Path) -> tuple[dict[str, int] | None, str]:

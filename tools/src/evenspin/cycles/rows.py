@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from evenspin.cycles.costs import COSTS
+from evenspin.cycles.worst import ANY, EVERYTHING, KINDS, Program
 from evenspin.native import tables
 
 CPU_MHZ = 200.0
@@ -39,7 +40,7 @@ class Row:
     """One thing that costs cycles."""
 
     name: str
-    kind: str  # step, isr, extra
+    kind: str  # step, isr, extra, worst case
     cycles_est: int  # mean over the inputs
     cycles_worst: int
     m4_instructions: int | None  # in the worst call, without the HAL
@@ -132,6 +133,56 @@ def make_rows(
         ]
         each = counted(*(f"{which}_isr {name}" for name in (method, base) for which in ("current", "speed")))
         add(method, "extra", extra[0], extra[1], each[0] + each[1] - each[2] - each[3] if each else None)
+    return rows
+
+
+# All that the interrupts of a PWM period run, each in a call: as in firmware/main_f28379d.c.
+CURRENT_INTERRUPT = (
+    "port_current_begin",
+    "drive_current_isr",
+    "drive_watch_isr",
+    "services_sample",
+    "port_current_end",
+)
+SPEED_INTERRUPT = ("port_speed_begin", "drive_speed_isr", "port_speed_end")
+
+
+def worst_rows(
+    program: Program,
+    budgets: Mapping[str, int],
+    low: Callable[[int], float] = lambda cycles: 1.0,  # noqa: ARG005
+) -> list[Row]:
+    """Rows of the worst case, for each set-up: both interrupts of the drive, and all that runs in a period."""
+    rows = []
+    for setup in (EVERYTHING, *program.limits.setups):
+        of_kind: dict[str, dict[str, int]] = {}
+        for kind in KINDS:
+            part = {name: program.worst(name, kind, setup).tenths for name in (*CURRENT_INTERRUPT, *SPEED_INTERRUPT)}
+            current, speed = (
+                whole(ISR_FRAME + sum(part[name] + CALL for name in names))
+                for names in (CURRENT_INTERRUPT, SPEED_INTERRUPT)
+            )
+            of_kind[kind] = {
+                "current_isr": whole(part["drive_current_isr"] + ISR_FRAME),
+                "speed_isr": whole(part["drive_speed_isr"] + ISR_FRAME),
+                "occupation": current - (-speed // SPEED_DIVIDER),
+            }
+        for kind, found in of_kind.items():
+            for which, cycles in found.items():
+                name = f"{which} {setup.name}{'' if kind == ANY else f', {kind}'}"
+                if kind == ANY or cycles != of_kind[ANY][which]:
+                    rows.append(
+                        Row(
+                            name,
+                            "worst case",
+                            cycles,
+                            cycles,
+                            None,
+                            budgets.get(f"worst case {name}"),
+                            "path",
+                            low(cycles),
+                        )
+                    )
     return rows
 
 
