@@ -93,7 +93,7 @@ const heights = plots.map((plot) => Math.min(plot.clientHeight, plot.querySelect
 const under = scrollY > 0 ? [] : [...document.querySelectorAll("main nav button")].filter((button) => {
   const at = button.getBoundingClientRect();
   return at.width > 0 && at.bottom <= innerHeight
-    && [.1, .9].some((x) => !button.contains(document.elementFromPoint(at.left + x * at.width, at.top + .5 * at.height)));
+    && [.1, .9].some((x) => !button.contains(document.elementFromPoint(at.left + x * at.width, at.bottom - 9)));
 }).map((button) => button.textContent);
 return {
   under, inside: stop.left >= 0 && stop.top >= 0 && stop.right <= root.clientWidth && stop.bottom <= innerHeight,
