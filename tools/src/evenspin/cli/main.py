@@ -96,7 +96,7 @@ def fail_usage(error: Any, words: Sequence[str] = ()) -> None:
 
 def _what_is_wrong(error: Any, words: Sequence[str]) -> str:
     """Of an option its value and what it must be, as errors of the commands themselves say it."""
-    options = getattr(getattr(error, "param", None), "opts", ())
+    options: Sequence[str] = getattr(getattr(error, "param", None), "opts", ())
     given = [
         value
         for word, after in zip(words, [*words[1:], ""], strict=True)
