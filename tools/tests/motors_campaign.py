@@ -1,88 +1,64 @@
 """Machines drawn at random, hidden behind the virtual drive, and commissioned: are the numbers right, does it run?
 
-    motors_campaign.py [COUNT [FIRST_SEED [--no-methods]]]
+    motors_campaign.py [COUNT [FIRST_SEED]] [--no-methods] [--log FILE.jsonl] [--page FILE.md]
 
 One line a machine, then how many keep each bound. Exit status 1 when one does not. The drive of each starts as a board
 that was just flashed, and knows the largest current alone. Afterwards the tuned drive is simulated on the hidden
-machine: start, load step, reversal and full speed, with pi and with every method that tuning calls usable.
+machine: start, load step, reversal and full speed, with pi and with every method against ripple that tuning calls
+usable, and a slow motion with every such position method. With --log a machine that has its line there is not run
+again; --page writes docs/motors.md from it.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import math
+import os
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from evenspin.bench import Drive
+from evenspin.build import build
 from evenspin.commission.limits import Bounds
 from evenspin.commission.work import Commissioned, commission, drive_values
 from evenspin.errors import EvenspinError
 from evenspin.model import load_machine
 from evenspin.tune.goals import GOALS
-from evenspin.tune.trial import speed_trial
+from evenspin.tune.methods import NO_HARM, POSITION_TURNS, Verdict
+from evenspin.tune.trial import position_ripple, said, speed_trial
+from motors_page import HEAD, NUMBERS, line, misses, page
 from random_machines import RandomMachine, random_machine
 
-NUMBERS = {
-    "resistance_ohm": "resistance", "ld_h": "ld", "lq_h": "lq", "psi_wb": "psi", "inertia_kgm2": "inertia",
-}  # fmt: skip
-WITHIN = 0.03
-ZERO_RAD = 0.035  # 2 degrees electrical
-BENCH_S = 180.0
+FIELDS = {"R": "resistance", "Ld": "ld", "Lq": "lq", "psi": "psi", "J": "inertia"}
 MORE_OVERSHOOT = 1.6  # of the goal's: the hidden machine is not the one that was measured
 
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one machine."""
+    """What became of one machine; `kept` is its line in the log."""
 
     machine: RandomMachine
     done: Commissioned
-    errors: dict[str, float]
-    zero_rad: float
-    peak_a: float
-    failed: tuple[str, ...]  # methods that do not get through on the hidden machine
-    tried: int
-    wall_s: float
+    kept: dict[str, Any] = field(repr=False)
 
     @property
     def misses(self) -> list[str]:
-        found = [self.done.error] if self.done.error else []
-        found += [f"{name} {100.0 * error:+.1f} %" for name, error in self.errors.items() if abs(error) > WITHIN]
-        if self.done.known.pole_pairs != self.machine.plant["pole_pairs"]:
-            found.append(f"{self.done.known.pole_pairs} pole pairs")
-        if self.done.known.counts != self.machine.plant["counts_per_rev"]:
-            found.append(f"{self.done.known.counts:g} counts")
-        if not abs(self.zero_rad) <= ZERO_RAD:
-            found.append(f"zero {self.zero_rad:+.3f} rad")
-        if self.peak_a > self.machine.max_current_a:
-            found.append(f"{self.peak_a:.3g} A")
-        if self.done.seconds > BENCH_S:
-            found.append(f"{self.done.seconds:.0f} s")
-        return found + [f"on the machine: {text}" for text in self.failed]
+        return misses(self.kept)
 
     def __str__(self) -> str:
-        m, plant = self.machine, self.machine.plant
-        errors = " ".join(f"{100.0 * self.errors[name]:+5.1f}" for name in NUMBERS)
-        return (
-            f"{m.seed:4} {m.power_w:6.0f} {plant['dc_link_v']:4.0f} {plant['pole_pairs']:3} "
-            f"{plant['lq_h'] / plant['ld_h']:4.2f} {plant['inertia_kgm2']:8.2g} {plant['counts_per_rev']:8} {errors} "
-            f"{math.degrees(self.zero_rad):+5.1f} {self.peak_a / m.max_current_a:5.2f} {self.done.seconds:5.0f} "
-            f"{self.tried - len(self.failed):2}/{self.tried:<2} {'; '.join(self.misses) or 'good'}"
-        )
-
-
-HEAD = (
-    "seed  power    V  pp sal.  J kgm2   counts   R %  Ld %  Lq % psi %   J %  zero peak bench methods\n"
-    "         W                                                               deg  /max    s"
-)
+        return line(self.kept)
 
 
 def run(machine: RandomMachine, *, methods: bool) -> Row:
     """Commission it, then try the result on the machine itself."""
-    began = time.monotonic()
+    began = time.process_time()
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "hidden.toml"
         path.write_text(machine.toml())
@@ -93,45 +69,96 @@ def run(machine: RandomMachine, *, methods: bool) -> Row:
             peak = float(abs(virtual.recorded()).max())
         hidden = load_machine(path)
     known, plant = done.known, machine.plant
-    errors = {name: getattr(known, field).value / plant[name] - 1.0 for name, field in NUMBERS.items()}
+    errors = {name: getattr(known, FIELDS[name]).value / plant[key] - 1.0 for name, key in NUMBERS.items()}
     zero = math.remainder(known.offset_rad + machine.effects["encoder_offset"]["angle_el_rad"], 2.0 * math.pi)
-    failed, tried = _on_the_machine(done, hidden.plant) if done.tuning is not None else ((), 0)
-    return Row(machine, done, errors, zero, peak, failed, tried, time.monotonic() - began)
+    kept = {
+        "seed": machine.seed, "power_w": machine.power_w, "plant": plant, "commit": build().commit, "error": done.error,
+        "pole_pairs": known.pole_pairs, "counts": known.counts, "errors": errors, "zero_rad": zero,
+        "peak_part": peak / machine.max_current_a, "bench_s": done.seconds, "with_methods": methods,
+        "methods": on_the_machine(done, hidden.plant) if done.tuning is not None else [],
+    }  # fmt: skip
+    return Row(machine, done, kept | {"cpu_s": time.process_time() - began})
 
 
-def _on_the_machine(done: Commissioned, plant: dict[str, float]) -> tuple[tuple[str, ...], int]:
+def on_the_machine(done: Commissioned, plant: dict[str, float]) -> list[dict[str, Any]]:
     """pi, and every method that tuning calls usable, with the drive that commissioning made."""
     assert done.tuning is not None
-    drive = drive_values(done) | {"encoder_offset_rad": 0.0, "method": 0.0}  # the angle of this plant is true
+    # The angle of this plant is true, and no friction holds it.
+    more = {"encoder_offset_rad": 0.0, "rdc_coulomb_nm": 0.0, "rdc_static_nm": 0.0, "method": 0.0}
+    drive = drive_values(done) | more
     limit = MORE_OVERSHOOT * GOALS[done.goal].overshoot_part
-    failed = list(speed_trial(plant, drive, limit, "pi").problems)
-    usable = [verdict for verdict in done.tuning.methods if verdict.usable]
-    for verdict in usable:
-        trial = speed_trial(plant, {**drive, "method": verdict.changes["method"]}, 2.0 * limit, verdict.method, 5.0)
-        failed += [f"{verdict.method}: {problem}" for problem in trial.problems]
-    return tuple(failed), 1 + len(usable)
+    loops = {"method": "pi", "word": "reference", "problems": list(speed_trial(plant, drive, limit, "pi").problems)}
+    found: list[dict[str, Any]] = [loops]
+    for verdict in done.tuning.methods:
+        problems: list[str] = []
+        if verdict.usable:
+            setup = {**drive, "method": verdict.changes["method"]}
+            problems += speed_trial(plant, setup, 2.0 * limit, verdict.method, 5.0).problems
+        found.append(_kept(verdict, problems))
+    reference = math.inf
+    for verdict in done.tuning.positions:
+        problems = []
+        if verdict.usable:
+            setup = {**drive, "position_method": verdict.changes["position_method"]}
+            ripple = position_ripple(plant, setup, verdict.speed_rad_s, POSITION_TURNS[verdict.method])
+            if not ripple.outcome.good:
+                problems.append(said(ripple.outcome))
+            elif ripple.rms > NO_HARM * reference:
+                problems.append(f"ripple of {ripple.rms:.3g} rad, {reference:.3g} without it")
+            if verdict.word == "reference" and not problems:
+                reference = ripple.rms
+        found.append(_kept(verdict, problems))
+    return found
 
 
-def campaign(count: int, first: int, *, methods: bool) -> list[Row]:
-    rows = []
-    print(HEAD, flush=True)
-    for seed in range(first, first + count):
-        try:
-            rows.append(run(random_machine(seed), methods=methods))
-            print(rows[-1], flush=True)
-        except EvenspinError as error:
-            print(f"{seed:4} {error}", flush=True)
-    return rows
+def _kept(verdict: Verdict, problems: list[str]) -> dict[str, Any]:
+    ratio = verdict.ratio if math.isfinite(verdict.ratio) and verdict.with_it > 0.0 else None
+    return {"method": verdict.method, "word": verdict.word, "ratio": ratio, "text": verdict.text, "problems": problems}
+
+
+def _one(seed: int, methods: bool) -> dict[str, Any]:
+    try:
+        return run(random_machine(seed), methods=methods).kept
+    except EvenspinError as error:
+        return {"seed": seed, "refused": str(error), "commit": build().commit, "with_methods": methods}
+
+
+def campaign(seeds: list[int], log: Path | None, *, methods: bool) -> Iterator[dict[str, Any]]:
+    """Two or more at a time, each with its line in the log as soon as it is done."""
+    before = [json.loads(text) for text in log.read_text().splitlines()] if log is not None and log.is_file() else []
+    known = {row["seed"]: row for row in before if row["with_methods"] == methods}
+    yield from (known[seed] for seed in seeds if seed in known)
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for future in as_completed([pool.submit(_one, seed, methods) for seed in seeds if seed not in known]):
+            row = future.result()
+            if log is not None:
+                with log.open("a") as lines:
+                    lines.write(json.dumps(row) + "\n")
+            yield row
 
 
 def main() -> int:
-    words = [word for word in sys.argv[1:] if not word.startswith("--")]
-    count, first = (int(word) for word in (*words, "30", "0")[:2]) if len(words) != 1 else (int(words[0]), 0)
-    rows = campaign(count, first, methods="--no-methods" not in sys.argv)
-    good = [row for row in rows if not row.misses]
-    longest = max((row.done.seconds for row in rows), default=0.0)
-    print(f"{len(good)} of {count} good; longest {longest:.0f} s on the bench")
-    return 0 if len(good) == count else 1
+    parser = argparse.ArgumentParser()
+    parser.add_argument("count", nargs="?", type=int, default=30)
+    parser.add_argument("first", nargs="?", type=int, default=0)
+    parser.add_argument("--no-methods", action="store_true")
+    parser.add_argument("--log", type=Path)
+    parser.add_argument("--page", type=Path)
+    given = parser.parse_args()
+    rows = []
+    print(HEAD, flush=True)
+    if given.log is not None:
+        given.log.parent.mkdir(parents=True, exist_ok=True)
+    seeds = list(range(given.first, given.first + given.count))
+    for row in campaign(seeds, given.log, methods=not given.no_methods):
+        rows.append(row)
+        print(line(row), flush=True)
+    good = sum(not misses(row) for row in rows)
+    longest = max((row.get("bench_s", 0.0) for row in rows), default=0.0)
+    print(f"{good} of {given.count} good; longest {longest:.0f} s on the bench")
+    if given.page is not None:
+        given.page.write_text(page(rows))
+    return 0 if good == given.count else 1
 
 
 if __name__ == "__main__":

@@ -47,6 +47,27 @@ def test_resistance_and_inductances_are_found_and_stored(port: str) -> None:
     assert stored["motor_lq_h"] == pytest.approx(0.0024, rel=0.08)
 
 
+@pytest.fixture
+def small(tmp_path: Path) -> str:
+    """0.1 ohm and 50 uH at the defaults of the firmware: an offset calibration, and gains of another motor."""
+    path = tmp_path / "small.toml"
+    plant = {"pole_pairs": 7, "resistance_ohm": 0.1, "ld_h": 5e-5, "lq_h": 5e-5, "psi_wb": 5e-3, "inertia_kgm2": 5e-5,
+             "viscous_nms": 2e-5, "dc_link_v": 24.0, "counts_per_rev": 4096}  # fmt: skip
+    path.write_text('name = "small"\n[plant]\n' + "".join(f"{name} = {value}\n" for name, value in plant.items()))
+    return f"sim:{path}"
+
+
+def test_offsets_wait_for_a_drive_that_was_just_switched_on(small: str) -> None:
+    with Drive.connect(small) as drive:
+        assert drive.state().state is State.OFFSET_CALIBRATION
+        assert perform(drive, "offsets").found.good
+
+
+def test_a_current_loop_that_does_not_fit_the_motor_is_said_with_what_measures_without_one(small: str) -> None:
+    with Drive.connect(small) as drive, pytest.raises(DriveFaultError, match="evenspin commission --port"):
+        perform(drive, "rl")
+
+
 def test_unequal_gains_of_the_sensors_are_not_taken_for_a_motor(port: str) -> None:
     with Drive.connect(f"{port}?current_gain.gain_a=1.15&current_gain.gain_b=0.85") as drive:
         before = drive.get()

@@ -136,6 +136,29 @@ def test_a_recording_is_a_folder_with_raw_and_csv(evenspin, tmp_path: Path) -> N
     assert not list(tmp_path.glob("*.mcap"))
 
 
+def test_a_recording_begins_behind_the_alignment_of_a_first_start(evenspin, tmp_path: Path) -> None:
+    """The rotor that an alignment turns is another motion, of seconds; at first it rests, and then it follows."""
+    model, out = tmp_path / "m.toml", tmp_path / "recording"
+    model.write_text('name = "m"\nbase = "guo2024"\n[drive]\nalign_periods = 20000\n')
+    said = evenspin("bench", "record", "--port", f"sim:{model}", "--speed", 30, "--seconds", 1, "--out", out)
+    assert said.status == 0, said.err
+
+    rows = np.genfromtxt(out / "recording.csv", delimiter=",", names=True)
+    assert abs(rows["speed_rad_s"][0]) < 0.5
+    assert (rows["speed_ref_rad_s"][100:] == 30.0).all()
+    assert rows["speed_rad_s"][-300:].mean() == pytest.approx(30.0, abs=0.5)
+
+
+def test_the_folder_of_a_recording_is_taken_as_its_log_or_said_to_be_no_case(evenspin, tmp_path: Path) -> None:
+    out = tmp_path / "recording"
+    assert evenspin("bench", "record", "--port", PORT, "--speed", 30, "--seconds", 3, "--out", out).status == 0
+
+    assert "recording.csv: --torque-per-a-nm" in evenspin("identify", "friction", out).err
+    assert "case = 'a recording'" in evenspin("compare", out).err
+    assert "case = 'a file'" in evenspin("compare", out / "recording.csv").err
+    assert evenspin("gap", out, "--model", "guo2024", "--out", tmp_path / "gap").status == 0
+
+
 @pytest.mark.parametrize("words", [("info",), ("get", "rc_gain"), ("fault",), ("watch", "--seconds", 0.2)])
 def test_json_is_alone_on_stdout(evenspin, words: tuple) -> None:
     said = evenspin("bench", *words, "--port", PORT, "--json")

@@ -94,6 +94,20 @@ def test_a_wrong_command_line_is_one_line_that_names_the_help(evenspin, words, s
     assert said in answer.err and answer.err.count("\n") == 1 and "--help`" in answer.err
 
 
+@pytest.mark.parametrize(("words", "said"), [
+    (("tune", "servo", "--current-hz", "nan"), "--current-hz = 'nan': must be less than or equal to 2000"),
+    (("tune", "servo", "--current-hz=0"), "--current-hz = '0': must be greater than or equal to 1"),
+    (("motor", "new", "m", "--kv", "270rpm"), "--kv = '270rpm': must be a number"),
+    (("run", "x", "--out", "o", "--seed", "1.5"), "--seed = '1.5': must be a whole number"),
+    (("run", "x", "--out", "o", "--numeric", "flot"), "--numeric = 'flot': must be one of 'float', 'fixed'"),
+])  # fmt: skip
+def test_a_wrong_value_of_an_option_is_named_with_what_it_must_be(evenspin, words, said):
+    answer = evenspin(*words)
+
+    assert answer.status == 2 and answer.err.count("\n") == 1
+    assert f": {said}; see `" in answer.err
+
+
 def test_an_interrupt_is_said(evenspin, monkeypatch):
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt

@@ -132,7 +132,7 @@ def test_the_last_axis_varies_fastest():
 
 @pytest.mark.parametrize(("words", "said"), [
     (["--vary", "rc_gain"], "NAME=A,B,C"), (["--vary", "rc_gain="], "NAME=A,B,C"), (["--vary", "=1"], "NAME=A,B,C"),
-    (["--vary", "rc_gain=0:1"], "FIRST:LAST:COUNT"), (["--vary", "rc_gain=0:1:1"], "COUNT from 2"),
+    (["--vary", "rc_gain=0:1"], "FIRST:LAST:COUNT"), (["--vary", "rc_gain=0:1:1"], "COUNT in 2 .. 100000"),
     (["--vary", "rc_gain=0:1:3:log"], "one sign"), (["--vary", "rc_gain=0:inf:3"], "FIRST:LAST:COUNT"),
     (["--vary", "rc_gain=0:1:3:lin"], "FIRST:LAST:COUNT"), (["--vary", "rc_gain=0:1:999999999"], "FIRST:LAST:COUNT"),
     (["--vary", "rcgain=1"], "did you mean rc_gain"), (["--vary", "rc_gain=1,99"], "a number in 0 .. 10"),

@@ -147,7 +147,8 @@ def test_a_repetitive_observer_whose_memory_is_too_short_is_said_with_its_speed(
     limits, _ = limits_of(machine)
     drive = first_gains(machine.plant, limits, {}, GOALS["smooth"]).drive
     rc = replace(repetitive_gains(machine.plant, drive, GOALS["smooth"]), reason="left out of this test")
-    found = {v.method: v for v in speed_verdicts({**machine.plant, "inertia_kgm2": 2.0}, drive, rc) if v.method == "ro"}
+    heavy = {**machine.plant, "inertia_kgm2": 2.0}
+    found = {v.method: v for v in speed_verdicts(heavy, drive, rc, {}) if v.method == "ro"}
     assert found["ro"].word == "cannot"
     assert "127.6 r/min" in found["ro"].text  # 1.3 times 98.2
 
@@ -160,7 +161,7 @@ def test_an_encoder_that_is_too_coarse_for_an_observer_is_said_with_one_that_is_
         drive = first_gains(machine.plant, limits, {}, GOALS["stiff"]).drive
         rc = repetitive_gains(machine.plant, drive, GOALS["stiff"])
         without = ripple_of(machine.plant, drive, 4.5, 12.0)
-        found[counts] = speed_verdict(machine.plant, drive, rc, "aro", 4.5, without)
+        found[counts] = speed_verdict(machine.plant, drive, rc, {}, "aro", 4.5, without)
     assert found["1024"].word != "helps"
     assert "1024 counts is too coarse" in found["1024"].text and "4096 counts would do" in found["1024"].text
     assert found["4096"].word == "helps"

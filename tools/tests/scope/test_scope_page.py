@@ -89,8 +89,14 @@ const covered = places.filter(([x, y]) =>
   !document.elementFromPoint(stop.left + x * stop.width, stop.top + y * stop.height)?.closest("#stop"));
 const plots = [...document.querySelectorAll(`#view-${arguments[0]} .plot`)].filter((plot) => plot.offsetParent);
 const heights = plots.map((plot) => Math.min(plot.clientHeight, plot.querySelector("canvas")?.clientHeight ?? 0));
+// A row of the page that scrolls below STOP is covered on purpose.
+const under = scrollY > 0 ? [] : [...document.querySelectorAll("main nav button")].filter((button) => {
+  const at = button.getBoundingClientRect();
+  return at.width > 0 && at.bottom <= innerHeight
+    && [.1, .9].some((x) => !button.contains(document.elementFromPoint(at.left + x * at.width, at.bottom - 9)));
+}).map((button) => button.textContent);
 return {
-  inside: stop.left >= 0 && stop.top >= 0 && stop.right <= root.clientWidth && stop.bottom <= innerHeight,
+  under, inside: stop.left >= 0 && stop.top >= 0 && stop.right <= root.clientWidth && stop.bottom <= innerHeight,
   covered, beyond: root.scrollWidth - root.clientWidth, finger: Math.min(stop.width / 2, stop.height), heights,
 };
 """
@@ -115,6 +121,7 @@ def test_at_every_width_stop_is_inside_the_window_and_plots_can_be_read(page: Br
             found = page.driver.execute_script(LOOK, view, scrolled)
             assert found["inside"] and not found["covered"], (view, scrolled, found)
             assert found["beyond"] <= 0, (view, found)
+            assert not found["under"], (view, found)
             assert found["finger"] >= 44, found
             assert view == "capture" or min(found["heights"]) >= PLOT_PX, (view, found)
     stops(page)

@@ -54,6 +54,12 @@ RIPPLE_TURNS = 4.0
 SURE = 0.10
 BELOW = 2.0  # halves of its 95 % interval by which a friction of 0 may come out below it: exceeded once in 20000 times
 STILL_RAD_S = 0.5
+POWER_UP_S, POWER_UP_POLL_S = 30.0, 0.05
+NO_CURRENT_LOOP = (
+    "rl: {fault} The current loop does not fit this motor: `evenspin commission --port PORT --max-current A` measures "
+    "a motor whose gains nobody knows, `evenspin tune MODEL` makes gains of a name plate"
+)
+KEEPS_GAINS = "the gains of the current loop stay as they are: `evenspin tune` makes them of R and L"
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +186,7 @@ def keep(drive: Drive, done: Calibration) -> None:
 def _offsets(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """The bridge is off: what the sensors show is their offset."""
     names = ("ia_a", "ib_a", "state")
-    if drive.state().state != State.READY:
-        raise DriveFaultError("offsets: the drive is not ready; stop it first")
+    _need_bridge_off(drive)
     with drive.stream(names, rate_hz=1000.0) as stream:
         values = stream.read_rows(round(OBSERVE_S * 1000.0)).astype(float)
     progress(1.0)
@@ -198,6 +203,17 @@ def _offsets(drive: Drive, operator: Operator, progress: Progress) -> Found:
             "measures the offsets before the first start"
         )
     return Found(verdicts, {}, note)
+
+
+def _need_bridge_off(drive: Drive) -> None:
+    """A drive that was just switched on measures its own offsets first."""
+    for _ in range(round(POWER_UP_S / POWER_UP_POLL_S)):
+        state = drive.state().state
+        if state == State.READY:
+            return
+        drive.need_no_fault()
+        drive.sleep(POWER_UP_POLL_S)
+    raise DriveFaultError(f"offsets: state = {state.name}: must be READY within {POWER_UP_S:g} s; see `bench info`")
 
 
 def _encoder(drive: Drive, operator: Operator, progress: Progress) -> Found:
@@ -276,6 +292,16 @@ def _emf(drive: Drive, speed_rad_s: float) -> complex:
 
 
 def _rl(drive: Drive, operator: Operator, progress: Progress) -> Found:
+    """What a current loop that does not fit the motor makes of it is said with what does without one."""
+    try:
+        return _resistance_and_inductances(drive, operator, progress)
+    except DriveFaultError as error:
+        if not str(error).startswith("over_current"):
+            raise
+        raise DriveFaultError(NO_CURRENT_LOOP.format(fault=error)) from None
+
+
+def _resistance_and_inductances(drive: Drive, operator: Operator, progress: Progress) -> Found:
     """Resistance and inductances from current steps with the rotor locked; two levels, so that dead time drops out."""
     drive.find_zero()
     operator.lock(True)
@@ -295,7 +321,7 @@ def _rl(drive: Drive, operator: Operator, progress: Progress) -> Found:
         for axis in "dq"
     ]
     verdicts.append(Verdict("resistances of the axes, difference over mean", spread, "", 0.0, SURE))
-    note = "the axes differ: the gains of the current sensors are unequal" if spread > SURE else ""
+    note = "the axes differ: the gains of the current sensors are unequal" if spread > SURE else KEEPS_GAINS
     return Found(verdicts, found, note)
 
 

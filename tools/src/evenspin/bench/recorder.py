@@ -9,9 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from evenspin.bench.client import Capture, Drive
+from evenspin.bench.numbers import State
 from evenspin.bench.raw import RawWriter
 from evenspin.bench.stream import Block
 from evenspin.bench.watch import Happened, Watch
+
+ALIGN_POLL_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +55,13 @@ def record(
     progress: Callable[[float], None],
     tripped: Callable[[float, Happened], None],
 ) -> Recorded:
-    """Until `seconds` have passed (0: until Ctrl-C). A trip does not end it; `tripped` is called at once, with the time
-    from the first row."""
+    """Until `seconds` have passed (0: until Ctrl-C). A drive that has to find its electrical zero aligns before the
+    first row, which would be those of another motion. A trip does not end it; `tripped` is called at once, with the
+    time from the first row."""
     first: int | None = None
     rows = last = 0
+    if speed_rad_s is not None:
+        _align(drive)
     with drive.stream(names, rate_hz=rate_hz) as stream:
         per_row_s = stream.decimation / drive.info.pwm_hz
         units = [drive.signals[name].unit for name in names]
@@ -84,6 +90,16 @@ def record(
         return Recorded(
             rows, stream.lost_rows, stream.reconnects, first or 0, float(drive.info.pwm_hz), tuple(watch.all)
         )
+
+
+def _align(drive: Drive) -> None:
+    """A first start at rest, where the drive aligns at its first start."""
+    if drive.state().state == State.RUN or not drive.get(("align_periods",))["align_periods"]:
+        return
+    drive.run_speed(0.0)
+    while drive.state().state != State.RUN:
+        drive.need_no_fault()
+        drive.sleep(ALIGN_POLL_S)
 
 
 def source_of(drive: Drive) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import select
 import socket
 import time
@@ -237,4 +238,6 @@ def _locked(error: BaseException) -> bool:
 
 
 def _reason(error: Exception) -> str:
-    return getattr(error, "strerror", None) or str(error)
+    """What the system says, without the number of it; pyserial wraps that in a text of its own."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else getattr(error, "strerror", None) or str(error)

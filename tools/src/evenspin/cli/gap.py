@@ -101,8 +101,11 @@ def case(
 
     Example: `evenspin gap tests/data/foreign_drive/example_cogging --out out/gap`
     """
+    from evenspin.log.case import recording_in
+
     for each in paths:
         _must_exist(each)
+    paths = [recording_in(each) or each for each in paths]
     if all(each.is_file() for each in paths):
         _logs(paths, _LogOptions(model, map_file, tolerances), out, as_json, check, force)
         return

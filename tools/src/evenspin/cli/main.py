@@ -72,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except typer.Abort:
         fail("evenspin: interrupted", INTERRUPTED)
     except USAGE as error:
-        fail_usage(error)
+        fail_usage(error, words)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nobody reads any more: nothing to say
         sys.exit(0)
@@ -85,13 +85,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
         fail("evenspin: interrupted", INTERRUPTED)
 
 
-def fail_usage(error: Any) -> None:
+def fail_usage(error: Any, words: Sequence[str] = ()) -> None:
     """A wrong word, option or number of them: one line as all others, or the help where there was no word at all."""
     if type(error).__name__ == "NoArgsIsHelpError":  # typer does not export it
         error.show()
         sys.exit(error.exit_code)
     where = error.ctx.command_path if getattr(error, "ctx", None) is not None else "evenspin"
-    fail(f"{where}: {error.format_message().rstrip('.')}; see `{where} --help`", error.exit_code)
+    fail(f"{where}: {_what_is_wrong(error, words).rstrip('.')}; see `{where} --help`", error.exit_code)
+
+
+def _what_is_wrong(error: Any, words: Sequence[str]) -> str:
+    """Of an option its value and what it must be, as errors of the commands themselves say it."""
+    options: Sequence[str] = getattr(getattr(error, "param", None), "opts", ())
+    given = [
+        value
+        for word, after in zip(words, [*words[1:], ""], strict=True)
+        for option in options
+        for value in ([after] if word == option else [word[len(option) + 1 :]] if word.startswith(f"{option}=") else [])
+    ]
+    text = str(error.format_message()).replace("Value error, ", "")
+    if not given or not error.message.startswith(("Input should be ", "Value error, ")):
+        return text
+    must = error.message.removeprefix("Input should be ").split(", unable to parse")[0].replace("a valid ", "a ")
+    must = must.rpartition(" is not ")[2].replace("a integer", "a whole number")
+    return f"{options[0]} = {given[-1]!r}: must be {must}"
 
 
 def fail(text: str, status: int) -> None:

@@ -200,7 +200,9 @@ def alignment(bench: Bench) -> Step:
             bench.known.pole_pairs = int(now.detail)
             accepted |= bench.set(pole_pairs=float(now.detail))
         elif fault in PHASE_FAULTS and tries:
-            part, turns = tries.pop(0)
+            # More current stiffens the swing of a light rotor, up to its trip: less first.
+            less = next((k for k, (part, _) in enumerate(tries) if part < 1.0), 0)
+            part, turns = tries.pop(less if fault == "align_unsettled" else 0)
             most = bench.bounds.max_current_a
             accepted |= bench.set(align_current_a=min(part * current, most), align_turns=float(turns))
         else:

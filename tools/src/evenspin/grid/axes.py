@@ -65,7 +65,7 @@ def _span(name: str, text: str) -> list[float]:
     except (ValueError, IndexError):
         good = False
     if not good:
-        must = "FIRST:LAST:COUNT with COUNT from 2, and both of one sign where :log follows"
+        must = f"FIRST:LAST:COUNT with COUNT in 2 .. {MOST_RUNS}, and both of one sign where :log follows"
         raise InputError(WHERE, name, text, must, FORMS)
     share = [index / (count - 1) for index in range(count)]
     if logarithmic:

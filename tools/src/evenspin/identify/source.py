@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.errors import MISSING, InputError
-from evenspin.log.case import META, read_case, read_meta
+from evenspin.log.case import META, read_case, read_meta, recording_in
 from evenspin.log.columns import LOG_COLUMNS, LOG_UNITS
 from evenspin.log.csvfile import header_of, read_csv
 from evenspin.log.experiments import LOCKED
@@ -52,19 +52,26 @@ def read_runs(paths: Sequence[Path], torque: str = "measured", torque_per_a_nm: 
     """Logs: case folders, or single CSV files with the meta.json of their folder beside them."""
     check_torque(torque)
     runs = []
-    for path in paths:
+    for path in [recording_in(each) or each for each in paths]:
         if path.is_dir():
             case = read_case(path)
             meta, records = case.meta, dict(case.experiments)
         else:
             records = {path.name.removesuffix(".gz").removesuffix(".csv"): _read_log(path)}
-            meta = read_meta(path.parent / META) if torque_per_a_nm is None else {}
+            meta = _meta_beside(path) if torque_per_a_nm is None else {}
         for name, record in records.items():
             if name not in LOCKED:
                 _check_signals(path / f"{name}.csv" if path.is_dir() else path, record, torque)
         k_t = torque_per_a_nm if torque_per_a_nm is not None else _torque_per_a(path, meta)
         runs += [run_of(record, name, k_t, torque, path) for name, record in records.items()]
     return runs
+
+
+def _meta_beside(path: Path) -> Mapping[str, Any]:
+    if (path.parent / META).exists():
+        return read_meta(path.parent / META)
+    hint = f"1.5 times pole pairs times flux linkage, which {META} of a case would say"
+    raise InputError(path, "--torque-per-a-nm", MISSING, f"given for a log without {META}", hint)
 
 
 def _read_log(path: Path) -> Record:

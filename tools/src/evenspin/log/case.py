@@ -58,7 +58,21 @@ def read_case(folder: Path) -> Case:
     return Case(folder, meta, records)
 
 
+RECORDING = "recording.csv"  # what `evenspin bench record` leaves instead of a case
+
+
+def recording_in(place: Path) -> Path | None:
+    """The log in the folder of a recording, which is no case; None for anything else."""
+    log = place / RECORDING
+    return log if log.is_file() and not (place / META).exists() else None
+
+
 def read_meta(path: Path) -> dict[str, Any]:
+    if path.parent.is_file():
+        raise InputError(path.parent, "case", "a file", f"a folder with {META}", "`evenspin gap` takes a log by itself")
+    if (log := recording_in(path.parent)) is not None:
+        hint = f"`evenspin gap {log} --model MODEL --out DIR` takes it; `evenspin bench run` makes a case"
+        raise InputError(path.parent, "case", "a recording", f"a folder with {META}", hint)
     try:
         meta = json.loads(read_text(path, HINT, META_BYTES, "JSON"))
     except (ValueError, RecursionError) as error:

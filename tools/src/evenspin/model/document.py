@@ -15,7 +15,6 @@ from evenspin.errors import MISSING, InputError
 from evenspin.model.toml_lines import key_lines
 
 MAX_BYTES = 1_000_000
-EXAMPLE = Path(__file__).resolve().parents[1] / "data" / "guo2024" / "first.toml"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +90,8 @@ def read_document(path: Path) -> Document:
         line = raw.count(b"\n", 0, error.start) + 1
         raise refuse("byte", f"0x{raw[error.start]:02x}", "UTF-8 text", "is this the right file?", line) from None
     if not text.strip():
-        raise refuse("file", "(empty)", "a TOML file with keys", f"start from a copy of {EXAMPLE}", 1)
+        hint = "`evenspin scenarios`, `models` and `motor new` write one to begin with"
+        raise refuse("file", "(empty)", "a TOML file with keys", hint, 1)
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

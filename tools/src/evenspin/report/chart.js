@@ -31,9 +31,9 @@
     };
   }
 
-  function axis(label) {
+  function axis(label, whole) {
     return {
-      label, stroke: css("--soft"), grid: { stroke: css("--line"), width: 1 }, ticks: { stroke: css("--line"), width: 1 },
+      label, incrs: whole ? [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] : undefined, stroke: css("--soft"), grid: { stroke: css("--line"), width: 1 }, ticks: { stroke: css("--line"), width: 1 },
       values: (_, ticks) => ticks.map(digits), labelSize: 20, font: "12px system-ui", labelFont: "12px system-ui",
     };
   }
@@ -42,11 +42,12 @@
     const data = uPlot.join(panel.lines.map((line) => [line.x, line.y]));
     const ends = [data[0][0], data[0][data[0].length - 1]];
     const whole = (low, high) => panel.x_range && low <= ends[0] && high >= ends[1];
+    const orders = panel.lines.every((line) => line.kind === "bars"); // bars stand at whole numbers
     const y = panel.log ? { distr: 3, log: 10 } : {};
     if (panel.y_range) y.range = panel.y_range;
     const options = {
       width: Math.max(200, place.clientWidth), height: Math.max(180, height), title: panel.title,
-      scales: { x: { time: false, range: (_, low, high) => whole(low, high) ? panel.x_range : [low, high] }, y }, axes: [axis(panel.x), axis(panel.y)],
+      scales: { x: { time: false, range: (_, low, high) => whole(low, high) ? panel.x_range : [low, high] }, y }, axes: [axis(panel.x, orders), axis(panel.y)],
       series: [{ label: panel.x, value: (_, value) => digits(value) || "-" }, ...panel.lines.map(series)],
       cursor: panel.group ? { sync: { key: panel.group } } : {},
     };
@@ -62,7 +63,8 @@
       const figure = source.parentElement;
       const live = figure.querySelector(".live");
       live.replaceChildren();
-      live.style.setProperty("--columns", chart.columns);
+      const crowded = Math.max(...chart.panels.map((panel) => panel.lines.length)) > 3; // room for the legend
+      live.style.setProperty("--columns", crowded ? Math.min(chart.columns, 2) : chart.columns);
       figure.classList.add("drawn");
       for (const panel of chart.panels) {
         const place = live.appendChild(document.createElement("div"));

@@ -69,8 +69,8 @@ class Page:
         in_chapters = [part for chapter in self.chapters for part in chapter.parts if isinstance(part, Picture)]
         return [*self.pictures, *in_chapters]
 
-    def contents(self) -> list[tuple[str, str]]:
-        """What can be jumped to, in the order of the page: place and title."""
+    def contents(self) -> list[tuple[str, str, bool]]:
+        """What can be jumped to, in the order of the page: place, title, and whether it is a chapter."""
         parts: list[TableView | Picture] = [*self.pictures, *self.tables]
         found = [_place(part) for part in parts]
         for chapter in self.chapters:
@@ -78,8 +78,9 @@ class Page:
         return found
 
 
-def _place(part: TableView | Picture | Chapter) -> tuple[str, str]:
-    return (part.name if isinstance(part, Picture) else anchor(part.title)), part.title
+def _place(part: TableView | Picture | Chapter) -> tuple[str, str, bool]:
+    place = part.name if isinstance(part, Picture) else anchor(part.title)
+    return place, part.title, isinstance(part, Chapter)
 
 
 def write_page(folder: Path, page: Page) -> None:

@@ -201,11 +201,13 @@ def _response(record: Record, before: Stretch | None, stretch: Stretch) -> Respo
 
 @dataclass(frozen=True, slots=True)
 class Ripple:
-    """At a slow speed with a torque tied to the angle. `rms`: rad/s of speed, or rad of position."""
+    """At a slow speed with a torque tied to the angle. `rms`: rad/s of speed, or rad of position; `growth`: that over
+    the same of the turns halfway."""
 
     outcome: Outcome
     rms: float
     learned_s: float
+    growth: float = 1.0
 
 
 def ripple_of(plant: Numbers, drive: Numbers, speed_rad_s: float, turns: float) -> Ripple:
@@ -234,8 +236,12 @@ def position_ripple(plant: Numbers, drive: Numbers, speed_rad_s: float, turns: f
     setup = _on_board(replace(setup, effects=test_ripple(plant, drive)))
     record = simulate(setup, SIGNALS)
     outcome = outcome_of(setup, record)
-    tail = record.between(duration - min(4.0 * turn_s, 0.5 * moves_s), duration)
-    return Ripple(outcome, float(tail["position_error_rad"].std()), duration)
+    length = min(4.0 * turn_s, 0.5 * moves_s)
+    rms, halfway = (
+        float(record.between(end - length, end)["position_error_rad"].std())
+        for end in (duration, duration - 0.5 * (moves_s - length))
+    )
+    return Ripple(outcome, rms, duration, rms / halfway if halfway > 0.0 else 1.0)
 
 
 def test_ripple(plant: Numbers, drive: Numbers) -> dict[str, dict[str, float]]:

@@ -78,7 +78,7 @@ def tune(
     found: tuple[Verdict, ...] = ()
     positions: tuple[Verdict, ...] = ()
     if methods and trials[0].good:
-        found = tuple(speed_verdicts(plant, drive, rc, say))
+        found = tuple(speed_verdicts(plant, drive, rc, corners(plant, machine.ranges), say))
         positions = tuple(position_verdicts(plant, drive, say))
         drive |= _chosen(found, positions, wanted)
     comments = comments | gains.comments

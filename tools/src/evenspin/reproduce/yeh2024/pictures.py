@@ -30,6 +30,16 @@ def pictures(result: Result) -> list[Picture]:
         return [rms_picture(result, methods), raw_picture(result, methods), *polar, motion_picture(result, methods)]
 
 
+def _radii(panel: Any) -> None:
+    """Few numbers, away from where a motion begins, on a ground of their own."""
+    from matplotlib.ticker import MaxNLocator
+
+    panel.yaxis.set_major_locator(MaxNLocator(4))
+    panel.set_rlabel_position(292.5)
+    for label in panel.get_yticklabels():
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8})
+
+
 def polar_picture(result: Result, method: str) -> Picture:
     """Error without its mean over the angle of the command: turn 1 as large as it is, turns 2 and 10 close up."""
     runs = _runs(result, method)
@@ -60,8 +70,9 @@ def polar_picture(result: Result, method: str) -> Picture:
                 panel.plot(circle, np.full(100, MRAD * value), label=label, **LIMIT)
                 data[f"{run.speed_rpm:g}rpm_paper_{key}_mrad"] = np.array([MRAD * value])
             panel.set_ylim(-2.0 * reach, 1.1 * reach)
-            panel.set_title(f"{run.speed_rpm:g} rpm, {'turn 1' if row == 0 else 'close up'}")
+            panel.set_title(f"{run.speed_rpm:g} rpm, {'turn 1' if row == 0 else 'close up'} [mrad]")
             panel.tick_params(labelsize=6)
+            _radii(panel)
     handles, labels = axes[1, 0].get_legend_handles_labels()
     more, words = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles + more, labels + words, loc="outside upper right", ncols=4, handlelength=1.6)
