@@ -107,6 +107,9 @@ static ctl_fal_t *idle_table(ctl_rc_t *self) { return (self->fal == &self->table
 void ctl_rc_prepare(ctl_rc_t *self, const ctl_rc_params_t *params)
 {
     design(idle_table(self), params);
+    if (self->fast) { /* where no step reads or writes it: a pause from before the fast path is over */
+        self->state.frozen = 0U;
+    }
     self->prepared = true;
 }
 

@@ -10,6 +10,14 @@
 #define NEW_SHARE 0.25f   /* of the error in each period; the rest is kept */
 #define ROOM 32.0f        /* base currents that the largest flux makes of the reference inductance */
 
+/* Least slope of the flux over the current, over that of small currents: at the largest current that is asked for. */
+static float least_slope(const drive_params_t *p)
+{
+    const float i_a = (p->id_limit_a > p->iq_limit_a) ? p->id_limit_a : p->iq_limit_a;
+    const float x = (p->saturation_a > 0.0f) ? (i_a / p->saturation_a) : 0.0f;
+    return 1.0f / (1.0f + ((1.0f + p->saturation_cross) * x * x));
+}
+
 static float larger(float a, float b) { return (a > b) ? a : b; }
 
 void drive_make_plausibility(const drive_params_t *p, drive_setup_t *s)
@@ -28,14 +36,19 @@ void drive_make_plausibility(const drive_params_t *p, drive_setup_t *s)
     const float noise = (p->plausibility_share * p->over_current_a * l_h / unit_wb) + (COUNTS * psi * turns_e);
     const float moved = DIAGONAL * psi * (float)p->pole_pairs * s->scale.speed_rad_s * ts_s;
 
-    c->ld = drive_number(p->motor_ld_h * per_h);
-    c->lq = drive_number(p->motor_lq_h * per_h);
+    /* Each change of the flux of iron that saturates is that of a current through an inductance between the least slope and that of
+     * small currents: the middle of both, and half their difference as a tolerance. */
+    const float slope = least_slope(p);
+    const float middle = 0.5f * (1.0f + slope);
+
+    c->ld = drive_number(p->motor_ld_h * middle * per_h);
+    c->lq = drive_number(p->motor_lq_h * middle * per_h);
     c->psi = drive_number(psi);
     c->r_half = drive_number(0.5f * drop);
     c->v = drive_number(per_v);
     c->rest = num_max(drive_number(NEW_SHARE * noise), NUM_EPS);
     c->per_current = drive_number(p->motor_resistance_tolerance * drop);
-    c->per_change = drive_number(p->motor_inductance_tolerance * l_h * per_h);
+    c->per_change = drive_number((p->motor_inductance_tolerance + 0.5f * (1.0f - slope)) * l_h * per_h);
     c->per_speed = drive_number(p->motor_flux_tolerance * moved);
     c->per_volt = drive_number(VOLT_SHARE * per_v);
     c->per_dc = drive_number(LEGS * p->bridge_tolerance * per_v);

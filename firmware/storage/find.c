@@ -89,8 +89,8 @@ static bool read_head(uint16_t page, uint16_t at, store_set_t *set)
             set->at = at;
             return ((uint32_t)at + store_length(set->words)) <= hal_storage_page_words();
         }
-        if ((s == HAL_OK) && (head[0] == UINT16_MAX) && (head[1] == UINT16_MAX)) {
-            return false; /* erased */
+        if ((s == HAL_OK) && (head[0] == UINT16_MAX)) {
+            return false; /* erased: seven bits of the magic number cannot all be misread */
         }
     }
     return false;

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from mutants import mutants
+from mutate import ends_well
 from report import Outcome, met, said
 
 SOURCE = """#include <a.h>
@@ -52,6 +54,20 @@ class Mutants(unittest.TestCase):
 
     def test_a_pointer_is_not_multiplied_and_an_arrow_not_compared(self) -> None:
         self.assertEqual(mutants("void f(s_t *s) {\n    s_t *const t = s->next;\n}\n"), [])
+
+
+class Running(unittest.TestCase):
+    def ends(self, text: str) -> bool:
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "program"
+            program.write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
+            program.chmod(0o755)
+            return ends_well(program, Path(folder), 1)
+
+    def test_a_program_that_waits_for_a_busy_machine_ends_well_and_one_without_an_end_does_not(self) -> None:
+        self.assertTrue(self.ends("sleep 1.5"))
+        self.assertFalse(self.ends("while :; do :; done"))
+        self.assertFalse(self.ends("exit 3"))
 
 
 class Report(unittest.TestCase):

@@ -1506,6 +1506,27 @@ void test_ctl_rc_period_of_two_numbers_is_one_up_to_the_longest_and_its_fraction
     TEST_ASSERT_FALSE(ctl_rc_period_unchecked(&rc, num_of(0.5 * (most + 1.25)), num_of(0.5), &whole, &fraction));
 }
 
+/* An error of 1 at sample k comes back as half of it at k + N - m = k + 37. Sample 0 freezes for 5; with the memory kept and no threshold
+ * learning goes on at once, and nothing of the pause is left when the threshold comes back. */
+void test_ctl_rc_freeze_threshold_that_comes_back_finds_no_pause_of_before(void)
+{
+    ctl_rc_params_t p = valid_params();
+    p.freeze_above = num_of(2.0);
+    p.freeze_samples = 5U;
+    start(&p);
+    (void)step(5.0, 40.0);
+    p.freeze_above = (num_t)0;
+    ctl_rc_tune(&rc, &p);
+    (void)step(1.0, 40.0);
+    p.freeze_above = num_of(2.0);
+    ctl_rc_tune(&rc, &p);
+    (void)step(1.0, 40.0);
+    wait(34U, 40.0);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, step(0.0, 40.0));
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, step(0.0, 40.0));
+    TEST_ASSERT_EQUAL_DOUBLE(0.5, step(0.0, 40.0));
+}
+
 /* A threshold below 1 acts as any; taken away, what is frozen runs out. */
 void test_ctl_rc_freeze_threshold_below_one_freezes_and_one_that_is_taken_away_does_not(void)
 {
