@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import functools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from driven_logs import write_log
-from evenspin.driven import run_driven
+from evenspin.driven import open_gap, run_driven
 from evenspin.driven.judge import Verdict
 from evenspin.driven.open_gap import OpenGap, name_backlash
 
@@ -125,3 +126,19 @@ def test_crossings_that_no_gap_explains_are_a_remark_and_no_name():
     name_backlash(verdict, OpenGap(0.4, 0.02, 0.01, 1.05, 50, 20))
     assert verdict.names == ["two_mass"]
     assert "or a shaft that twists" in verdict.warnings[0]
+
+
+@pytest.mark.parametrize(("others", "found"), [(0, True), (1, True), (8, False)])
+def test_few_crossings_are_enough_where_all_of_them_show_one_share(others, found, monkeypatch):
+    """14 windows with a share of about 0.6 of the inertia, and others with any share."""
+    rng = np.random.default_rng(3)
+    share = np.r_[0.6 + 0.03 * rng.standard_normal(14), rng.uniform(0.05, 0.4, others), np.full(6, 1.5)]
+    seen = SimpleNamespace(share=share, crossings=lambda ratio: 10)
+    monkeypatch.setattr(open_gap, "_opened", lambda _, log: seen)
+    monkeypatch.setattr(open_gap, "_width", lambda *_: (0.02, 0.01, 0.6))
+
+    opened = open_gap.open_gap(SimpleNamespace(recordings=[None]))
+
+    assert (opened is not None) == found
+    if opened is not None:
+        assert opened.load_ratio == pytest.approx(0.6, abs=0.03)

@@ -1,6 +1,7 @@
 """Logs of the simulated drive with an effect hidden: the equations name it without knowing the controller."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from evenspin.effects import Scale, hypotheses
 from evenspin.errors import InputError
 from evenspin.model.machine import load_machine
 from evenspin.weakform.fit import Piece, normal_of, prior_of
+from evenspin.weakform.foreign import foreign_terms
 from evenspin.weakform.search import Choice, Edges, choices
 from evenspin.weakform.terms import Sizes, effect_terms
 from evenspin.weakform.tolerances import BENCH, LABORATORY
@@ -131,6 +133,33 @@ def test_what_windows_average_away_at_speed_counts_by_where_they_show_it(effect,
     assert best.names == ({effect} if named else set())
 
 
+@pytest.mark.parametrize(
+    ("cause", "volts", "named"),
+    [
+        ("a resistance that changes slowly", 0.25, True),
+        ("a resistance that changes slowly", 0.15, False),
+        ("a voltage with the speed squared", 0.25, False),
+        ("a voltage with the speed squared", 1.1, True),
+    ],
+)
+def test_less_voltage_is_seen_where_it_changes_with_time(cause, volts, named):
+    """In shares of the least voltage: what equations of a winding lack anyway is there all the time."""
+    plant = {"resistance_ohm": 1.0}
+    term = next(t for t in foreign_terms(SIZES.scale, plant, 60.0, True) if t.name == f"foreign: {cause}")
+    rng = np.random.default_rng(1)
+    x = np.zeros((2000, len(term)))
+    x[:, 0] = np.sqrt(2.0) * np.cos(np.linspace(0.0, np.pi, 2000))
+    size = 0.2 * volts
+    r = -size * x[:, 0] + 0.01 * size * rng.standard_normal(2000)
+    none = np.zeros(len(term))
+    winding = 3  # place of the q axis among the equations
+    piece = Piece(r, x, np.arange(2000) // 100, none, none, 1e-4, winding)
+    normal = normal_of([piece], prior_of([term], {term.name}), none)
+    term = replace(term, least=lambda z: 2.0)
+    best = choices([term], normal, {term.name: term.off}, Edges(1.0, 0.2))[0]
+    assert best.names == ({term.name} if named else set())
+
+
 @pytest.mark.parametrize(("rms", "seen"), [(0.1, False), (0.2, True)])
 def test_an_effect_that_shows_at_low_speeds_alone_is_told_from_one_that_shows_over_the_whole_log(rms, seen):
     # 4 % of a torque of `rms` are 0.004 and 0.008 N m; a bench shows 0.2 % of 2.5 N m.
@@ -236,6 +265,13 @@ def test_an_electrical_zero_far_off_is_found_though_the_equations_bend(tmp_path)
     verdict = run_driven([log], "servo", "bench", None).verdict
     assert verdict["verdict"] == ["encoder_offset"]
     assert verdict["parameters"]["encoder_offset"]["angle_el_rad"] == pytest.approx(0.6, abs=0.01)
+
+
+@pytest.mark.usefixtures("by_the_table")
+def test_an_electrical_zero_just_beyond_its_tolerance_has_a_name(tmp_path):
+    # The bench leaves 0.25 rad open. The d axis alone tells the angle, so that nothing else may share it.
+    log = write_log(tmp_path / "log.csv", hide(encoder_offset={"angle_el_rad": -0.28}))
+    assert run_driven([log], "servo", "bench", None).verdict["verdict"] == ["encoder_offset"]
 
 
 def test_at_one_speed_an_inertia_is_left_open_and_nothing_is_named(tmp_path):

@@ -1,10 +1,17 @@
 """Noise of the sensors: how much of it a log has, and that too much of it in a column turns no effect round."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from evenspin.effects import Scale
+from evenspin.model.machine import find_model, load_machine
+from evenspin.weakform.analysis import explain
 from evenspin.weakform.fit import Piece
 from evenspin.weakform.noise import scatter
 from evenspin.weakform.screen import left_of
+from evenspin.weakform.signals import Signals, signals_of
+from evenspin.weakform.tolerances import tolerances_of
 
 
 @pytest.mark.parametrize("counts_per_row", [0.31, 1.31, 2.73, 7.19, 40.57])
@@ -40,3 +47,41 @@ def test_more_noise_than_a_column_has_turns_no_size_round(thought):
     assert 0.2 < size[0]
     if thought == 1.0:  # the noise that is there: without it, 1 / 1.49 of the size is found
         assert size[0] == pytest.approx(0.4, rel=0.05)
+
+
+def _unloaded(noise_a: float) -> tuple[Signals, dict[str, float]]:
+    """Speeds both ways without a load, so that the current is hardly more than its noise: the equations, exactly."""
+    plant = dict(load_machine(find_model("servo", Path(), lambda must, hint: AssertionError(must))).plant)
+    rng = np.random.default_rng(4)
+    t_s = np.arange(30000) / 500.0
+    levels = rng.uniform(20.0, 70.0, 41) * np.where(np.arange(41) % 2, -1.0, 1.0)
+    knots = np.cumsum(np.r_[0.0, np.tile([0.5, 1.0], 40)])
+    speed = np.interp(t_s, knots, np.repeat(levels, 2)[1:])
+    theta = np.cumsum(speed) / 500.0
+    faster = np.gradient(speed, t_s)
+    iq = (plant["inertia_kgm2"] * faster + plant["viscous_nms"] * speed) / (1.5 * plant["pole_pairs"] * plant["psi_wb"])
+    electrical = plant["pole_pairs"] * speed
+    plant["current_noise_a"], plant["current_lsb_a"] = noise_a * np.sqrt(0.75), 0.0
+    noise_d, noise_q = noise_a * rng.standard_normal((2, len(t_s)))
+    columns = {
+        "t_s": t_s,
+        "theta_m_rad": theta,
+        "id_a": noise_d,
+        "iq_a": iq + noise_q,
+        "vd_v": -electrical * plant["lq_h"] * iq,
+        "vq_v": plant["resistance_ohm"] * iq + plant["lq_h"] * np.gradient(iq, t_s) + electrical * plant["psi_wb"],
+    }
+    columns["vd_v"] = columns["vd_v"] - 30.0 * noise_d  # what a controller answers
+    columns["vq_v"] = columns["vq_v"] - 30.0 * noise_q
+    return signals_of("log", columns), plant
+
+
+def test_noise_of_the_current_makes_no_magnet_weaker():
+    """A flux that is too small makes the whole balance of torque smaller, noise of the current above all."""
+    signals, plant = _unloaded(0.05)
+    scale = Scale(plant["rated_current_a"], plant["rated_torque_nm"], int(plant["pole_pairs"]), 0, 0.0)
+
+    found = explain([signals], plant, [], scale, tolerances_of("bench"))
+
+    assert found.named == ()
+    assert abs(found.point["torque_constant"][0]) < 0.004  # a standard deviation of its tolerance is 0.0075

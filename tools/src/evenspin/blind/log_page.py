@@ -8,6 +8,7 @@ from statistics import median
 
 from evenspin.blind.bench_drives import BENCH
 from evenspin.blind.log_score import SAYS, LogScore, goal_of, missed, shown, summary_of
+from evenspin.blind.log_visible import SEEN
 from evenspin.blind.score import percent
 
 MADE = "<!-- Made by `make blind-logs`. Do not edit. -->\n\n# Verdicts on blind logs of other drives\n\n"
@@ -18,11 +19,19 @@ slow turns, some with load. Files as other programs write them, without a map; t
 M`. The unit differs from its model file by what benches differ by, drawn evenly:
 
 """
+SHOWN = f"""
+*Of the logs that show the effect*: the drive is simulated once more without it, and without noise; both go through the
+equations of the machine with the recorded columns at their rate, whitened by what the noise of the log leaves there.
+What a unit within the bounds above could do as well is taken off. The rest, in standard deviations (sigma), is what a
+method could see at best that knew the delays and what is between the rows; a log shows an effect from {SEEN:.2g} sigma
+on (a chi-square of 10), and a pair where it shows both. These rows have no goal of their own; the headline rows count
+all logs.
+"""
 BINS = ((0.0, 0.5), (0.5, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 1.01))
 
 
 def page(scores: Sequence[LogScore], seeds: str) -> str:
-    return MADE + ABOUT + _tolerances() + "\n" + tables(scores, seeds)
+    return MADE + ABOUT + _tolerances() + SHOWN + "\n" + tables(scores, seeds)
 
 
 def _tolerances() -> str:
@@ -45,13 +54,19 @@ def tables(scores: Sequence[LogScore], seeds: str) -> str:
     lines += ["|---|---|---|---|"]
     for name in sorted({s.hidden[0] for s in scores if len(s.hidden) == 1}):
         own = [s for s in scores if s.hidden == (name,)]
-        others = Counter(_said(s) for s in own if not s.exact)
-        said = "; ".join(f"{what} ({n})" if n > 1 else what for what, n in others.items())
+        others: dict[str, list[LogScore]] = {}
+        for score in own:
+            if not score.exact:
+                others.setdefault(_said(score), []).append(score)
+        said = "; ".join(f"{what} ({_sizes(of)})" for what, of in others.items())
         lines.append(f"| {name} | {len(own)} | {sum(s.exact for s in own)} | {said} |")
     pairs = [s for s in scores if len(s.hidden) == 2]
+    lines += _alike(scores)
     if pairs:
         lines += ["", "| hidden together | said |", "|---|---|"]
-        lines += [f"| {' and '.join(s.hidden)} | {'right' if s.exact else _said(s)} |" for s in pairs]
+        lines += [
+            f"| {' and '.join(s.hidden)} | {'right' if s.exact else f'{_said(s)} ({_sizes([s])})'} |" for s in pairs
+        ]
     clean = Counter(_said(s) for s in scores if s.truth.kind == "none")
     lines += ["", "Nothing hidden, said: " + (", ".join(f"{what} ({n})" for what, n in clean.items()) or "-") + "."]
     lines += _shares("style of the file", scores, lambda s: s.truth.style)
@@ -64,6 +79,27 @@ def tables(scores: Sequence[LogScore], seeds: str) -> str:
     if refused:
         lines += ["", "No verdict:", ""] + [f"* {n} x {_plain(message)}" for message, n in refused.most_common()]
     return "\n".join(lines) + "\n"
+
+
+def _sizes(scores: Sequence[LogScore]) -> str:
+    """How many logs, and by how many standard deviations each shows what is hidden."""
+    known = [" and ".join(f"{size:.3g}" for size in s.truth.shown.values()) for s in scores if s.truth.shown]
+    count = [f"{len(scores)} logs"] if len(scores) > 1 else []
+    return ": ".join(count + ([f"{', '.join(known)} sigma"] if known else [])) or "1"
+
+
+def _alike(scores: Sequence[LogScore]) -> list[str]:
+    """Logs in which another effect of some size would leave what noise leaves."""
+    lines = [
+        f"| {s.truth.style}, {s.truth.rate_hz:g} rows per second, {s.truth.voltage or 'no'} voltages | {effect}, "
+        f"{s.truth.shown[effect]:.3g} | {', '.join(f'{other} {size:.2g}' for other, size in others.items())} | "
+        f"{_said(s)} |"
+        for s in scores
+        for effect, others in s.truth.alike.items()
+        if others
+    ]
+    head = ["", "| alike | hidden, sigma | what leaves less than that of noise, sigma | said |", "|---|---|---|---|"]
+    return head + lines if lines else []
 
 
 def _said(score: LogScore) -> str:

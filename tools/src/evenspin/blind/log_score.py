@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from evenspin.blind.bench_effects import ELECTRICAL
+from evenspin.blind.log_visible import SEEN
 from evenspin.blind.logs import LogTruth
 from evenspin.blind.score import NONE, parameter_errors
 from evenspin.blind.truth import fields_of
@@ -40,9 +41,14 @@ SAYS = {
     "exact_pair": "exact set right, two effects hidden, voltages in the log",
     "exact_single_torque_only": "exact set right, one torque effect hidden, no voltages",
     "exact_pair_torque_only": "exact set right, two torque effects hidden, no voltages",
+    "shown_single": "the same, of the logs that show the effect: one, with voltages",
+    "shown_pair": "two, with voltages",
+    "shown_single_torque_only": "one, no voltages",
+    "shown_pair_torque_only": "two, no voltages",
     "named_without_voltages": "any other name, where only voltages could show the effect",
     "clean": "no name, nothing hidden",
     "unknown_on_outside": "unknown and no name, effect outside the vocabulary",
+    "shown_outside": "the same, of the logs that show it",
     "wrong_name": "a name of what is not there, of all logs",
     "undecided": "the right effect or another one, undecided, of all logs with one",
     "silent": "no name at all, of all logs with an effect that they show",
@@ -86,6 +92,12 @@ class LogScore:
     def visible(self) -> bool:
         """Whether the log has what shows all that is hidden."""
         return shows(self.truth)
+
+    @property
+    def shown(self) -> bool:
+        """Whether all that is hidden stands out of the noise of the log, which says nothing of what is alike."""
+        sizes = self.truth.shown
+        return set(sizes) == set(self.hidden) and all(size >= SEEN for size in sizes.values())
 
 
 def shows(truth: LogTruth) -> bool:
@@ -175,6 +187,7 @@ def summary_of(scores: Sequence[LogScore]) -> dict[str, float]:
     read = [score for score in scores if score.said is not None]
     known = [s for s in scores if s.truth.kind in ("single", "pair")]
     seen = [s for s in known if s.visible]
+    stands_out = [s for s in seen if s.shown]
     errors = [error for s in scores for key, error in s.errors.items() if not key.endswith("damping_ratio")]
     misses = [miss for s in scores for _, miss in s.misses]
     sure = [right for s in scores for said, right in s.sure if said >= 0.9]
@@ -183,8 +196,8 @@ def summary_of(scores: Sequence[LogScore]) -> dict[str, float]:
     def share(values: Sequence[bool]) -> float:
         return float(np.mean(values)) if values else math.nan
 
-    def exact(kind: str, voltages: bool) -> float:
-        return share([s.exact for s in seen if s.truth.kind == kind and bool(s.truth.voltage) == voltages])
+    def exact(kind: str, voltages: bool, of: Sequence[LogScore] = seen) -> float:
+        return share([s.exact for s in of if s.truth.kind == kind and bool(s.truth.voltage) == voltages])
 
     return {
         "read": share([s.said is not None for s in scores]),
@@ -192,9 +205,14 @@ def summary_of(scores: Sequence[LogScore]) -> dict[str, float]:
         "exact_pair": exact("pair", True),
         "exact_single_torque_only": exact("single", False),
         "exact_pair_torque_only": exact("pair", False),
+        "shown_single": exact("single", True, stands_out),
+        "shown_pair": exact("pair", True, stands_out),
+        "shown_single_torque_only": exact("single", False, stands_out),
+        "shown_pair_torque_only": exact("pair", False, stands_out),
         "named_without_voltages": share([bool(s.wrong) for s in known if not s.visible and s.said is not None]),
         "clean": share([s.said == () for s in scores if s.truth.kind == "none"]),
         "unknown_on_outside": share([s.exact for s in scores if s.truth.kind == "outside"]),
+        "shown_outside": share([s.exact for s in scores if s.truth.kind == "outside" and s.shown]),
         "wrong_name": share([bool(s.wrong) for s in scores]),
         "undecided": share([s.undecided for s in seen]),
         "silent": share([not s.said for s in read if s in seen]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from evenspin.blind.bench_effects import (
 )
 from evenspin.blind.bench_profile import draw_inputs, follows
 from evenspin.blind.foreign_effects import FOREIGN, placed
+from evenspin.blind.log_visible import Bench, tolerances_of, visible
 from evenspin.blind.referee import Inputs, Parameters, simulate, with_effects
 from evenspin.blind.styles import STYLES, Style, columns_of, signals_of
 from evenspin.blind.vocabulary import SIZES, go_together
@@ -68,6 +69,8 @@ class LogTruth:
     nm_per_a: float
     controller: Mapping[str, float] = field(default_factory=dict)
     unit: Mapping[str, float] = field(default_factory=dict)
+    shown: Mapping[str, float] = field(default_factory=dict)  # standard deviations that each effect shows by
+    alike: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # and beside which other it hardly does
 
 
 def plan_logs(count: int, seed: int) -> list[LogPlan]:
@@ -202,9 +205,7 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
         decimate = round(drive.meta["pwm_hz"] / rate_hz)
         if not _can(unit, inputs, drive):
             continue
-        hidden = with_effects(
-            unit, {FOREIGN[n].referee if n in FOREIGN else n: v for n, v in values.items() if n != UNLOGGED_LOAD}
-        )
+        hidden = _hidden(unit, values)
         signals = simulate(hidden, inputs, decimate)
         if (
             np.all(np.isfinite(signals["iq_a"]))
@@ -218,8 +219,17 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
     motor = drive.meta["motor"]
     table = signals_of(signals, motor["pole_pairs"], rate_hz, drive.meta["encoder"]["counts_per_rev"])
     file = folder / f"recording{style.suffix}"
-    style.write(file, columns_of(style, plan.voltages, load), table)
+    columns = columns_of(style, plan.voltages, load)
+    style.write(file, columns, table)
     (folder / MODEL).write_text(model_text(plan.log, drive), encoding="utf-8")
+    shown, alike = visible(
+        Bench(unit, drive.meta["pwm_hz"], decimate, tuple(c.signal for c in columns), plan.voltages),
+        unit,
+        (hidden, inputs),
+        {name: _without(name, unit, values, inputs) for name in values},
+        tolerances_of(drive, nominal, unit),
+        rate_hz,
+    )
     return LogTruth(
         file=f"{plan.log}/{file.name}",
         kind=plan.kind,
@@ -235,7 +245,22 @@ def make_log(plan: LogPlan, folder: Path) -> LogTruth:
         nm_per_a=drive.nm_per_a,
         controller=drive.controller | {"pwm_hz": drive.meta["pwm_hz"]},
         unit={key: value for key, value in unit.items() if key not in nominal or nominal[key] != value},
+        shown=shown,
+        alike=alike,
     )
+
+
+def _hidden(unit: Parameters, values: Mapping[str, Values]) -> Parameters:
+    return with_effects(
+        unit, {FOREIGN[n].referee if n in FOREIGN else n: v for n, v in values.items() if n != UNLOGGED_LOAD}
+    )
+
+
+def _without(name: str, unit: Parameters, values: Mapping[str, Values], inputs: Inputs) -> tuple[Parameters, Inputs]:
+    """The twin that lacks one effect."""
+    if name == UNLOGGED_LOAD:
+        inputs = replace(inputs, load_torque_nm=np.zeros(len(inputs)))
+    return _hidden(unit, {other: v for other, v in values.items() if other != name}), inputs
 
 
 def _draw(name: str) -> Callable[[np.random.Generator, Drive, int], Values]:

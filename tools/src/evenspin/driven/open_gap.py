@@ -35,6 +35,7 @@ DRIVEN = 3.0  # times the scatter: the torque there, at least
 SHARES = np.arange(0.05, 0.98, 0.01)
 WITHIN = 0.1  # of a share: impacts at either end of a crossing are in the same windows
 LEAST_WINDOWS = 18  # 40 to 69 in four logs with backlash, 13 at most in 30 without
+FEW_WINDOWS, NEARLY_ALL = 12, 0.9  # so few are enough where no other share comes up
 LEAST_CROSSINGS = 8
 OF_SAME_SIGN = 0.5  # of all windows in which the rotor is too fast for the torque
 OF_ALL = 0.15  # of all windows in which much is left
@@ -104,7 +105,8 @@ def open_gap(found: Explained) -> OpenGap | None:
     ahead = share[(share > SHARES[0]) & (share < 1.0)]
     inside = [int(np.count_nonzero(np.abs(ahead - at) < WITHIN)) for at in SHARES]
     best = int(np.argmax(inside))
-    if inside[best] < max(LEAST_WINDOWS, OF_SAME_SIGN * len(ahead), OF_ALL * len(share)):
+    least = FEW_WINDOWS if inside[best] >= NEARLY_ALL * len(ahead) else LEAST_WINDOWS
+    if inside[best] < max(least, OF_SAME_SIGN * len(ahead), OF_ALL * len(share)):
         return None
     near = ahead[np.abs(ahead - SHARES[best]) < WITHIN]
     ratio = float(np.median(near))

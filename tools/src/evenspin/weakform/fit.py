@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evenspin.weakform.model import Model, Point
-from evenspin.weakform.noise import acceleration_noise, floors, noise_of, stated, swing_noise
+from evenspin.weakform.noise import acceleration_noise, floors, noise_of, stated, swing_noise, torque_noise
 from evenspin.weakform.terms import SHAFT, Kind, Term
 
 Array = NDArray[np.float64]
@@ -29,6 +29,9 @@ OFF = 1e-6  # of its tolerance: a variant that does not act
 LEAST_FLOOR = 0.7  # of the noise: a fit that leaves less has taken noise for a signal
 MOST_NOISE = 0.95  # of the information of a column that noise may be said to be
 ALWAYS = ("encoder_offset",)  # within its tolerance, but too large for one linear step
+# Of the noise of the torque, what is in the column of each coordinate: a flux is a factor on all of it, the gain of one
+# of two sensors divides half of it.
+CURRENT_SHARES = {"torque_constant": 1.0, "current_gain": -0.5}
 BENDING = ("encoder_offset", "encoder_eccentricity", "inductance_saturation")  # change the columns of the others
 
 
@@ -111,6 +114,11 @@ class Gatherer:
         if term.effect == "inertia" and part == 0:
             variance += (equations.plant["inertia_kgm2"] * acceleration_noise(equations.shaft.bump, noise)) ** 2
             covariance += variance
+        if term.effect in CURRENT_SHARES and part < 2:  # noise of the current, as much larger with the torque of it
+            share = CURRENT_SHARES[term.effect]
+            square = torque_noise((equations.shaft, equations.fine)[part].bump, noise, equations.plant) ** 2
+            variance += abs(share) * square
+            covariance += share * square
         if term.effect == SHAFT and part < 2:
             bump = (equations.shaft, equations.fine)[part].bump
             square, product = swing_noise(bump, term.noise[log], float(np.exp(z[1])), float(np.exp(z[2])))

@@ -43,6 +43,7 @@ def foreign_terms(scale: Scale, plant: dict[str, float], top_rad_s: float, has_v
                 "a resistance that changes slowly",
                 _windings(lambda e: [(e.signals.id_a * x, e.signals.iq_a * x) for x in _slow(e)[:2]]),
                 [0.05 * plant["resistance_ohm"]] * 2,
+                over_time=True,
             ),
             foreign_term("a voltage with the speed squared", _windings(_speed_squared), [2.0 * volts] * 1),
             foreign_term(

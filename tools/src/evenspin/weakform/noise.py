@@ -57,11 +57,10 @@ def scatter(x: Array) -> float:
 def floors(e: Equations, noise: Noise) -> list[float]:
     """Per part of a residual, the standard deviation that noise alone would leave."""
     p, r = e.plant["pole_pairs"], e.plant["resistance_ohm"]
-    kt = 1.5 * p * e.plant["psi_wb"]
     found = []
     for over in (e.shaft.bump, e.fine.bump):
         moved = acceleration_noise(over, noise)
-        found.append(math.hypot(kt * noise.iq_a * _norm(over.value), e.plant["inertia_kgm2"] * moved))
+        found.append(math.hypot(torque_noise(over, noise, e.plant), e.plant["inertia_kgm2"] * moved))
     if e.winding is not None:
         over = e.winding.bump
         slip = noise.theta_rad * _norm(over.slope) if noise.theta_rad > 0.0 else noise.speed_rad_s * _norm(over.value)
@@ -87,6 +86,11 @@ def stated(noise: Noise, plant: Mapping[str, float]) -> Noise:
 def acceleration_noise(over: Bump, noise: Noise) -> float:
     """rad/s^2, of a window."""
     return noise.theta_rad * _norm(over.curve) if noise.theta_rad > 0.0 else noise.speed_rad_s * _norm(over.slope)
+
+
+def torque_noise(over: Bump, noise: Noise, plant: Mapping[str, float]) -> float:
+    """N m by noise of the current, of a window."""
+    return 1.5 * plant["pole_pairs"] * plant["psi_wb"] * noise.iq_a * _norm(over.value)
 
 
 def swing_noise(bump: Bump, noise: Noise, f_hz: float, damping: float) -> tuple[float, float]:

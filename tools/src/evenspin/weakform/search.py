@@ -69,7 +69,7 @@ def choices(
         times = gathered.get(name, [1.0] * len(normal.grams))
         for gram, kind, more in zip(normal.grams, normal.kinds, times, strict=True):
             edge = edges.torque_nm if kind < SHAFT_PARTS else edges.volts
-            if more * float(z @ gram[place[name], place[name]] @ z) > edge**2:
+            if more * float(z @ gram[place[name], place[name]] @ z) > (by_name[name].edge * edge) ** 2:
                 return True
         return False
 

@@ -18,11 +18,13 @@ from evenspin.effects import Hypothesis, Scale, by_difference, hypotheses
 from evenspin.effects.equations import has_equation, is_mechanical
 from evenspin.effects.two_mass import of_antiresonance
 from evenspin.weakform.noise import Noise
-from evenspin.weakform.tolerances import HELD, Tolerances
+from evenspin.weakform.tolerances import HELD, HELD_ALONE, Tolerances
 
 Array = NDArray[np.float64]
 
+ALONE = ("encoder_offset",)  # an axis of its own tells it: no other deviation shares what it does
 STEP = 0.02  # of a coordinate's probe, for its column
+OVER_TIME = 0.2  # of the least voltage: what changes with time is told from what always is there
 FREE = 30.0  # times the least size: how far a named effect may go before anything holds it
 
 
@@ -55,6 +57,7 @@ class Term:
     together: float | None = None  # standard deviation of the mean of all coordinates, named or not
     alike: tuple[str, ...] = ()  # effects without an equation that these logs do not separate from it
     over_angle: bool = False  # repeats with it: at high speeds windows average it away
+    edge: float = 1.0  # of what a term that acts on the winding has to change there, rms
     noise: tuple[Noise, ...] = ()  # of each log, where more of it is taken out of the sums than is known
 
     def __len__(self) -> int:
@@ -140,7 +143,7 @@ def _effect(h: Hypothesis, name: str, sizes: Sizes, off: Array) -> Term:
     details[list(DETAILS.get(h.name, ()))] = True
     step = np.array([c.probe for c in h.coordinates]) * STEP
     edge = np.array([_edge(h, off, k, times) if not details[k] else 1.0 for k in range(len(off))])
-    held, free = edge / HELD, edge * FREE
+    held, free = edge / (HELD_ALONE if h.name in ALONE else HELD), edge * FREE
     for k, sigma in zip(DETAILS.get(h.name, ()), DETAIL_SIGMA.get(h.name, ()), strict=True):
         held[k] = free[k] = sigma * (off[k] if h.name == "dead_time" and k == 1 else 1.0)
     low = np.array([c.low for c in h.coordinates])
@@ -224,9 +227,14 @@ def unit_term(name: str, sigma: float, step: float, off: float = 0.0, log: int |
 
 
 def foreign_term(
-    name: str, columns: Callable[[Any], Sequence[Array | None]], edge: Sequence[float], over_angle: bool = False
+    name: str,
+    columns: Callable[[Any], Sequence[Array | None]],
+    edge: Sequence[float],
+    over_angle: bool = False,
+    over_time: bool = False,
 ) -> Term:
-    """A cause that the table does not have, linear in its size."""
+    """A cause that the table does not have, linear in its size. `over_time`: it changes through a log, while what the
+    equations of the winding lack stays the same."""
     edges = np.array(edge)
     n = len(edges)
     return Term(
@@ -242,4 +250,5 @@ def foreign_term(
         lambda z: float(np.linalg.norm(z / edges)),
         columns=columns,
         over_angle=over_angle,
+        edge=OVER_TIME if over_time else 1.0,
     )

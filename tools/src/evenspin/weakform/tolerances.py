@@ -20,6 +20,7 @@ from evenspin.errors import InputError, did_you_mean
 
 SLOW_INERTIA = 3.0
 HELD = 4.0  # a deviation of the unit is held by its least size over this, as one standard deviation
+HELD_ALONE = 5.5  # the same, where nothing else does it: worth the price of a name from its least size on
 
 
 @dataclass(frozen=True, slots=True)
