@@ -317,6 +317,7 @@ static const member_t MEMBERS[] = {
     MEMBER(speed.excite_phase, SPEED),
     MEMBER(speed.rc.table, MAIN | REST),
     MEMBER(speed.rc.prepared, TAKE_OVER | MAIN | REST),
+    MEMBER(speed.rc.state.frozen, SPEED | TAKE_OVER | MAIN | REST), /* by the main loop where rc.fast: then no step touches it */
     MEMBER(speed, SPEED | TAKE_OVER | REST),
     MEMBER(position, SPEED | TAKE_OVER | REST),
     MEMBER(motion, SPEED),

@@ -22,9 +22,9 @@ from evenspin.weakform.tolerances import HELD, HELD_ALONE, Tolerances
 
 Array = NDArray[np.float64]
 
-ALONE = ("encoder_offset",)  # an axis of its own tells it: no other deviation shares what it does
+ALONE = ("encoder_offset",)  # it acts on an axis of its own: no other deviation shares what it does
 STEP = 0.02  # of a coordinate's probe, for its column
-OVER_TIME = 0.2  # of the least voltage: what changes with time is told from what always is there
+OVER_TIME = 0.2  # of the least voltage: separates what changes with time from what is always there
 FREE = 30.0  # times the least size: how far a named effect may go before anything holds it
 
 
