@@ -161,12 +161,12 @@ def main(arguments: Sequence[str]) -> int:
     changed = changed_files(base_revision(options.since))
     print(f"[quick] {len(changed)} changed files", flush=True)
     run_tests.RESULTS.mkdir(parents=True, exist_ok=True)
-    parts: list[run_tests.Part] = [("lint", lambda say: run_tests.lint(run_tests.Step("lint", say)))]
+    parts: list[run_tests.Part] = [run_tests.step_of("lint")]
     if any(name.startswith(C_FOLDERS) for name in changed):
-        parts.append(("host", lambda say: c_part(run_tests.Step("host", say))))
+        parts.append(("host", run_tests.Step("host"), c_part))
     if any(name.endswith(".py") for name in changed):
         # A result of its own: python.xml keeps the times of the last whole run.
-        parts.append(("python", lambda say: python_part(run_tests.Step("quick", say), changed, options.seconds)))
+        parts.append(("python", run_tests.Step("quick"), lambda step: python_part(step, changed, options.seconds)))
     return run_tests.run_parts(parts)
 
 

@@ -4,7 +4,8 @@
                  [cycles] [prove] [tidy]
 
 The last line is `N passed, N failed`: the tests of ctest and pytest together. A step that has no tests of its own, or
-does not get as far as running them, adds nothing when it is good and one failure when it is not.
+does not get as far as running them, adds nothing when it is good and one failure when it is not. Above it stands what
+each step took: seconds, and seconds of processor time, which other work on the machine changes less.
 Two steps run side by side, so that no core is idle while one of them has work for a single one; what a step has to say
 comes in one piece at its end. Each step writes to build/checks/<step>.log; what a failed command said last is shown.
 """
@@ -20,7 +21,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from threading import Lock
 
@@ -63,7 +63,8 @@ Say = Callable[[str], None]  # what a step has to say, line by line or in pieces
 class Step:
     """The commands of one step, and their log.
 
-    `say`: where to say what is worth reading; `jobs`: processes at a time.
+    `say`: where to say what is worth reading; `jobs`: processes at a time; `processor_s`: of each command so far, with
+    the processes that it waited for.
     """
 
     def __init__(self, name: str, say: Say = show, jobs: str = JOBS) -> None:
@@ -74,16 +75,22 @@ class Step:
         self.junit = RESULTS / f"{name}.xml"
         self.log.write_text("")
         self.junit.unlink(missing_ok=True)
+        self.processor_s: list[float] = []
 
     def call(self, *command: str | Path) -> tuple[int, str]:
         """Run a command and log it: its exit status and its output."""
         words = [str(word) for word in command]
-        done = subprocess.run(
-            words, cwd=ROOT, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
-        )
+        with subprocess.Popen(
+            words, cwd=ROOT, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        ) as process:
+            assert process.stdout is not None
+            said = process.stdout.read()
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+        self.processor_s.append(usage.ru_utime + usage.ru_stime)
         with self.log.open("a") as log:
-            log.write(f"$ {' '.join(words)}\n{done.stdout}\n")
-        return done.returncode, done.stdout.rstrip()
+            log.write(f"$ {' '.join(words)}\n{said}\n")
+        return process.returncode, said.rstrip()
 
     def need(self, *command: str | Path) -> str:
         """Run a command without which the step makes no sense, and return its output."""
@@ -193,7 +200,9 @@ def avr(step: Step) -> Count:
 def m4(step: Step) -> Count:
     """Cortex-M4F: control/ and firmware/ compiled, and the block tests under QEMU; without QEMU compiled alone."""
     if shutil.which("qemu-system-arm") is None:
-        arm(Step("arm", step.say, step.jobs))
+        compiled = Step("arm", step.say, step.jobs)
+        arm(compiled)
+        step.processor_s += compiled.processor_s
     return on_target(step, "arm-none-eabi.cmake", "arm-none-eabi-gcc", "qemu-system-arm")
 
 
@@ -309,43 +318,59 @@ def main(arguments: Sequence[str]) -> int:
     RESULTS.mkdir(parents=True, exist_ok=True)
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of the many processes would compile the whole package
     names = [name for name in STEPS if name in (arguments or DEFAULT)]
-    return run_parts([(name, partial(step_of, name)) for name in names], AT_ONCE)
+    return run_parts([step_of(name) for name in names], AT_ONCE)
 
 
-def step_of(name: str, say: Say) -> Count:
+Part = tuple[str, Step, Callable[[Step], Count]]
+
+
+def step_of(name: str) -> Part:
     """Each step may have all cores: either may be what is left at the end."""
-    return STEPS[name](Step(name, say, JOBS))
+    return name, Step(name), STEPS[name]
 
 
-Part = tuple[str, Callable[[Say], Count]]
+@dataclass(frozen=True, slots=True)
+class Took:
+    """What a part counted, and what it took."""
+
+    name: str
+    count: Count
+    seconds: float
+    processor_s: float
 
 
 def run_parts(parts: Sequence[Part], at_once: int = 1) -> int:
     """Run named parts, so many side by side, and add up what they count: the exit status."""
-    total = Count()
+    start = time.monotonic()
     with ThreadPoolExecutor(at_once) as pool:
-        for count in pool.map(lambda part: run_part(*part), parts):
-            total += count
+        all_took = list(pool.map(lambda part: run_part(*part), parts))
+    total = sum((took.count for took in all_took), Count())
 
+    show(f"[test] {'':<10}{'s':>6}{'processor s':>13}")
+    whole = Took("all", total, time.monotonic() - start, sum(took.processor_s for took in all_took))
+    for took in (*all_took, whole):
+        show(f"[test] {took.name:<10}{took.seconds:>6.0f}{took.processor_s:>13.0f}")
     if total.skipped:
         show(f"[test] {total.skipped} skipped")
     show(f"{total.passed} passed, {total.failed} failed")
     return 1 if total.failed else 0
 
 
-def run_part(name: str, part: Callable[[Say], Count]) -> Count:
-    """What a part counts; what it has to say is shown at its end."""
+def run_part(name: str, step: Step, part: Callable[[Step], Count]) -> Took:
+    """What a part counts and takes; what it has to say is shown at its end."""
     show(f"[test] {name} ...")
     said: list[str] = []
+    step.say = said.append
     start = time.monotonic()
     try:
-        count = part(said.append)
+        count = part(step)
         outcome = str(count) if count != Count() else "good"
     except StepFailed as failure:
         count = Count(failed=1)
         outcome = f"FAILED: {failure}"
-    show("\n".join([*said, f"[test] {name}: {outcome} ({time.monotonic() - start:.0f} s)"]))
-    return count
+    took = Took(name, count, time.monotonic() - start, sum(step.processor_s))
+    show("\n".join([*said, f"[test] {name}: {outcome} ({took.seconds:.0f} s)"]))
+    return took
 
 
 if __name__ == "__main__":
