@@ -17,7 +17,7 @@
 include_guard(GLOBAL)
 
 set(CMOCK_DIR /usr/share/cmock CACHE PATH "CMock with its Unity; fetched when it is not there")
-find_program(RUBY ruby REQUIRED DOC "Ruby, which generates mocks and test runners")
+include(TestRunners)
 
 if(NOT EXISTS ${CMOCK_DIR}/lib/cmock.rb)
   message(STATUS "CMock is not in ${CMOCK_DIR}: fetching release 2.6.0")
@@ -78,6 +78,13 @@ function(drive_mock header out_target)
   target_link_libraries(${target} PUBLIC cmock)
 endfunction()
 
+# The runners of the test files in the property drive_test_files of this folder.
+function(drive_runners folder)
+  get_property(cmock_dir GLOBAL PROPERTY drive_test_cmock_dir)
+  get_property(files DIRECTORY PROPERTY drive_test_files)
+  make_runners(${folder} ${cmock_dir}/vendor/unity ${files})
+endfunction()
+
 function(drive_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "UNDER_TEST;MOCKS;SOURCES")
   if(arg_UNPARSED_ARGUMENTS)
@@ -93,19 +100,17 @@ function(drive_test name)
   list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ OUTPUT_VARIABLE sources)
   list(REMOVE_ITEM sources ${test_file})
 
-  get_property(cmock_dir GLOBAL PROPERTY drive_test_cmock_dir)
-  set(config ${PROJECT_SOURCE_DIR}/tests/cmock.yml)
-  set(runner ${CMAKE_CURRENT_BINARY_DIR}/runners/${name}_runner.c)
-  file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/runners)
-  add_custom_command(OUTPUT ${runner}
-    COMMAND ${RUBY} --disable=gems -W0 ${cmock_dir}/vendor/unity/auto/generate_test_runner.rb ${config} ${test_file} ${runner}
-    DEPENDS ${test_file} ${config}
-    COMMENT "Listing the tests of ${name}"
-    VERBATIM)
+  set(folder_of_runners ${CMAKE_CURRENT_BINARY_DIR}/runners)
+  set(runner ${folder_of_runners}/${name}_runner.c)
+  get_property(files DIRECTORY PROPERTY drive_test_files)
+  if(NOT files) # once all tests of this CMakeLists.txt are known
+    cmake_language(EVAL CODE "cmake_language(DEFER CALL drive_runners [[${folder_of_runners}]])")
+  endif()
+  set_property(DIRECTORY APPEND PROPERTY drive_test_files ${test_file})
   # The runner is compiled at the end of the test, in one go: by itself it takes as long again. Nobody but the runner calls a test,
   # so no header declares it.
   # -O0: the code under test is optimised as the preset says; the test around it would take twice as long to compile.
-  set(whole ${CMAKE_CURRENT_BINARY_DIR}/runners/${name}_with_runner.c)
+  set(whole ${folder_of_runners}/${name}_with_runner.c)
   file(CONFIGURE OUTPUT ${whole} CONTENT "#include \"${test_file}\"\n#include \"${runner}\"\n" @ONLY)
   set_source_files_properties(${runner} PROPERTIES HEADER_FILE_ONLY ON)
   set_source_files_properties(${whole} ${sources} PROPERTIES
