@@ -263,8 +263,8 @@ void test_alignment_of_a_coarse_encoder_is_finer_than_its_counts(void)
             shaft_settle(40000);
             TEST_ASSERT_EQUAL_STRING("none", shaft_fault());
             const double count_deg = 360.0 * PAIRS / counts;
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.1 * count_deg + 0.3, 0.5 * count_deg, shaft_zero_error_deg(),
-                                              at("%g counts from angle %d", counts, k));
+            ASSERT_DOUBLE_WITHIN_AT(0.1 * count_deg + 0.3, 0.5 * count_deg, shaft_zero_error_deg(),
+                                    at("%g counts from angle %d", counts, k));
         }
     }
 }

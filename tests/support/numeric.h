@@ -100,8 +100,16 @@ static inline const char *at(const char *format, ...)
 }
 
 #define ASSERT_NUM_WITHIN(tolerance, expected, actual) TEST_ASSERT_DOUBLE_WITHIN((tolerance), (expected), value_of(actual))
+/** As TEST_ASSERT_DOUBLE_WITHIN_MESSAGE, but the text is made when it fails: an at() takes longer than most that is tested. */
+#define ASSERT_DOUBLE_WITHIN_AT(tolerance, expected, actual, text)                                                               \
+    do {                                                                                                                         \
+        const double tolerance_of_it = (tolerance), expected_of_it = (expected), actual_of_it = (actual);                        \
+        if (!((fabs(expected_of_it - actual_of_it) <= tolerance_of_it) && (tolerance_of_it <= DBL_MAX))) {                       \
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance_of_it, expected_of_it, actual_of_it, (text));                            \
+        }                                                                                                                        \
+    } while (0)
 #define ASSERT_NUM_WITHIN_AT(tolerance, expected, actual, text)                                                                  \
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE((tolerance), (expected), value_of(actual), (text))
+    ASSERT_DOUBLE_WITHIN_AT((tolerance), (expected), value_of(actual), (text))
 /** Finite and within +-bound; NaN fails. */
 #define ASSERT_BOUNDED_AT(bound, actual, text) TEST_ASSERT_TRUE_MESSAGE(fabs(value_of(actual)) <= (bound), (text))
 /** A ctl_diag_t in all its parts: status, field, and the value that was given. */

@@ -193,9 +193,9 @@ void test_ctl_current_error_takes_half_of_what_it_sees_in_one_turn_as_in_golden(
         const double k[3] = {g.learned_ga, g.learned_gb, g.learned_gc};
         for (int x = 0; x < (m.three ? 3 : 2); x++) {
             /* sums of 500 floats; now_at gives the true I, which the gains change by up to a tenth of n */
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3e-5, o[x], (double)block.state.offset[x] * AMP, at("case %u", (unsigned)i));
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.06 * fabs(k[x] - 1.0) + 3e-5, k[x], (double)block.state.gain[x],
-                                              at("case %u", (unsigned)i));
+            ASSERT_DOUBLE_WITHIN_AT(3e-5, o[x], (double)block.state.offset[x] * AMP, at("case %u", (unsigned)i));
+            ASSERT_DOUBLE_WITHIN_AT(0.06 * fabs(k[x] - 1.0) + 3e-5, k[x], (double)block.state.gain[x],
+                                    at("case %u", (unsigned)i));
         }
     }
 }

@@ -563,7 +563,7 @@ void test_current_reference_knows_what_the_resistance_takes_of_the_square_of_the
         }
         const double id = value_of(state.id), iq = torque * value_of(state.q_share);
         const double want = 2.0 * m->r * w * m->psi * torque + m->r * m->r * (id * id + iq * iq);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6 + 0.0001 * want, want, value_of(state.drop), at("machine %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(2e-6 + 0.0001 * want, want, value_of(state.drop), at("machine %u", (unsigned)k));
     }
 }
 
@@ -606,7 +606,7 @@ void test_current_reference_d_current_of_most_torque_per_volt_is_the_best_on_the
             ctl_reference_step(&plan, &state, &in);
         }
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, value_of(state.trim));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3, id_there, value_of(state.id), at("machine %u", (unsigned)i));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3 * most, most, value_of(state.room), at("machine %u", (unsigned)i));
+        ASSERT_DOUBLE_WITHIN_AT(1e-3, id_there, value_of(state.id), at("machine %u", (unsigned)i));
+        ASSERT_DOUBLE_WITHIN_AT(1e-3 * most, most, value_of(state.room), at("machine %u", (unsigned)i));
     }
 }

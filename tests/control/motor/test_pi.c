@@ -41,7 +41,7 @@ static void assert_golden(const double *golden, size_t count)
         const double able = ((k / 20U) % 3U != 0U) ? 2.0 : 1.0;
 
         /* every product is a whole multiple of 2^-21, so both numerics are exact; the header has 13 digits */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-11, golden[k], sample(err, able), at("sample %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(1e-11, golden[k], sample(err, able), at("sample %u", (unsigned)k));
     }
 }
 
@@ -70,7 +70,7 @@ void test_ctl_pi_with_inexact_gains_agrees_with_double_precision(void)
 
         const double u = sample(err, 100.0);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6 * 100.0, x + (0.6 * err), u, at("sample %d", k));
+        ASSERT_DOUBLE_WITHIN_AT(1e-6 * 100.0, x + (0.6 * err), u, at("sample %d", k));
         x += 0.108 * err;
     }
 }

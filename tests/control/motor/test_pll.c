@@ -54,7 +54,7 @@ void test_ctl_pll_at_constant_speed_settles_on_it_both_ways(void)
 
         /* steps of the angle (float: 2^-24 of it), divided by the angle of one speed unit */
         const double want = RATES[i] * TWO_PI / 0.0078125;
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5 + (3e-7 * fabs(want)), want, w, at("%g turns per sample", RATES[i]));
+        ASSERT_DOUBLE_WITHIN_AT(2e-5 + (3e-7 * fabs(want)), want, w, at("%g turns per sample", RATES[i]));
     }
 }
 

@@ -28,7 +28,7 @@ void test_ctl_saturation_is_the_slope_of_the_flux_linkage(void)
         const double h = 1e-3, slope = 8.0 * (atan((i + h) / 8.0) - atan((i - h) / 8.0)) / (2.0 * h);
         double       d, q;
         shares(&p, i, 3.0, &d, &q);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, slope, d, at("%g A", i));
+        ASSERT_DOUBLE_WITHIN_AT(1e-6, slope, d, at("%g A", i));
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0 / (1.0 + 9.0 / 64.0), q); /* its own current alone */
     }
 }

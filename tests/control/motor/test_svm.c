@@ -263,7 +263,7 @@ void test_ctl_vector_limit_raw_cuts_to_the_length_and_leaves_what_is_shorter(voi
             continue; /* closer than the rounding of the squares */
         }
 
-        TEST_ASSERT_EQUAL_MESSAGE(share > 1.0, ctl_vector_limit_unchecked(v, num_of(limit), &out), at("turn %u", i));
+        TEST_ASSERT_TRUE_MESSAGE((share > 1.0) == ctl_vector_limit_unchecked(v, num_of(limit), &out), at("turn %u", i));
 
         const double cut = (share > 1.0) ? 1.0 : (limit / length);
         const double bound = (limit * 4e-7) + per_numeric(0.0, 2.0 * FIXED_STEP);
@@ -298,9 +298,9 @@ void test_ctl_vector_limit_raw_keeps_its_contract_over_the_whole_range(void)
         } else {
             TEST_ASSERT_TRUE_MESSAGE(is > limit * 0.999999, at("turn %u: cut without need", i));
             const double least = (limit < 1e-18) ? 1e-18 : limit * 1e-6; /* three roundings and the root's 2e-7 */
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(least, limit, got, at("turn %u", i));
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(((limit < 1e-18) ? 1e-18 : limit) * is * 4e-6 + 1e-37, 0.0,
-                                              (double)out.d * (double)v.q - (double)out.q * (double)v.d, at("turn %u", i));
+            ASSERT_DOUBLE_WITHIN_AT(least, limit, got, at("turn %u", i));
+            ASSERT_DOUBLE_WITHIN_AT(((limit < 1e-18) ? 1e-18 : limit) * is * 4e-6 + 1e-37, 0.0,
+                                    (double)out.d * (double)v.q - (double)out.q * (double)v.d, at("turn %u", i));
         }
     }
 }

@@ -122,7 +122,7 @@ void test_angle_from_rad_matches_golden(void)
         const angle_t got = angle_from_rad(num_of(rad));
         const double  error = (double)(int32_t)(got - GOLDEN_FROM_RAD[i].angle) * (TWO_PI / TURN_STEPS);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(rad), 0.0, error, at("%g rad", rad));
+        ASSERT_DOUBLE_WITHIN_AT(from_rad_bound(rad), 0.0, error, at("%g rad", rad));
     }
 }
 
@@ -131,10 +131,10 @@ void test_angle_from_rad_is_as_fine_for_small_angles_backwards_as_forwards(void)
     for (double size = 1e-8; size < 1.0; size *= 1.07) {
         const double forwards = value_of(num_of(size));
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(size), 0.0, distance_rad(angle_from_rad(num_of(size)), forwards),
-                                          at("%g rad", size));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(size), 0.0,
-                                          distance_rad(angle_from_rad(num_neg(num_of(size))), -forwards), at("-%g rad", size));
+        ASSERT_DOUBLE_WITHIN_AT(from_rad_bound(size), 0.0, distance_rad(angle_from_rad(num_of(size)), forwards),
+                                at("%g rad", size));
+        ASSERT_DOUBLE_WITHIN_AT(from_rad_bound(size), 0.0, distance_rad(angle_from_rad(num_neg(num_of(size))), -forwards),
+                                at("-%g rad", size));
     }
 }
 
@@ -143,8 +143,7 @@ void test_angle_from_rad_keeps_its_bound_over_its_range(void)
     for (double rad = -100.0; rad <= 100.0; rad += 0.0193) {
         const double given = value_of(num_of(rad));
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(rad), 0.0, distance_rad(angle_from_rad(num_of(rad)), given),
-                                          at("%g rad", rad));
+        ASSERT_DOUBLE_WITHIN_AT(from_rad_bound(rad), 0.0, distance_rad(angle_from_rad(num_of(rad)), given), at("%g rad", rad));
     }
 }
 
@@ -196,8 +195,8 @@ void test_angle_from_rad_short_keeps_its_bound_within_half_a_turn(void)
         for (int sign = -1; sign <= 1; sign += 2) {
             const double given = value_of(num_of(sign * size));
 
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(from_rad_bound(size), 0.0,
-                                              distance_rad(angle_step_from_rad(num_of(sign * size)), given), at("%g rad", given));
+            ASSERT_DOUBLE_WITHIN_AT(from_rad_bound(size), 0.0, distance_rad(angle_step_from_rad(num_of(sign * size)), given),
+                                    at("%g rad", given));
         }
     }
 }

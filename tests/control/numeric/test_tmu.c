@@ -108,8 +108,8 @@ void test_tmu_sqrt_agrees_with_the_portable_one(void)
         const num_t  given = num_of(x);
         const double want = sqrt(value_of(given));
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-7 * want, want, value_of(num_sqrt(given)), at("%g", x));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-7 * want, want, value_of(num_sqrt_portable(given)), at("%g", x));
+        ASSERT_DOUBLE_WITHIN_AT(2e-7 * want, want, value_of(num_sqrt(given)), at("%g", x));
+        ASSERT_DOUBLE_WITHIN_AT(2e-7 * want, want, value_of(num_sqrt_portable(given)), at("%g", x));
     }
 }
 
@@ -120,7 +120,7 @@ void test_tmu_sqrt_of_what_has_no_root_is_that_of_the_portable_one(void)
     for (size_t i = 0; i < COUNT_OF(ODD); i++) {
         const double twin = value_of(num_sqrt_portable((num_t)ODD[i]));
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(4e-7 * twin, twin, value_of(num_sqrt((num_t)ODD[i])), at("case %u", (unsigned)i));
+        ASSERT_DOUBLE_WITHIN_AT(4e-7 * twin, twin, value_of(num_sqrt((num_t)ODD[i])), at("case %u", (unsigned)i));
     }
     TEST_ASSERT_TRUE(num_sqrt((num_t)ODD[3]) == (num_t)0);
     TEST_ASSERT_DOUBLE_WITHIN(0.2, 1e6, value_of(num_sqrt((num_t)ODD[7])));

@@ -303,8 +303,8 @@ void test_ctl_angle_memory_hat_writes_every_point_passed_at_any_speed(void)
             const int    low = (int)ceil((speed > 0) ? (from / 8.0) : ((from / 8.0) - way)) + ((speed > 0) ? 1 : 2);
             const int    high = (int)floor((speed > 0) ? ((from / 8.0) + way) : (from / 8.0)) - 1;
             for (int i = low; i <= high; i++) {
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(1e-5, 50.0 * 8.0 * FIXED_STEP), 50.0, cell(i),
-                                                  at("speed %d/8, from %d/8, point %d", speed, from, i));
+                ASSERT_DOUBLE_WITHIN_AT(per_numeric(1e-5, 50.0 * 8.0 * FIXED_STEP), 50.0, cell(i),
+                                        at("speed %d/8, from %d/8, point %d", speed, from, i));
             }
         }
     }
@@ -384,8 +384,8 @@ void test_ctl_angle_memory_hat_of_a_constant_is_that_constant_however_slow_and_l
 
         for (int i = 51; i <= 53; i++) {
             /* 500 sums, each rounded: float to 2^-24 of the sum, fixed to a step */
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(1.5e-5 * fabs(VALUES[v]), 16.0 * FIXED_STEP), VALUES[v], cell(i),
-                                              at("value %g, point %d", VALUES[v], i));
+            ASSERT_DOUBLE_WITHIN_AT(per_numeric(1.5e-5 * fabs(VALUES[v]), 16.0 * FIXED_STEP), VALUES[v], cell(i),
+                                    at("value %g, point %d", VALUES[v], i));
         }
     }
 }
@@ -421,8 +421,8 @@ void test_ctl_angle_memory_error_falls_by_1_minus_gain_every_pass(void)
                 turn(passes, direction, constant);
 
                 for (int i = 3; i < (int)CELLS - 3; i++) { /* those near the seam are one pass ahead or behind */
-                    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-6, 12.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.75, passes)),
-                                                      cell(i), at("way of writing %d, pass %d, point %d", w, passes, i));
+                    ASSERT_DOUBLE_WITHIN_AT(per_numeric(2e-6, 12.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.75, passes)), cell(i),
+                                            at("way of writing %d, pass %d, point %d", w, passes, i));
                 }
             }
         }
@@ -464,8 +464,7 @@ void test_ctl_angle_memory_in_the_end_reads_the_waveform_it_saw_whatever_the_way
                  * reading on a line another h^2 / 8 */
                 const double theory =
                     (((w == (int)CTL_WRITE_HAT) ? (1.0 / 12.0) : (1.0 / 81.0)) + ((r == 0) ? 0.125 : 0.0)) * h * h;
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.2 * theory, theory, worst,
-                                                  at("write %d, read %d, direction %d", w, r, direction));
+                ASSERT_DOUBLE_WITHIN_AT(0.2 * theory, theory, worst, at("write %d, read %d, direction %d", w, r, direction));
             }
         }
     }

@@ -188,8 +188,8 @@ void test_ctl_fir_agrees_with_the_sum_of_the_equation(void)
             }
 
             /* header: fixed within (n + 1) steps; float rounds each of up to 8 sums of size 4 */
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(3e-6, (order + 1.0) * FIXED_STEP) + (4.0 * 2.5e-7), want, step(past[0]),
-                                              at("order %u, sample %d", order, k));
+            ASSERT_DOUBLE_WITHIN_AT(per_numeric(3e-6, (order + 1.0) * FIXED_STEP) + (4.0 * 2.5e-7), want, step(past[0]),
+                                    at("order %u, sample %d", order, k));
         }
     }
 }
@@ -203,9 +203,8 @@ void test_ctl_fir_delays_a_ramp_by_half_its_order(void)
             const double y = step(0.125 * k);
             if (k >= order) { /* full of ramp */
                 /* sum of taps within 5e-7 of 1 (float), n steps (fixed), times a ramp of up to 7.5 */
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(8e-6, 8.0 * (order + 1.0) * FIXED_STEP),
-                                                  0.125 * (k - (ctl_fir_delay_half(&p) / 2.0)), y,
-                                                  at("order %u, sample %d", order, k));
+                ASSERT_DOUBLE_WITHIN_AT(per_numeric(8e-6, 8.0 * (order + 1.0) * FIXED_STEP),
+                                        0.125 * (k - (ctl_fir_delay_half(&p) / 2.0)), y, at("order %u, sample %d", order, k));
             }
         }
     }
@@ -240,9 +239,8 @@ void test_ctl_fir_delays_every_sine_by_what_it_declares(void)
                 double gain = 0.0;
                 start(&p);
                 /* the rounding of an output of size 1, averaged, over the slope of the sine */
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-7 / FREQUENCIES[f], ctl_fir_delay_half(&p) / 2.0,
-                                                  delay_of_sine(FREQUENCIES[f], &gain),
-                                                  at("order %u, frequency %g", order, FREQUENCIES[f]));
+                ASSERT_DOUBLE_WITHIN_AT(1e-7 / FREQUENCIES[f], ctl_fir_delay_half(&p) / 2.0, delay_of_sine(FREQUENCIES[f], &gain),
+                                        at("order %u, frequency %g", order, FREQUENCIES[f]));
                 TEST_ASSERT_TRUE(gain > 0.5);
             }
         }

@@ -128,8 +128,8 @@ void test_ctl_observer_dob_answers_a_step_as_a_first_order_lag(void)
     warm_up(0.0);
     for (int k = 1; k < 200; k++) {
         /* each sample rounds once: half steps add up to a tenth of 1 / gain steps */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-6, 10.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.95, k)), step(0.0, 0.0, 2.0),
-                                          at("sample %d", k));
+        ASSERT_DOUBLE_WITHIN_AT(per_numeric(2e-6, 10.0 * FIXED_STEP), 2.0 * (1.0 - pow(0.95, k)), step(0.0, 0.0, 2.0),
+                                at("sample %d", k));
     }
 }
 
@@ -249,8 +249,7 @@ void test_ctl_observer_aro_reversal_of_rotation_does_not_spoil_what_was_learned(
                 const bool   turning = fabs(speed) < 6.0; /* within 4 cells of the reversal */
                 const double hat = turning ? (3.5 * TWO_PI / CELLS / 3.0) : (LINE_LOSS * 2.0 / 3.0);
                 const double bound = (1.3 * LINE_LOSS) + ((w == (int)CTL_WRITE_HAT) ? hat : 0.0);
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(bound, shape(theta + (speed * 1.5 * TS_S)), out,
-                                                  at("write %d, sample %d", w, k));
+                ASSERT_DOUBLE_WITHIN_AT(bound, shape(theta + (speed * 1.5 * TS_S)), out, at("write %d, sample %d", w, k));
             } else {
                 ctl_observer_hold(&observer, true); /* the history of this test begins here */
                 (void)step(theta, speed, 0.0);
@@ -779,8 +778,8 @@ void test_ctl_observer_on_hold_learns_nothing_and_goes_on_compensating(void)
         ctl_observer_hold(&observer, true);
         for (int k = 0; k < 5000; k++) { /* whole turns: it goes on where it was */
             const double theta = TWO_PI * k / 1000.0;
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.4 * LINE_LOSS, shape(theta + (TWO_PI * 1.5 / 1000.0)),
-                                              step(theta, speed_of(1000), 3.0), at("kind %d, sample %d", kind, k));
+            ASSERT_DOUBLE_WITHIN_AT(1.4 * LINE_LOSS, shape(theta + (TWO_PI * 1.5 / 1000.0)), step(theta, speed_of(1000), 3.0),
+                                    at("kind %d, sample %d", kind, k));
         }
 
         ctl_observer_hold(&observer, false);
@@ -809,7 +808,7 @@ void test_ctl_observer_on_hold_forgets_nothing_either(void)
         for (int k = 0; k < 5000; k++) {
             const double now = step(TWO_PI * k / 1000.0, speed_of(1000), 0.0);
             if (k >= 1000) {
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-5, held[k % 1000], now, at("kind %d, sample %d", kind, k));
+                ASSERT_DOUBLE_WITHIN_AT(1e-5, held[k % 1000], now, at("kind %d, sample %d", kind, k));
             }
             held[k % 1000] = now;
             TEST_ASSERT_TRUE_MESSAGE(now > 0.5, at("kind %d, sample %d", kind, k));
@@ -840,7 +839,7 @@ void test_ctl_observer_learns_faster_for_its_first_samples(void)
     double want = 0.0;
     for (int k = 33; k < 80; k++) {
         want += ((k <= 40) ? 0.5 : 0.05) * (2.0 - want);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(1e-6, 10.0 * FIXED_STEP), want, step(0.0, 0.0, 2.0), at("sample %d", k));
+        ASSERT_DOUBLE_WITHIN_AT(per_numeric(1e-6, 10.0 * FIXED_STEP), want, step(0.0, 0.0, 2.0), at("sample %d", k));
     }
 }
 
@@ -877,7 +876,7 @@ void test_ctl_observer_without_the_mean_learns_only_the_ripple(void)
         for (uint16_t i = 0; i < CELLS; i++) {
             const double learned = value_of(room[i]) - ((remove != 0) ? 0.0 : 1.5);
             mean += value_of(room[i]) / CELLS;
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(LINE_LOSS + 0.004, shape(TWO_PI * i / CELLS), learned, at("point %u", i));
+            ASSERT_DOUBLE_WITHIN_AT(LINE_LOSS + 0.004, shape(TWO_PI * i / CELLS), learned, at("point %u", i));
         }
         TEST_ASSERT_DOUBLE_WITHIN(0.004, (remove != 0) ? 0.0 : 1.5, mean);
     }

@@ -86,7 +86,7 @@ void test_ctl_meter_of_a_constant_acceleration_measures_inertia_times_accelerati
             const double t = k * TS_S;
             const double got = torque_nm((0.5 * a * t * t) + 6.0, 0.0);
             if (k > 25) { /* 21 samples reach back, one for the first step */
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(ROUNDING_NM, J_KGM2 * a, got, at("%g rad/s^2, sample %d", a, k));
+                ASSERT_DOUBLE_WITHIN_AT(ROUNDING_NM, J_KGM2 * a, got, at("%g rad/s^2, sample %d", a, k));
             }
         }
     }
@@ -338,7 +338,7 @@ void test_ctl_meter_takes_a_jump_for_the_step_before_it_and_counts_it(void)
         jump += ((k == 100) ? 3.0 : 0.0) + ((k == 160) ? -1.5 : 0.0);
         const double got = torque_nm((100.0 * k * TS_S) + jump, 0.0);
         if (k > 25) {
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(ROUNDING_NM, 0.0, got, at("sample %d", k));
+            ASSERT_DOUBLE_WITHIN_AT(ROUNDING_NM, 0.0, got, at("sample %d", k));
         }
     }
     TEST_ASSERT_EQUAL_UINT32(2U, meter.state.rejected);

@@ -26,8 +26,8 @@ void test_ctl_friction_matches_golden_in_both_directions(void)
         const double tolerance = per_numeric(1e-6, 2e-6) * (g->stat + g->viscous * g->speed) + per_numeric(0.0, 2.0 * FIXED_STEP);
         TEST_ASSERT_EQUAL(CTL_OK, ctl_friction_check(&p).status);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, g->torque, torque(&p, g->speed), at("row %u", (unsigned)k));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, -g->torque, torque(&p, -g->speed), at("row %u, backwards", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(tolerance, g->torque, torque(&p, g->speed), at("row %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(tolerance, -g->torque, torque(&p, -g->speed), at("row %u, backwards", (unsigned)k));
     }
 }
 
@@ -61,7 +61,7 @@ void test_ctl_friction_is_odd_to_the_bit(void)
     noise_t              noise = {103U};
     for (int k = 0; k < 2000; k++) {
         const double v = 8.0 * noise_next(&noise);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(0.0, FIXED_STEP), -torque(&p, v), torque(&p, -v), at("at %g", v));
+        ASSERT_DOUBLE_WITHIN_AT(per_numeric(0.0, FIXED_STEP), -torque(&p, v), torque(&p, -v), at("at %g", v));
     }
 }
 

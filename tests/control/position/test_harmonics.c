@@ -23,7 +23,7 @@ void test_ctl_harmonics_matches_golden_over_two_billion_turns_both_ways(void)
         const ctl_harmonics_t           h = one_line(g->cycles_q20, g->amplitude, g->phase);
         const ctl_position_t            x = (ctl_position_t)(((uint64_t)g->turn << 32) + g->part);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(4e-7 * g->amplitude + FIXED_STEP, g->torque, torque(&h, x), at("row %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(4e-7 * g->amplitude + FIXED_STEP, g->torque, torque(&h, x), at("row %u", (unsigned)k));
     }
 }
 
@@ -54,7 +54,7 @@ void test_ctl_harmonics_has_no_seam_at_position_zero(void)
 {
     const ctl_harmonics_t h = one_line(ctl_cycles_q20(24.008f), 1.0, 0x30000000U);
     for (ctl_position_t x = -2000000; x < 2000000; x += 40000) { /* 40000 2^-32 turns of 24 cycles: 0.0014 rad */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.0015, torque(&h, x), torque(&h, x + 40000), at("at %d", (int)x));
+        ASSERT_DOUBLE_WITHIN_AT(0.0015, torque(&h, x), torque(&h, x + 40000), at("at %d", (int)x));
     }
 }
 

@@ -75,8 +75,8 @@ void test_ctl_position_difference_is_the_way_in_rad_wherever_it_lies(void)
             /* fixed point: half a step, and 2 pi 2^24 as a whole number errs by 7e-10 of itself */
             const double tolerance = per_numeric(1.5 * FLOAT_EPS * rad, 0.5 * FIXED_STEP + 1e-9 * rad);
 
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, rad, difference(base[b] + way, base[b]), at("%g turns", turns[k]));
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(tolerance, -rad, difference(base[b], base[b] + way), at("-%g turns", turns[k]));
+            ASSERT_DOUBLE_WITHIN_AT(tolerance, rad, difference(base[b] + way, base[b]), at("%g turns", turns[k]));
+            ASSERT_DOUBLE_WITHIN_AT(tolerance, -rad, difference(base[b], base[b] + way), at("-%g turns", turns[k]));
         }
     }
 }

@@ -115,7 +115,7 @@ void test_ctl_profile_long_motion_takes_the_time_of_a_trapezoid(void)
         const double time = fabs((double)ways[k]) / (double)SPEED + (double)SPEED / (double)ACCEL;
 
         /* ramps and cruise are cut to whole samples each, and that it is done shows one sample later */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, time + 1.0, (double)run_to(ways[k], 10000), at("way %lld", (long long)ways[k]));
+        ASSERT_DOUBLE_WITHIN_AT(2.0, time + 1.0, (double)run_to(ways[k], 10000), at("way %lld", (long long)ways[k]));
     }
 }
 
@@ -132,8 +132,8 @@ void test_ctl_profile_does_not_creep_at_the_end_whatever_the_ratio_of_the_limits
         const double time =
             ((double)way > ramp * (double)speed) ? (double)way / (double)speed + ramp : 2.0 * sqrt((double)way / (double)ACCEL);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.5, time + 1.0, (double)run_to(way, 100000),
-                                          at("way %lld at %lld", (long long)way, (long long)speed));
+        ASSERT_DOUBLE_WITHIN_AT(2.5, time + 1.0, (double)run_to(way, 100000),
+                                at("way %lld at %lld", (long long)way, (long long)speed));
     }
 }
 
@@ -145,7 +145,7 @@ void test_ctl_profile_short_motion_takes_the_time_of_a_triangle(void)
         ctl_profile_reset(&profile.state, 0);
         const double time = 2.0 * sqrt(fabs((double)ways[k]) / (double)ACCEL);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, time + 1.0, (double)run_to(ways[k], 10000), at("way %lld", (long long)ways[k]));
+        ASSERT_DOUBLE_WITHIN_AT(2.0, time + 1.0, (double)run_to(ways[k], 10000), at("way %lld", (long long)ways[k]));
     }
 }
 
@@ -280,7 +280,7 @@ void test_ctl_profile_smoothed_positions_are_the_mean_of_the_plain_ones(void)
         for (int i = 0; i < N; i++) {
             mean += (double)past[i] / N;
         }
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, mean, (double)ctl_profile_step(&profile, target).position, at("sample %d", k));
+        ASSERT_DOUBLE_WITHIN_AT(2.0, mean, (double)ctl_profile_step(&profile, target).position, at("sample %d", k));
     }
 }
 

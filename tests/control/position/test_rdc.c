@@ -74,7 +74,7 @@ void test_ctl_rdc_golden_p_solves_the_lyapunov_equation(void)
             for (int k = 0; k < 3; k++) {
                 sum += GOLDEN_RDC_A[3 * k + i] * GOLDEN_RDC_P[3 * k + j] + GOLDEN_RDC_P[3 * i + k] * GOLDEN_RDC_A[3 * k + j];
             }
-            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-8, 0.0, sum, at("element %d, %d", i, j)); /* 13 digits of up to 1e3 */
+            ASSERT_DOUBLE_WITHIN_AT(1e-8, 0.0, sum, at("element %d, %d", i, j)); /* 13 digits of up to 1e3 */
         }
     }
     /* the row that an independent calculation has found, to its digits */
@@ -94,8 +94,8 @@ void test_ctl_rdc_robust_term_of_the_first_sample_matches_golden(void)
         const ctl_setpoint_t rest = command(0, 0.0, 0.0);
 
         /* s within 2 steps, 7.5 times as much in the boundary layer */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-7, 20.0 * FIXED_STEP), g->robust, step(&rest, g->error, g->speed_error),
-                                          at("row %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(per_numeric(2e-7, 20.0 * FIXED_STEP), g->robust, step(&rest, g->error, g->speed_error),
+                                at("row %u", (unsigned)k));
         TEST_ASSERT_DOUBLE_WITHIN(per_numeric(2e-7, 20.0 * FIXED_STEP), g->robust, value_of(rdc.state.robust));
     }
 }
@@ -221,7 +221,7 @@ void test_ctl_rdc_without_error_is_the_model_on_the_command(void)
                     command(turn * CTL_ONE_TURN + (ctl_position_t)(part * TURN_STEPS), speeds[i], accelerations[k]);
                 const double want = INERTIA * accelerations[k] + friction(speeds[i]) + lines(TWO_PI * part);
 
-                TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3e-6, want, step(&c, 0.0, 0.0), at("v %g, a %g", speeds[i], accelerations[k]));
+                ASSERT_DOUBLE_WITHIN_AT(3e-6, want, step(&c, 0.0, 0.0), at("v %g, a %g", speeds[i], accelerations[k]));
             }
         }
     }

@@ -86,7 +86,7 @@ static void assert_golden(angle_t one, double speed)
     (void)step(0U - one, speed, 0.0); /* a point is written when it is reached: from somewhere */
     for (uint32_t k = 0U; k < COUNT_OF(GOLDEN_SRC_Y); k++) {
         const double y = step(k * one, speed, noise_next(&noise));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(5e-6, 1e-5), GOLDEN_SRC_Y[k], y, at("sample %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(per_numeric(5e-6, 1e-5), GOLDEN_SRC_Y[k], y, at("sample %u", (unsigned)k));
     }
 }
 
@@ -126,8 +126,7 @@ void test_ctl_src_corner_is_fixed_over_the_way(void)
         p.lambda = ANGLE_QUARTER;
         p.omega_half_ts = num_of(20.0 * TWO_PI / 8000.0 / 2.0); /* corner at order 20; speed 1 makes 2 pi / 8000 rad per sample */
         start_with(&p, 1000U);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.02, sqrt(0.5), gain_at(20.0, speed, per_turn[n]),
-                                          at("%u per turn", (unsigned)per_turn[n]));
+        ASSERT_DOUBLE_WITHIN_AT(0.02, sqrt(0.5), gain_at(20.0, speed, per_turn[n]), at("%u per turn", (unsigned)per_turn[n]));
         start_with(&p, 1000U);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, gain_at(4.0, speed, per_turn[n]));
         start_with(&p, 1000U);
@@ -196,7 +195,7 @@ void test_ctl_src_at_standstill_holds_its_output(void)
     const double y = step(39U * STEP, 0.0, 0.3);
     TEST_ASSERT_TRUE(fabs(y) > 0.1);
     for (int k = 0; k < 1000; k++) {
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, y, step(39U * STEP, 0.0, 0.3), at("sample %d", k));
+        ASSERT_DOUBLE_WITHIN_AT(1e-6, y, step(39U * STEP, 0.0, 0.3), at("sample %d", k));
     }
 }
 
@@ -225,7 +224,7 @@ void test_ctl_src_output_over_the_way_does_not_depend_on_the_speed(void)
                 y = step(k * one, 0.0, sin(0.013 * k));
             }
         }
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.03, fast[k], y, at("sample %u", (unsigned)k));
+        ASSERT_DOUBLE_WITHIN_AT(0.03, fast[k], y, at("sample %u", (unsigned)k));
     }
 }
 

@@ -277,7 +277,7 @@ void test_ctl_rc_leaves_of_a_fractional_period_what_the_order_of_interpolation_l
 
         /* 0.25, 0.016, 0.0021, 0.00034; the sine is met up to 0.2 % beside its peak, and sums of 1 are rounded */
         const double want = error_left_in_theory(order, 0.5, 24.0, 0.5);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE((0.005 * want) + 2e-6, want, left, at("order %u", order));
+        ASSERT_DOUBLE_WITHIN_AT((0.005 * want) + 2e-6, want, left, at("order %u", order));
         TEST_ASSERT_TRUE_MESSAGE(left < 0.2 * before, at("order %u", order));
         before = left;
     }
@@ -290,7 +290,7 @@ void test_ctl_rc_with_a_whole_period_removes_the_disturbance_in_every_order(void
         p.order = order;
         start(&p);
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, 0.0, error_left(24.0, 40), at("order %u", order)); /* some roundings of 1 */
+        ASSERT_DOUBLE_WITHIN_AT(2e-6, 0.0, error_left(24.0, 40), at("order %u", order)); /* some roundings of 1 */
     }
 }
 
@@ -493,7 +493,7 @@ void test_ctl_rc_angle_converges_at_a_fractional_period(void)
         /* The straight line between two samples leaves (2 pi / 48.86)^2 / 8 of the disturbance, linear read-out of 128
          * cells (2 pi / 128)^2 / 8 over the gain; the scatter is that of the samples against the cells. */
         const double want = (pow(TWO_PI / 48.86, 2.0) / 8.0) + ((order == 1U) ? pow(TWO_PI / 128.0, 2.0) / 8.0 / 0.5 : 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1.5e-4, want, left, at("order %u", order));
+        ASSERT_DOUBLE_WITHIN_AT(1.5e-4, want, left, at("order %u", order));
     }
 }
 
@@ -833,7 +833,7 @@ void test_ctl_rc_reads_back_with_the_gain_of_three_and_of_five_taps(void)
         const double y = value_of(ctl_rc_step(&rc, (num_t)0, period_of(40.0), 0U));
 
         const double gain = taps[1] + (2.0 * taps[0] * cos(w)) + (2.0 * taps[2] * cos(2.0 * w));
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, gain * sin(w * CAPACITY), y, at("case %u", (unsigned)i));
+        ASSERT_DOUBLE_WITHIN_AT(2e-6, gain * sin(w * CAPACITY), y, at("case %u", (unsigned)i));
     }
 }
 
@@ -865,7 +865,7 @@ void test_ctl_rc_longest_period_uses_the_whole_memory_in_every_order(void)
             sum += answer;
         }
 
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-6, 0.5, sum, at("order %u", order)); /* all of the taps were in the memory */
+        ASSERT_DOUBLE_WITHIN_AT(1e-6, 0.5, sum, at("order %u", order)); /* all of the taps were in the memory */
     }
 }
 
@@ -1029,8 +1029,8 @@ void test_ctl_period_ratio_splits_the_quotient(void)
 
         TEST_ASSERT_TRUE((n.fraction >= (num_t)0) && (n.fraction < num_of(1.0)));
         /* relative error of a float; in fixed point that of the divisor's own rounding (none: all are exact) */
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(1.2e-7 * want, FIXED_STEP), want, n.whole + value_of(n.fraction),
-                                          at("case %u", (unsigned)i));
+        ASSERT_DOUBLE_WITHIN_AT(per_numeric(1.2e-7 * want, FIXED_STEP), want, n.whole + value_of(n.fraction),
+                                at("case %u", (unsigned)i));
     }
 }
 
@@ -1414,7 +1414,7 @@ void test_ctl_rc_tune_from_the_fast_path_to_the_general_one_goes_on_as_if_it_had
         if (k == 77) {
             ctl_rc_tune(&rc, &general);
         }
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-5, want[k], step(3.0 * cos(0.3 * k), 20.25), at("sample %d", k));
+        ASSERT_DOUBLE_WITHIN_AT(2e-5, want[k], step(3.0 * cos(0.3 * k), 20.25), at("sample %d", k));
     }
     TEST_ASSERT_TRUE(fabs(want[150]) > 0.5);
 }
