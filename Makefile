@@ -1,6 +1,6 @@
 # Short names for everyday work. The presets of CMakePresets.json do the building, tools/setup/ the rest.
 .DEFAULT_GOAL := help
-.PHONY: flash help setup build wheel test test-searches quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint tidy format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove mutate replay-day figures circle
+.PHONY: flash help setup build wheel test test-searches quick host asan storage-campaign fixed arm coverage python demo bench soak motors stability combinations scope-fps lint tidy format target-report blind blind-logs faults single-faults motion fuzz-logs balance wrong-maps clean simulators gap-cases foreign-logs prove mutate replay-day figures speeds circle
 
 PYTHON := .venv/bin/python
 CHECK  := $(PYTHON) tools/setup/run_tests.py
@@ -80,6 +80,9 @@ combinations: setup ## every pair of methods in the simulator: works, or is refu
 
 figures: setup ## every figure of the three papers with ours, theirs and the verdict; writes docs/reference/*-figures.md (1 min)
 	@for paper in guo2024 tang2020 yeh2024; do .venv/bin/evenspin reproduce $$paper --page docs/reference/$$paper-figures.md || exit 1; done
+
+speeds: setup ## angle-based observer from 50 to 2500 r/min in both builds; writes docs/reference/tang2020-speeds.md (3 min)
+	@.venv/bin/evenspin reproduce tang2020 --sweep --page docs/reference/tang2020-speeds.md
 
 scope-fps: setup ## frames per second of the scope's page in headless Chromium, 8 signals at 1 kHz
 	@$(PYTHON) tools/tests/scope/measure_fps.py

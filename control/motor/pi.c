@@ -18,9 +18,9 @@ ctl_diag_t ctl_pi_init(ctl_pi_t *self, const ctl_pi_params_t *params)
     if (d.status != CTL_OK) {
         return d;
     }
-    const ctl_pi_state_t rest = {(num_t)0, (num_t)0, (num_t)0, 0U};
+    static const ctl_pi_state_t REST = {0};
     ctl_pi_tune(self, params);
-    self->state = rest;
+    self->state = REST;
     return d;
 }
 
@@ -30,6 +30,23 @@ void ctl_pi_reset(ctl_pi_t *self, num_t x)
     s->x = num_clamp(num_guard(x, (num_t)0, &s->rejected), self->params.out_min, self->params.out_max);
     s->err = (num_t)0;
     s->wanted = s->x;
+#ifdef EVENSPIN_FIXED
+    s->below = 0;
+#endif
+}
+
+/* (2) */
+static void integrate(ctl_pi_t *self)
+{
+#ifdef EVENSPIN_FIXED
+    ctl_pi_state_t *const s = &self->state;
+    const int64_t         more = ((int64_t)self->params.ki_ts * s->err) + s->below;
+    const num_t           sum = num_sat64(s->x + (more >> 24));
+    s->x = num_clamp(sum, num_neg(self->bound), self->bound);
+    s->below = (s->x == sum) ? (int32_t)(more & INT64_C(0xFFFFFF)) : 0;
+#else
+    ctl_pi_learn_unchecked(self, self->state.err);
+#endif
 }
 
 num_t ctl_pi_output(ctl_pi_t *self, num_t err)
@@ -50,6 +67,6 @@ void ctl_pi_commit(ctl_pi_t *self, num_t realised)
         hold = (self->params.anti_windup == CTL_PI_HOLD) || (too_low ? (s->err > (num_t)0) : (s->err < (num_t)0));
     }
     if (!hold) {
-        ctl_pi_learn_unchecked(self, s->err);
+        integrate(self);
     }
 }

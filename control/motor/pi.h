@@ -13,6 +13,8 @@
  *
  * Total    a non-finite error is not integrated, is counted, and the output is that of a zero error; x stays within
  *          the output limits' larger magnitude, so it is bounded whatever is committed.
+ *          In fixed point ctl_pi_commit keeps what is below a step of x for the next sample: an error whose k_i T_s e is less than that is
+ *          integrated, too, and the mean error is 0 (without: 4e-4 rad/s at 200 rad/s with ARO, which is sensitive to 1e-6 of the speed).
  * Cost     output 1 product, commit 1 product. Float and fixed agree within 1e-6 of full scale per step.
  */
 #ifndef CONTROL_MOTOR_PI_H
@@ -35,6 +37,9 @@ typedef struct {
     num_t    err;      /**< Error of the last proposal. */
     num_t    wanted;   /**< Last proposal before the clamp. */
     uint32_t rejected; /**< Inputs that were not finite. */
+#ifdef EVENSPIN_FIXED
+    int32_t below; /**< What x lacks, 2^-24 of its step, [0, 2^24). */
+#endif
 } ctl_pi_state_t;
 
 typedef struct {

@@ -99,6 +99,7 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     s->turn_sum = (num_t)0;
     s->turn_travel = (num_t)0;
     s->mean_known = false;
+    s->mean_turns = 0U;
     s->rest_travel = (num_t)0;
     s->rest_left = 0U;
     s->speed_known = (num_t)0;
@@ -108,69 +109,8 @@ void ctl_observer_reset(ctl_observer_t *self, bool keep)
     s->rounding = 0U;
     s->kept_rounding = 0U;
     s->synchronous = false;
+    s->drifting = false;
     ctl_kept_order_clear(&s->kept);
-}
-
-/* Order of the turn that the rounding error of the encoder has, folded by sampling, and 1, where it is slow and a whole one; else 0. */
-static uint16_t rounding_order(const ctl_observer_params_t *p, uint32_t step)
-{
-    if (!(p->sync_band > (num_t)0) || (p->encoder_counts == 0U)) {
-        return 0U;
-    }
-    const uint32_t cycles = (uint32_t)((uint64_t)p->encoder_counts * step); /* counts per sample without the whole ones, 2^-32 */
-    const uint32_t folded = (cycles < UINT32_C(0x80000000)) ? cycles : (0U - cycles);
-#ifdef EVENSPIN_FIXED
-    const uint32_t band = (uint32_t)p->sync_band << 8;
-#else
-    const uint32_t band = (uint32_t)(p->sync_band * 4294967040.0f);
-#endif
-    const uint32_t order = (folded + (step / 2U)) / step; /* nearest; turns of the sawtooth per turn of the shaft, below 2^16 */
-    const uint32_t off = angle_size(folded - (order * step));
-    return ((folded < band) && (off < (step / 16U))) ? (uint16_t)(order + 1U) : (uint16_t)0U;
-}
-
-/* Angle in one sample at that speed, at most half a turn. */
-static uint32_t step_at(const ctl_observer_params_t *p, num_t speed)
-{
-#ifdef EVENSPIN_FIXED
-    /* not rounded in between: orders of the rounding differ by parts of 10^-7 */
-    const uint64_t rad = ((uint64_t)num_abs(speed) * (uint64_t)p->rad_per_64) >> 22; /* 2^-32 */
-    const uint64_t most = UINT64_C(13493037704);                                     /* pi 2^32 */
-    return (uint32_t)((((rad < most) ? rad : most) * UINT64_C(683565276)) >> 32);
-#else
-    return angle_step_from_rad(num_abs(speed * (p->rad_per_64 * 0.015625f)));
-#endif
-}
-
-void ctl_observer_target(ctl_observer_t *self, num_t speed)
-{
-    const ctl_observer_params_t *const p = &self->params;
-    ctl_observer_state_t *const        s = &self->state;
-    const num_t                        w = num_guard(speed, (num_t)0, &s->rejected);
-    uint16_t                           samples = UINT16_MAX;
-    uint16_t                           rounding = 0U;
-    const uint32_t                     step = step_at(p, w);
-    if (step > UINT32_C(65540)) { /* 2^32 / 65535 */
-        const uint32_t whole = UINT32_MAX / step;
-        samples = (uint16_t)(whole + (((UINT32_MAX - (whole * step)) > (step / 2U)) ? 1U : 0U));
-        rounding = rounding_order(p, step);
-    }
-    s->turn_samples = samples; /* each at once: an interrupt reads them */
-    s->rounding = rounding;
-    s->synchronous = (!s->drifts) && (rounding != 0U) && (rounding != s->kept_rounding);
-}
-
-void ctl_observer_keep_rounding(ctl_observer_t *self)
-{
-    ctl_observer_state_t *const           s = &self->state;
-    const ctl_angle_memory_state_t *const m = &s->memory.state;
-    uint16_t                              order = 0U;
-    if ((self->params.kind == CTL_OBSERVER_ARO) && (s->rounding != 0U) && !s->drifts) {
-        order = (uint16_t)((s->rounding - 1U) % m->grid.cells);
-        order = ((2U * (uint32_t)order) > m->grid.cells) ? (uint16_t)(m->grid.cells - order) : order; /* as N points see it */
-    }
-    ctl_kept_order_step(&s->kept, &m->grid, order, m->position.below, self->params.memory.limit);
-    s->kept_rounding = (s->kept.known != 0U) ? s->rounding : (uint16_t)0U;
 }
 
 void ctl_observer_update_quality(ctl_observer_t *self)
@@ -201,13 +141,20 @@ static void watch_speed(ctl_observer_state_t *s, num_t speed)
     s->step_slow = num_mac(s->step_slow, SLOW_GAIN, num_sub(change, s->step_slow));
 }
 
-/* The mean over one turn of angle, from turn to turn. */
+/* The mean over one turn of angle, from turn to turn, of the last turns. */
 static void watch_mean(ctl_observer_state_t *s, num_t torque, num_t travel)
 {
     s->turn_sum = num_mac(s->turn_sum, torque, travel);
     s->turn_travel = num_add(s->turn_travel, travel);
     if (s->turn_travel >= NUM_C(1.0f)) {
-        s->mean = num_quotient(s->turn_sum, s->turn_travel);
+        const num_t mean = num_quotient(s->turn_sum, s->turn_travel);
+        if (!s->drifts) { /* no rounding to be averaged out: the last turn alone, which follows a load at once */
+            s->mean_turns = 0U;
+        }
+        s->mean_turns = (uint16_t)(s->mean_turns + ((s->mean_turns < CTL_OBSERVER_MEAN_TURNS) ? 1U : 0U));
+        s->mean = (s->mean_turns > 1U)
+                      ? num_add(s->mean, num_quotient(num_sub(mean, s->mean), num_from_int((int16_t)s->mean_turns)))
+                      : mean;
         s->mean_known = true;
         s->turn_sum = (num_t)0;
         s->turn_travel = (num_t)0;
@@ -223,8 +170,9 @@ static bool rests(ctl_observer_t *self, num_t torque, num_t travel)
     if ((p->rest_torque > (num_t)0) && s->mean_known && (s->rest_travel <= (num_t)0) &&
         (num_abs(num_sub(torque, s->mean)) > p->rest_torque)) {
         s->rest_travel = p->rest_turns;
-        s->turn_sum = (num_t)0; /* the old mean is void: begin a new turn here */
+        s->turn_sum = (num_t)0; /* the old mean is void: begin a new turn here, which replaces it */
         s->turn_travel = (num_t)0;
+        s->mean_turns = 0U;
     }
     bool rest = s->rest_travel > (num_t)0;
     if (rest) {

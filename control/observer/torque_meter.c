@@ -59,6 +59,7 @@ void ctl_meter_reset(ctl_meter_t *self)
     ctl_window_fill(&s->ref, (num_t)0);
     s->primed = false;
     s->speed = (num_t)0;
+    s->below = 0U;
 }
 
 num_t ctl_meter_speed_unchecked(ctl_meter_t *self) { return ctl_fir_step_unchecked(&self->state.speed_fir, self->state.speed); }
@@ -72,6 +73,7 @@ num_t ctl_meter_torque_unchecked(ctl_meter_t *self, angle_t theta, num_t ref_las
     num_t                    speed = num_mul(travel, self->params.speed_per_rad);
     if (!s->primed) {
         s->primed = true;
+        s->theta = theta; /* no step */
         speed = (num_t)0;
     } else if (num_abs(travel) > self->params.step_max_rad) {
         num_count(&s->rejected);

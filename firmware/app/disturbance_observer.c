@@ -69,7 +69,7 @@ uint16_t drive_make_observer(const drive_params_t *p, const drive_scale_t *scale
     o->rest_samples = (uint32_t)(p->aro_rest_s * (float)DRIVE_PWM_HZ);
     o->encoder_counts = (uint32_t)p->encoder_counts;
     o->sync_band = num_from_float(p->aro_sync_hz * ts_s);
-    s->drift = num_from_float(p->aro_drift_counts / p->encoder_counts);
+    o->drift_most = (uint16_t)((256.0f * p->aro_drift_counts) + 0.5f);
     s->hold = p->observer_hold != 0U;
     s->capacity = (o->kind == CTL_OBSERVER_ARO) ? p->aro_cells : (uint16_t)DRIVE_OBSERVER_CAPACITY;
     return culprit;

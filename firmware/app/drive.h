@@ -201,7 +201,6 @@ typedef struct {
     ctl_observer_params_t observer;
     uint16_t              capacity;
     bool                  used, meter_used, hold;
-    num_t                 drift;       /**< Part of the speed by which the reference may be lowered: ctl_observer_let_drift. */
     bool                  speed_asked; /**< The speed loop uses the speed of the meter. */
 } drive_observer_setup_t;
 

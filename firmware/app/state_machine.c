@@ -176,13 +176,12 @@ static void attend_observer(drive_t *d)
         const drive_command_t *const c = drive_active_command(d);
         const num_t target = (c->mode == DRIVE_MODE_POSITION) ? d->position.setpoint.speed
                                                               : drive_per_base(c->speed_ref_rad_s, d->scale.inv_speed);
-        ctl_observer_let_drift(&d->observer.observer, (d->setup->observer.drift > (num_t)0) && (c->mode == DRIVE_MODE_SPEED));
+        ctl_observer_let_drift(&d->observer.observer,
+                               (d->setup->observer.observer.drift_most > 0U) && (c->mode == DRIVE_MODE_SPEED));
         ctl_observer_target(&d->observer.observer, target);
         ctl_observer_keep_rounding(&d->observer.observer);
         ctl_observer_update_quality(&d->observer.observer);
-        drift = ctl_observer_drifts(&d->observer.observer)
-                    ? num_mul(num_neg(num_mul(target, d->setup->observer.drift)), d->setup->speed.error_scale)
-                    : (num_t)0;
+        drift = num_mul(ctl_observer_drift(&d->observer.observer), d->setup->speed.error_scale);
     }
     d->speed.drift = drift;
 }

@@ -289,6 +289,8 @@ static const member_t MEMBERS[] = {
     MEMBER(observer.observer.state.kept_rounding, MAIN | REST),
     MEMBER(observer.observer.state.synchronous, MAIN | REST),
     MEMBER(observer.observer.state.drifts, MAIN | REST),
+    MEMBER(observer.observer.state.drifting, MAIN | REST),
+    MEMBER(observer.observer.state.drift, MAIN | REST),
     MEMBER(observer.observer, CURRENT | TAKE_OVER | REST),
     MEMBER(observer.meter.prepared, MAIN | REST),
     MEMBER(observer.meter, CURRENT | TAKE_OVER | REST),

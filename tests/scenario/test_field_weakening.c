@@ -117,12 +117,12 @@ static void assert_operating_point(double w, double load, double method, int dea
     double       id = 0.0;
     const double nm = load + VISCOUS * w;
     const double least = shortest(nm, w, V_LIMIT, &id);
-    const double d = mean("true_id_a", 500), q = mean("true_iq_a", 500);
+    const double d = mean("true_id_a", 5000), q = mean("true_iq_a", 5000);
     const char  *text =
         at("method %g, deadbeat %d: %g rad/s %g N m: id %g iq %g, best id %g, %g A", method, deadbeat, w, load, d, q, id, least);
     TEST_ASSERT_EQUAL_STRING_MESSAGE("none", rig_fault(), text);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * w, w, mean("true_speed_rad_s", 500), text);
-    /* an observer that still learns moves the speed: 5 % of this friction changes it by 0.7 rad/s in these 50 ms */
+    /* an observer that learns moves the speed: means over 50 ms of this torque have a standard deviation of 10 %, over 500 ms of 3 % */
     TEST_ASSERT_TRUE_MESSAGE(torque_nm(d, q) > 0.93 * nm, text);
     TEST_ASSERT_TRUE_MESSAGE(hypot(d, q) < 1.02 * least, text); /* the ripple of the voltage takes a part of its mean */
     TEST_ASSERT_TRUE_MESSAGE(volts(500) < 1.01 * V_LIMIT, text);
@@ -142,7 +142,7 @@ void test_field_weakening_reaches_twice_the_base_speed_with_least_current(void)
             rig_param("rc_memory", 2.0);       /* over the angle, with a stop while the speed changes */
             rig_param("rc_freeze_above_unit", 20.0);
             rig_input("speed_ref_rad_s", w);
-            rig_step("load_torque_nm", 0.0, 1.2, load);
+            rig_step("load_torque_nm", 0.0, 2.2, load);
             rig_start();
             double most_a = 0.0;
             for (int n = 0; n < 9000; n++) {
@@ -151,7 +151,7 @@ void test_field_weakening_reaches_twice_the_base_speed_with_least_current(void)
             }
             TEST_ASSERT_TRUE_MESSAGE(most_a < 1.15 * ID_MAX, at("method %g, deadbeat %d: %g A", METHOD[k], deadbeat, most_a));
             assert_operating_point(w, 0.0, METHOD[k], deadbeat);
-            rig_run(9000);
+            rig_run(16000);
             assert_operating_point(w, load, METHOD[k], deadbeat);
         }
     }

@@ -171,9 +171,15 @@ def test_a_speed_at_which_the_observer_harms_fails_the_sweep():
     fine = SweepPoint(500.0, (0.20, 0.21), 0.215, rests=False)  # within what two windows differ
     harm = SweepPoint(2000.0, (0.20, 0.20), 0.21, rests=False)
 
-    assert [check.passed for check in check_sweep([fine])] == [True]
-    (check,) = check_sweep([fine, harm])
-    assert not check.passed and check.speed_rpm == 2000.0
+    good = SweepPoint(100.0, (2.0, 2.0), 0.5, rests=False)
+    weak = SweepPoint(300.0, (2.0, 2.0), 0.8, rests=False)  # 60 %
+
+    assert [check.passed for check in check_sweep([good])] == [True, True]
+    assert [check.passed for check in check_sweep([good, fine])] == [True, False]
+    assert [check.passed for check in check_sweep([good, weak])] == [True, False]
+    worse, least = check_sweep([good, fine, harm])
+    assert not worse.passed and worse.speed_rpm == 2000.0
+    assert not least.passed and least.speed_rpm == 2000.0
 
 
 KEPT = {"aro_drift_counts": 0.0, "aro_sync_hz": 1400.0}
@@ -184,6 +190,7 @@ LEARNED = {"aro_drift_counts": 0.0, "aro_sync_hz": 0.0}
     ("rpm", "changes", "low", "high"),
     [
         (1250.0, {}, 84.0, 99.0),  # 50 r/min beside it, with another rounding in every turn: 80 and 84 %
+        (1950.0, {}, 80.0, 90.0),  # 84 % with an encoder of 2^24 counts; off the whole order alone: 60 %
         (2500.0, {}, 72.0, 99.0),  # 72 %
         (2000.0, KEPT, 50.0, 80.0),  # all but the order of the rounding
         (2000.0, LEARNED, -99.0, 40.0),  # the rounding as torque

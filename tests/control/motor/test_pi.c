@@ -54,6 +54,24 @@ void test_ctl_pi_with_outward_hold_matches_golden(void)
     assert_golden(GOLDEN_PI_OUTWARD, COUNT_OF(GOLDEN_PI_OUTWARD));
 }
 
+/* k_i T_s e of a tenth of a step of fixed point: cut or rounded in every sample it would come to nothing. */
+void test_ctl_pi_integrates_errors_that_are_less_than_a_step_in_a_sample(void)
+{
+    const double    err = 0.8 * 5.9604644775390625e-8 * 16.0; /* 12.8 steps of fixed point, held as 12 or 13 */
+    ctl_pi_params_t p = valid_params();
+    p.ki_ts = num_of(1.0 / 128.0);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        TEST_ASSERT_EQUAL(CTL_OK, ctl_pi_init(&pi, &p).status);
+        for (int k = 0; k < 12800; k++) {
+            (void)sample(sign * err, 3.0);
+        }
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(5e-6, sign * 100.0 * value_of(num_of(err)), value_of(pi.state.x), at("sign %d", sign));
+        ctl_pi_reset(&pi, (num_t)0);
+        (void)sample(0.0, 3.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.0, 0.0, value_of(pi.state.x)); /* and a reset leaves nothing of it */
+    }
+}
+
 void test_ctl_pi_with_inexact_gains_agrees_with_double_precision(void)
 {
     /* header: both numerics within 1e-6 of full scale per step */

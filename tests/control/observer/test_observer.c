@@ -900,6 +900,44 @@ void test_ctl_observer_measures_the_mean_over_the_angle_in_both_directions(void)
     }
 }
 
+/* Where the speed may drift: what one turn has more comes into the mean as a sixteenth, once there are 16 turns; after a jump of the torque it is that of the next
+ * turn alone. */
+void test_ctl_observer_takes_the_mean_of_up_to_16_turns(void)
+{
+    ctl_observer_params_t p = params_of(CTL_OBSERVER_DOB);
+    p.remove_mean = true;
+    p.rest_torque = num_of(2.0);
+    start(&p);
+    ctl_observer_let_drift(&observer, true);
+    double expected = 0.0;
+    double theta = 0.0;
+    for (int turn = 0; turn < 40; turn++) {
+        const double torque = ((turn % 3) == 0) ? 1.5 : 0.5;
+        const int    known = (turn < 15) ? (turn + 1) : 16;
+        const double before = expected;
+        expected += (torque - expected) / known;
+        for (int k = 0; k < 64; k++) {
+            theta += TWO_PI / 64.0;
+            (void)step(theta, 50.0, torque);
+        }
+        if (turn >
+            0) { /* the first sample has no travel, so a turn ends with a sample of the next: a 64th of the change, or two */
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.035, before, value_of(observer.state.mean), at("turn %d", turn));
+        }
+    }
+    for (int k = 0; k < 2 * 64 + 2; k++) {
+        theta += TWO_PI / 64.0;
+        (void)step(theta, 50.0, 4.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 4.0, value_of(observer.state.mean));
+    ctl_observer_let_drift(&observer, false); /* nothing to be averaged out: the last turn alone */
+    for (int k = 0; k < 2 * 64 + 2; k++) {
+        theta += TWO_PI / 64.0;
+        (void)step(theta, 50.0, 3.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 3.0, value_of(observer.state.mean));
+}
+
 /* ---- target speed and the encoder's rounding ------------------------------------------------------------------------- */
 
 static uint16_t samples_at(double rpm)
@@ -1104,41 +1142,109 @@ void test_ctl_observer_at_a_synchronous_speed_learns_all_but_the_order_of_the_ro
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.4, learned_at_2000_rpm(28U, 1));
 }
 
-void test_ctl_observer_drifts_at_synchronous_speeds_where_it_may(void)
+static void start_drifting(uint32_t counts, double band, double most)
 {
-    int compared = 0;
-    int found = 0;
-    start_with_encoder(ENCODER, 0.5);
-    TEST_ASSERT_TRUE(is_synchronous(2000.0));
-    TEST_ASSERT_FALSE(ctl_observer_drifts(&observer)); /* it may not */
+    ctl_observer_params_t p = params_of(CTL_OBSERVER_ARO);
+    p.encoder_counts = counts;
+    p.sync_band = num_of(band);
+    p.drift_most = (uint16_t)((256.0 * most) + 0.5);
+    start(&p);
     ctl_observer_let_drift(&observer, true);
-    for (int i = 200; i <= 5000; i++) {
-        const double rpm = ((i % 2) == 0) ? (i / 2.0) : (-i / 2.0);
-        const int    want = expected_synchronous(fabs(rpm), ENCODER, 0.5);
-        if (want >= 0) {
-            TEST_ASSERT_FALSE_MESSAGE(is_synchronous(rpm), at("%g rpm", rpm)); /* it learns */
-            TEST_ASSERT_EQUAL_INT_MESSAGE(want, ctl_observer_drifts(&observer), at("%g rpm", rpm));
-            compared++;
-            found += want;
+}
+
+/* What the speed is off @p rpm, counts per turn. */
+static double drift_at(double rpm, double counts)
+{
+    ctl_observer_target(&observer, num_of(rpm * RAD_S_PER_RPM / SPEED_UNIT));
+    return value_of(ctl_observer_drift(&observer)) * SPEED_UNIT / (rpm * RAD_S_PER_RPM) * counts;
+}
+
+/* Waves per turn of that of the first four harmonics of the sawtooth which folds to the lowest frequency. */
+static double slowest_waves(double rpm, double counts, double *cycles)
+{
+    double waves = 0.0;
+    *cycles = 1.0;
+    for (int h = 1; h <= 4; h++) {
+        const double per_sample = h * counts * rpm / 60.0 * TS_S;
+        const double folded = fabs(per_sample - round(per_sample));
+        if (folded < *cycles) {
+            *cycles = folded;
+            waves = folded * 60.0 / (rpm * TS_S);
         }
     }
-    TEST_ASSERT_TRUE(compared > 1000);
-    TEST_ASSERT_TRUE(found > 30);
-    TEST_ASSERT_FALSE(is_synchronous(0.0));
-    TEST_ASSERT_FALSE(ctl_observer_drifts(&observer));
+    return waves;
+}
+
+/* Wherever it drifts the rounding is well off a whole order afterwards, and has 25 waves a turn. Speeds in steps of 7.31 r/min, and those
+ * at which 300, 375 and 400 samples are a turn. */
+void test_ctl_observer_drift_takes_the_rounding_off_whole_and_off_low_orders(void)
+{
+    int drifted = 0;
+    start_drifting(ENCODER, 0.5, 26.0);
+    for (int i = 0; i < 300; i++) {
+        static const double WHOLE[] = {2000.0, 1600.0, 1500.0, 1950.0};
+        const double        rpm = (i < 4) ? WHOLE[i] : (300.0 + (7.31 * i));
+        double              cycles = 0.0;
+        (void)slowest_waves(rpm, ENCODER, &cycles);
+        const double off = drift_at(((i % 2) == 0) ? rpm : -rpm, ENCODER);
+        TEST_ASSERT_TRUE_MESSAGE(fabs(off) <= 26.0, at("%g rpm", rpm));
+        if (cycles > 0.001) { /* at the fold of the fold up and down are one */
+            const double waves = slowest_waves(rpm * (1.0 + (off / ENCODER)), ENCODER, &cycles);
+            const double whole = fabs(waves - round(waves));
+            /* four times the order: the angle per sample is known to 1.5e-7, in fixed point speed and drift to half a step each */
+            const double unsure = 4.0 * ENCODER * (1.5e-7 + per_numeric(0.0, FIXED_STEP / (rpm * RAD_S_PER_RPM / SPEED_UNIT)));
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 + unsure, 0.38, whole, at("%g rpm, %g waves", rpm, waves));
+            TEST_ASSERT_TRUE_MESSAGE(waves > (25.3 - unsure), at("%g rpm, %g waves", rpm, waves));
+            drifted++;
+        }
+    }
+    TEST_ASSERT_TRUE(drifted > 250);
+}
+
+/* 2000 r/min: 28 waves forwards of the sawtooth's lower side, 0.38 more of them is a slower shaft; 1950 r/min: 4.92, 20.46 more. */
+void test_ctl_observer_drift_is_the_least_that_does_it_in_both_directions(void)
+{
+    start_drifting(ENCODER, 0.5, 26.0);
+    const double unsure = 0.01 + (ENCODER * per_numeric(3e-7, 2.0 * FIXED_STEP / (1950.0 * RAD_S_PER_RPM / SPEED_UNIT)));
+    for (int direction = -1; direction <= 1; direction += 2) {
+        TEST_ASSERT_DOUBLE_WITHIN(unsure, 0.38, fabs(drift_at(2000.0 * direction, ENCODER)));
+        TEST_ASSERT_DOUBLE_WITHIN(unsure, -20.46, drift_at(1950.0 * direction, ENCODER));
+    }
+    start_drifting(ENCODER, 0.5, 1.0); /* not so far: off the whole order only */
+    TEST_ASSERT_DOUBLE_WITHIN(unsure, 0.30, fabs(drift_at(1950.0, ENCODER)));
+}
+
+void test_ctl_observer_drifts_only_where_it_may_and_where_the_rounding_counts(void)
+{
+    start_drifting(ENCODER, 0.1, 26.0);
+    TEST_ASSERT_TRUE(drift_at(2000.0, ENCODER) != 0.0);
+    TEST_ASSERT_FALSE(observer.state.synchronous);
+    TEST_ASSERT_TRUE(drift_at(1004.33, ENCODER) == 0.0); /* 219.40 counts a sample: 0.4, 0.2, 0.2, 0.4 */
+    ctl_observer_target(&observer, (num_t)0);
+    TEST_ASSERT_TRUE(value_of(ctl_observer_drift(&observer)) == 0.0);
+    TEST_ASSERT_TRUE(drift_at(2000.0, ENCODER) != 0.0);
+    ctl_observer_reset(&observer, true);
+    TEST_ASSERT_TRUE(value_of(ctl_observer_drift(&observer)) == 0.0);
+
+    ctl_observer_let_drift(&observer, false);
+    TEST_ASSERT_TRUE(drift_at(2000.0, ENCODER) == 0.0);
+    TEST_ASSERT_TRUE(observer.state.synchronous);
+    start_drifting(ENCODER, 0.1, 0.25); /* less than is of use: the order is kept instead */
+    TEST_ASSERT_TRUE(drift_at(2000.0, ENCODER) == 0.0);
+    TEST_ASSERT_TRUE(observer.state.synchronous);
+    start_drifting(ENCODER, 0.0, 26.0);
+    TEST_ASSERT_TRUE(drift_at(2000.0, ENCODER) == 0.0);
+    start_drifting(0U, 0.5, 26.0);
+    TEST_ASSERT_TRUE(drift_at(2000.0, ENCODER) == 0.0);
 }
 
 /* The torque here does not drift with it, so that what is learned shows that nothing is kept. */
 void test_ctl_observer_that_drifts_learns_every_order_and_from_the_first_sample_on(void)
 {
-    start_with_encoder(ENCODER, 0.1);
-    ctl_observer_let_drift(&observer, true);
+    start_drifting(ENCODER, 0.1, 26.0);
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.3, learned_at_2000_rpm(12U, 0));
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.4, learned_at_2000_rpm(28U, 1));
-    TEST_ASSERT_TRUE(ctl_observer_drifts(&observer));
-    ctl_observer_let_drift(&observer, false);
-    TEST_ASSERT_TRUE(is_synchronous(2000.0));
-    TEST_ASSERT_FALSE(ctl_observer_drifts(&observer));
+    TEST_ASSERT_TRUE(value_of(ctl_observer_drift(&observer)) != 0.0);
 }
 
 static void keep_rounding(void)

@@ -104,6 +104,23 @@ void test_ctl_meter_of_a_constant_speed_measures_the_friction(void)
     }
 }
 
+/* 45 counts of 2^17 a sample: a number of radians that fixed point does not have, the same in every sample. */
+void test_ctl_meter_speed_of_equal_steps_has_no_mean_error(void)
+{
+    for (int direction = -1; direction <= 1; direction += 2) {
+        const double expected = direction * 45.0 / 131072.0 * TWO_PI / TS_S / SPEED_UNIT;
+        double       sum = 0.0;
+        setUp();
+        for (int k = 0; k < 4050; k++) {
+            const angle_t theta = (angle_t)((uint32_t)(45 * k) << 15);
+            const num_t   speed = ctl_meter_step(&meter, (direction > 0) ? theta : (0U - theta), (num_t)0).speed;
+            sum += (k >= 50) ? (value_of(speed) / 4000.0) : 0.0;
+        }
+        /* 1e-7 of it; taps that do not quite add up to 1, half a step each */
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(per_numeric(2e-7, 5.0 * FIXED_STEP), expected, sum, at("direction %d", direction));
+    }
+}
+
 void test_ctl_meter_speed_is_that_of_half_a_sample_and_half_the_filter_ago(void)
 {
     for (uint16_t order = 0; order <= CTL_FIR_ORDER_MAX; order++) {

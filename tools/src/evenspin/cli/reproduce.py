@@ -75,7 +75,10 @@ def reproduce(
     ] = None,
     page: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write every figure with ours, the paper's and the verdict as a page .md."),
+        typer.Option(
+            metavar="FILE",
+            help="Write every figure with ours, the paper's and the verdict as a page .md; with --sweep all speeds.",
+        ),
     ] = None,
     force: Force = False,
     json_file: JsonFile = None,
@@ -92,6 +95,18 @@ def reproduce(
         _refuse(paper, {"--set": ", ".join(set_ or ())})
     if paper is not Paper.TANG2020:
         _refuse(paper, {"--sweep": sweep})
+    if sweep and page is not None:
+        both = "" if numeric is Numerics.FLOAT else numeric.value
+        others: dict[str, object] = {
+            "--figure": figure,
+            "--numeric": both,
+            "--json": json_file,
+            "--method": method,
+            "--out": out,
+        }
+        _refuse_beside("--sweep --page", others)
+        _speeds(page)
+        return
     work = _work(paper, method, set_, sweep)
     if figure or page is not None:
         option = "--figure" if figure else "--page"
@@ -207,6 +222,18 @@ def _figures(
         with output as folder:
             write_page(folder, figure_page(gallery, chosen, result, work.title, made.command))
     console().print(str(page) if page is not None else f"{out}/report.html", style="bold")
+
+
+def _speeds(page: Path) -> None:
+    """tang2020: the page of all speeds, in both builds."""
+    from evenspin.reproduce.paper_page import check_markdown
+    from evenspin.reproduce.tang2020.speeds import speeds_page
+    from evenspin.sim.progress import progress_bar
+
+    check_markdown(page)
+    with progress_bar("tang2020, speeds", 1.0) as bar:
+        speeds_page(page, bar.update)
+    console().print(str(page), style="bold")
 
 
 def _whole(work: _Work, builds: Sequence[str], out: Path | None, force: bool, json_file: str | None) -> None:
