@@ -235,7 +235,7 @@ def _json(result: Any) -> dict[str, Any]:
 
 
 def _print(result: Any) -> None:
-    from evenspin.blind.score import GOALS, SAYS, parameter_table, percent, size_table
+    from evenspin.blind.score import SAYS, goal_of, parameter_table, percent, size_table
     from evenspin.tableview import TableView, print_table
 
     screen = console()
@@ -260,7 +260,7 @@ def _print(result: Any) -> None:
         (
             SAYS[name],
             percent(value),
-            "{} {:.0%}".format(*GOALS[name]) if name in GOALS else "",
+            goal_of(name),
             "missed" * (name in missed),
         )
         for name, value in result.summary.items()
