@@ -20,6 +20,7 @@
 #define AGAINST_LIMIT 3U
 #define SPEED_COUNTS 3.0f      /* between which a speed has been measured */
 #define COUNTS_PER_CYCLE 16.0f /* below that the voltages follow the steps of the angle */
+#define MEAN_S 1.0e-3f         /* of the operating points of the electrical zero */
 
 /* The travel from rest under the same acceleration grows with the square of the time: a coarse encoder gets more of it. */
 static void make_stall(const drive_params_t *p, drive_setup_t *s)
@@ -51,6 +52,9 @@ void drive_make_motion(const drive_params_t *p, drive_setup_t *s)
     m->band_per_volt = drive_number(BAND_SHARE * 0.57735027f / ohm * s->scale.voltage_v * s->scale.inv_current);
     m->samples = (samples < 16000.0f) ? (uint16_t)samples : 16000U; /* twice that is counted, too */
     m->samples = ((m->samples == 0U) && (p->speed_deviation_s > 0.0f)) ? 1U : m->samples;
+    const float mean = MEAN_S * (float)DRIVE_PWM_HZ / (float)p->speed_divider;
+    m->mean_samples = (mean > 1.0f) ? (uint16_t)(mean + 0.5f) : 1U;
+    m->per_mean_sample = drive_number(1.0f / (float)m->mean_samples);
     m->due_per_sample = (m->samples > 0U)
                             ? drive_number(0.25f * p->over_speed_rad_s * MARGIN_SHARE * s->scale.inv_speed / (float)m->samples)
                             : (num_t)0;
@@ -246,20 +250,17 @@ static void trip_on_stall(drive_t *d, bool at_limit)
     }
 }
 
-static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
+static void judge_zero(drive_t *d, ctl_dq_t current, num_t speed, num_t volt_q, const voltage_t *v)
 {
     drive_motion_t *const             m = &d->motion;
     const drive_motion_setup_t *const s = &d->setup->motion;
-    const ctl_dq_t                    current = d->current.meas;
-    const ctl_dq_t                    volt = d->current.volt;
-    const num_t                       speed = d->speed.meas;
     const num_t                       faster = num_sub(speed, m->speed);
-    const num_t                       higher = num_sub(volt.q, m->volt_q);
+    const num_t                       higher = num_sub(volt_q, m->volt_q);
     const num_t                       band = num_min(s->band, num_mul(s->band_per_volt, v->dc));
 
     if (!m->held || (num_abs(num_sub(current.q, m->current.q)) > band) || (num_abs(num_sub(current.d, m->current.d)) > band) ||
-        v->cut) {
-        m->held = !v->cut;
+        m->sum_cut) {
+        m->held = !m->sum_cut;
     } else if ((num_abs(higher) < num_mul(FLOOR_SHARE, v->dc)) ||
                (num_abs(faster) < num_mac(s->margin, SPEED_SHARE, num_abs(speed)))) {
         return; /* no verdict yet */
@@ -277,7 +278,33 @@ static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
     }
     m->current = current;
     m->speed = speed;
-    m->volt_q = volt.q;
+    m->volt_q = volt_q;
+}
+
+static void forget_sums(drive_motion_t *m)
+{
+    m->sum_current.d = m->sum_current.q = (num_t)0;
+    m->sum_speed = m->sum_volt_q = (num_t)0;
+    m->summed = 0U;
+    m->sum_cut = false;
+}
+
+/* By means over MEAN_S: the voltage equation is linear, so it holds for means of all its terms as it does for them. */
+static void trip_on_wrong_zero(drive_t *d, const voltage_t *v)
+{
+    drive_motion_t *const m = &d->motion;
+    const num_t           share = d->setup->motion.per_mean_sample;
+
+    m->sum_current.d = num_mac(m->sum_current.d, share, d->current.meas.d);
+    m->sum_current.q = num_mac(m->sum_current.q, share, d->current.meas.q);
+    m->sum_speed = num_mac(m->sum_speed, share, d->speed.meas);
+    m->sum_volt_q = num_mac(m->sum_volt_q, share, d->current.volt.q);
+    m->sum_cut |= v->cut;
+    m->summed++;
+    if (m->summed >= d->setup->motion.mean_samples) {
+        judge_zero(d, m->sum_current, m->sum_speed, m->sum_volt_q, v);
+        forget_sums(m);
+    }
 }
 
 void drive_check_motion(drive_t *d)
@@ -286,6 +313,7 @@ void drive_check_motion(drive_t *d)
     const num_t           torque = d->current.ref.q;
 
     if (d->state != DRIVE_RUN) {
+        forget_sums(m);
         m->held = false;
         m->against = 0U;
         m->samples = 0U;

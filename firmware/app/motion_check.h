@@ -40,8 +40,9 @@
  * resistance, flux and load: dvq = p psi cos(error of the zero) dw. Where it falls while the speed rises, three times in a row,
  * the zero is off by more than a quarter turn: electrical_zero. Needs speeds that differ by so much that vq changes by 4 % of
  * the dc link, at a current that stays within 5 % of iq_limit_a or of what the dc link drives through motor_resistance_ohm and
- * motor_lq_h in a speed sample, whichever is less, a voltage below its limit, and 16 counts per electrical turn. Blind at
- * constant speed and at standstill.
+ * motor_lq_h in a speed sample, whichever is less, a voltage below its limit, and 16 counts per electrical turn. A speed loop faster
+ * than 1 kHz is judged by its means over 1 ms: the noise of a current that one period answers is several percent of the dc link in vq.
+ * Blind at constant speed and at standstill.
  */
 #ifndef FIRMWARE_APP_MOTION_CHECK_H
 #define FIRMWARE_APP_MOTION_CHECK_H
@@ -74,6 +75,8 @@ typedef struct {
     bool     zero;           /**< Judge the electrical zero. */
     num_t    ohm, reactance; /**< Voltage per current, and that per speed, */
     num_t    reactance_d;    /**< of a current in the d axis. */
+    uint16_t mean_samples;   /**< Of a mean by which the electrical zero is judged, and 1 per that. */
+    num_t    per_mean_sample;
     num_t    due_per_sample; /**< Least gain of speed at the limit. */
     angle_t  stall_angle;    /**< A motion. */
     uint16_t stall_samples;  /**< At the limit without one; 0: never judged. */
@@ -85,7 +88,11 @@ typedef struct {
     bool     forwards;       /**< Direction of the torque command in that stretch. */
     angle_t  from;           /**< Encoder at the beginning of that stretch. */
     uint16_t samples;        /**< Length of that stretch. */
-    bool     held;           /**< There is an operating point to compare with: current, speed, volt_q. */
+    ctl_dq_t sum_current;    /**< Sums over the samples of a mean, */
+    num_t    sum_speed, sum_volt_q;
+    uint16_t summed;  /**< so many so far, */
+    bool     sum_cut; /**< one of which lacked voltage. */
+    bool     held;    /**< There is an operating point to compare with: current, speed, volt_q. */
     ctl_dq_t current;
     num_t    speed, volt_q;
     uint16_t against;       /**< Comparisons in a row with the wrong sign. */
