@@ -72,6 +72,12 @@ def test_a_step_that_takes_little_off_the_cost_is_left_as_it_is(monkeypatch: pyt
     assert known.asked == []
 
 
+def test_a_model_without_effects_is_its_own_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitter = Known(monkeypatch, parabola(3.0), line()).fitter
+    healthy = Model({}, NOTHING, NOTHING, NOTHING, 100.0, NOTHING)
+    assert fitter.descended(healthy, 3) is healthy
+
+
 def test_the_form_of_a_saturation_that_fits_best_is_taken_and_its_size_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     saturation = hypotheses(Scale.of(MOTOR, 4000.0))["inductance_saturation"]
     by_slope = np.array([0.02, 0.0, 1.0])

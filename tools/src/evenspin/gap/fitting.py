@@ -101,7 +101,10 @@ class Fitter:
         return np.stack([(next(runs)[0] - model.probe) / h if h else nothing for h in steps], axis=1)
 
     def descended(self, model: Model, steps: int, beat: float = math.inf) -> Model:
-        """Damped Gauss-Newton downhill from a model; gives up where a cost of `beat` is out of reach."""
+        """Damped Gauss-Newton downhill from a model; gives up where a cost of `beat` is out of reach. A model without
+        effects has nowhere to go and comes back as it is."""
+        if not model.z:
+            return model
         damping = DAMPING_START
         for step in range(steps):
             columns = self.columns(model)

@@ -85,13 +85,11 @@ def closed(
 
 def _standing(fitter: Fitter, model: Model) -> tuple[Model, dict[str, float]]:
     """The effects that are larger than a tolerance and take something off, and how much each does."""
-    model = fitter.descended(model, STEPS) if model.z else model
+    model = fitter.descended(model, STEPS)
     weights: dict[str, float] = {}
     for name in list(model.z):
         others = {other: z for other, z in model.z.items() if other != name}
-        less = fitter.model(others)
-        if others:
-            less = fitter.descended(less, STEPS_WITHOUT)
+        less = fitter.descended(fitter.model(others), STEPS_WITHOUT)
         weights[name] = less.cost - model.cost
         large = fitter.library[name].magnitude(model.z[name]) >= 1.0
         if weights[name] < PARTIAL_GAIN or not large:

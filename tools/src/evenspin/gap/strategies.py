@@ -32,7 +32,7 @@ class Downhill:
 
     def refine(self, fitter: Fitter, candidate: Candidate | Model, steps: int, beat: float) -> Model:
         model = fitter.model(candidate.z)
-        return fitter.descended(model, steps, beat) if candidate.z else model
+        return fitter.descended(model, steps, beat)
 
 
 @dataclass(frozen=True, slots=True)
