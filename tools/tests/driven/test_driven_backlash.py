@@ -11,6 +11,7 @@ from driven_logs import write_log
 from evenspin.driven import open_gap, run_driven
 from evenspin.driven.judge import Verdict
 from evenspin.driven.open_gap import OpenGap, name_backlash
+from evenspin.weakform.windows import Bump
 
 INERTIA_KGM2, NM_PER_A = 1.9e-3, 1.5 * 3 * 0.11  # as in MODEL
 MODEL = f"""
@@ -128,6 +129,36 @@ def test_crossings_that_no_gap_explains_are_a_remark_and_no_name():
     assert "or a shaft that twists" in verdict.warnings[0]
 
 
+@pytest.mark.parametrize(("counts_per_row", "doubted"), [(2.0, True), (2.003, True), (2.31, False), (7.618, False)])
+def test_where_a_row_has_a_whole_number_of_counts_rounding_looks_like_a_torque(counts_per_row, doubted):
+    """Shafts that run evenly or speed up slowly, rounded: what that leaves of a torque, and what is doubted."""
+    bump, rng, scale = Bump.of(3e-3, 1.25e-4), np.random.default_rng(6), 0.0046 * 2.0 * np.pi / 4096
+    row = np.arange(-bump.rows, bump.rows + 1)
+    within = slice(bump.rows - bump.half, bump.rows + bump.half + 1)
+    left, least = [], []
+    for _ in range(300):
+        counts = rng.uniform(0.0, 1.0) + counts_per_row * row + rng.uniform(0.0, 5e-4) * row**2
+        left.append(scale * abs(float((np.round(counts) - counts)[within] @ bump.curve)))
+        signals = SimpleNamespace(theta_m_rad=np.round(counts) * 2.0 * np.pi / 4096)
+        log = SimpleNamespace(fine=SimpleNamespace(bump=bump), signals=signals, plant={"counts_per_rev": 4096.0})
+        rounding = open_gap._rounding(log, 0.0046, np.array([bump.rows]))[0]
+        least.append(open_gap.BY_ROUNDING * rounding)
+    if doubted:
+        assert np.mean(np.array(left) > np.array(least)) < 0.15
+        assert max(left) > 2.0
+    else:
+        assert max(left) < 0.45 and max(least) < 0.25
+
+
+def test_an_angle_without_counts_is_not_rounded():
+    log = SimpleNamespace(
+        fine=SimpleNamespace(bump=Bump.of(3e-3, 1.25e-4)),
+        signals=SimpleNamespace(theta_m_rad=np.arange(100.0)),
+        plant={"counts_per_rev": 0.0},
+    )
+    assert open_gap._rounding(log, 0.0046, np.array([50]))[0] == 0.0
+
+
 @pytest.mark.parametrize(("others", "found"), [(0, True), (1, True), (8, False)])
 def test_few_crossings_are_enough_where_all_of_them_show_one_share(others, found, monkeypatch):
     """14 windows with a share of about 0.6 of the inertia, and others with any share."""
@@ -142,3 +173,12 @@ def test_few_crossings_are_enough_where_all_of_them_show_one_share(others, found
     assert (opened is not None) == found
     if opened is not None:
         assert opened.load_ratio == pytest.approx(0.6, abs=0.03)
+
+
+@pytest.mark.parametrize(("left", "found"), [(0.6, True), (1.08, True), (1.23, False)])
+def test_pushes_that_every_gap_describes_worse_than_none_are_no_crossings(left, found, monkeypatch):
+    seen = SimpleNamespace(share=np.full(30, 0.6), crossings=lambda ratio: 30)
+    monkeypatch.setattr(open_gap, "_opened", lambda _, log: seen)
+    monkeypatch.setattr(open_gap, "_width", lambda *_: (0.02, 0.01, left))
+
+    assert (open_gap.open_gap(SimpleNamespace(recordings=[None])) is not None) == found

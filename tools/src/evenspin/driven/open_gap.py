@@ -22,6 +22,7 @@ from evenspin.driven.judge import MOST_OF_A_SHAFT, Verdict
 from evenspin.effects import backlash
 from evenspin.gap.intervals import Interval
 from evenspin.weakform.analysis import Explained, Recording
+from evenspin.weakform.equations import Equations
 from evenspin.weakform.terms import SHAFT
 
 Array = NDArray[np.float64]
@@ -32,6 +33,7 @@ FINE = 1  # place of the short windows among the equations of a log
 SLOWEST_S = 1.05e-3  # rows further apart do not resolve a crossing
 BEYOND = 5.0  # times the scatter: what is left in a window of a crossing, at least
 DRIVEN = 3.0  # times the scatter: the torque there, at least
+BY_ROUNDING = 0.35  # times the most that rounding of the angle can leave there: a tenth of such windows have more
 SHARES = np.arange(0.05, 0.98, 0.01)
 WITHIN = 0.1  # of a share: impacts at either end of a crossing are in the same windows
 LEAST_WINDOWS = 18  # 40 to 69 in four logs with backlash, 13 at most in 30 without
@@ -41,9 +43,12 @@ OF_SAME_SIGN = 0.5  # of all windows in which the rotor is too fast for the torq
 OF_ALL = 0.15  # of all windows in which much is left
 GAPS_RAD, FLANKS_HZ = np.geomspace(0.004, 0.15, 36), (70.0, 120.0, 200.0)  # tried for the width
 BOUNCES_S = 0.05
+SPEED_WITHIN = 1.0  # counts in the length of a window: how well its speed is known, and how much it changes
+SAWTOOTH_ORDERS = (1, 2, 3)  # of the rounding of the angle; the fourth leaves a quarter of the first
 CONFIRMED = (
     0.85  # of what a stiff shaft leaves: 0.52 to 1.08 in twelve logs with backlash, 1.05 in one with a soft shaft
 )
+WORSE = 1.15  # of what a stiff shaft leaves: pushes that are all alike, with which no gap has to do, leave 1.23
 ALIKE = 1.15  # of the least that any width leaves: as good
 GAP_SHARE, RATIO_HALF = 0.5, 0.12  # of the width, and of the load's share: half widths; seven of eight widths were held
 FLANK_HZ, FLANK_DAMPING = 120.0, 0.1  # for the simulator: no log of this kind tells them
@@ -113,7 +118,8 @@ def open_gap(found: Explained) -> OpenGap | None:
     crossings = sum(each.crossings(ratio) for each in there)
     if crossings < LEAST_CROSSINGS:
         return None
-    return OpenGap(ratio, *_width(found, there, ratio), len(near), crossings)
+    opened = OpenGap(ratio, *_width(found, there, ratio), len(near), crossings)
+    return opened if opened.left < WORSE else None
 
 
 def name_backlash(verdict: Verdict, opened: OpenGap) -> None:
@@ -166,8 +172,33 @@ def _opened(found: Explained, log: int) -> _Open | None:
     torque = left + inertia * e.acceleration(e.fine)
     scatter = 1.4826 * float(np.median(np.abs(left)))
     much = (np.abs(left) > BEYOND * scatter) & (np.abs(torque) > DRIVEN * scatter)
+    centre = e.fine.centre[e.fine.used]
+    much[much] = np.abs(left[much]) > BY_ROUNDING * _rounding(e, inertia, centre[much])
     share = -left[much] / np.where(torque[much] == left[much], np.inf, torque[much] - left[much])
-    return _Open(share, e.fine.centre[e.fine.used][much], left, recording)
+    return _Open(share, centre[much], left, recording)
+
+
+def _rounding(e: Equations, inertia: float, centre: NDArray[np.int64]) -> Array:
+    """The torque that rounding of the angle to counts can leave in the windows around these rows, N m.
+
+    It is a sawtooth over the angle, and noise that a window averages away, except where a row has a whole number of
+    counts, or half of one or a third: there it stands still for the length of a window, and its second derivative,
+    times the inertia, looks like a torque.
+    """
+    bump, theta = e.fine.bump, e.signals.theta_m_rad
+    counts_per_rev = e.plant["counts_per_rev"]
+    if counts_per_rev <= 0.0 or len(centre) == 0:
+        return np.zeros(len(centre))
+    first, last = np.clip(centre - bump.rows, 0, None), np.clip(centre + bump.rows, None, len(theta) - 1)
+    counts = (theta[last] - theta[first]) / (last - first) * (counts_per_rev / (2.0 * np.pi))
+    periods = np.linspace(0.0, 0.5, 50 * bump.rows)  # per row, of a line after sampling
+    passed = np.abs(np.exp(2j * np.pi * np.outer(periods, np.arange(bump.rows))) @ bump.curve)
+    left = np.zeros(len(centre))
+    for order in SAWTOOTH_ORDERS:
+        alias = np.abs(order * counts - np.round(order * counts))
+        near = np.abs(periods - alias[:, None]) < order * SPEED_WITHIN / bump.rows
+        left += np.max(np.where(near, passed, 0.0), axis=1) / order
+    return np.asarray(inertia * left * 2.0 / counts_per_rev)
 
 
 def _width(found: Explained, logs: Sequence[_Open], ratio: float) -> tuple[float, float, float]:
