@@ -1,11 +1,13 @@
 """Noise of the sensors: how much of it a log has, and that too much of it in a column turns no effect round."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evenspin.effects import Scale
 from evenspin.model.machine import find_model, load_machine
+from evenspin.weakform import analysis
 from evenspin.weakform.analysis import explain
 from evenspin.weakform.fit import Piece
 from evenspin.weakform.noise import scatter
@@ -85,3 +87,19 @@ def test_noise_of_the_current_makes_no_magnet_weaker():
 
     assert found.named == ()
     assert abs(found.point["torque_constant"][0]) < 0.004  # a standard deviation of its tolerance is 0.0075
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_cause_that_unseen_stretches_do_not_show_is_left_out(seen, monkeypatch):
+    """A voltage with the square of the speed is there; the stretches are once said to deny it."""
+    signals, plant = _unloaded(0.01)
+    electrical = plant["pole_pairs"] * signals.speed_rad_s
+    more = 1.5 * np.sign(electrical) * (electrical / np.max(np.abs(electrical))) ** 2
+    signals = replace(signals, vq_v=signals.vq_v + more)
+    scale = Scale(plant["rated_current_a"], plant["rated_torque_nm"], int(plant["pole_pairs"]), 0, 0.0)
+    if not seen:
+        monkeypatch.setattr(analysis, "foreign_is_seen", lambda *_: False)
+
+    found = explain([signals], plant, [], scale, tolerances_of("bench"))
+
+    assert found.foreign == (["foreign: a voltage with the speed squared"] if seen else [])

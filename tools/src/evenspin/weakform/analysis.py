@@ -23,6 +23,7 @@ from evenspin.weakform.shaft import shaft_candidates
 from evenspin.weakform.signals import SLOW_S, Signals
 from evenspin.weakform.terms import NUMBER_OF, OPEN, SHAFT, Kind, Sizes, Term, effect_terms, opened, unit_term
 from evenspin.weakform.tolerances import HELD, Tolerances
+from evenspin.weakform.unseen import foreign_is_seen, shaft_is_seen
 from evenspin.weakform.windows import Bump, Windows
 
 Array = NDArray[np.float64]
@@ -37,8 +38,8 @@ RESTS = 0.5  # of its tolerance: a named coordinate that moves less has arrived
 ZERO_TERM, D_AXIS = "encoder_offset", 2
 ZERO_MOST, ZERO_TRIALS, ZERO_HALVINGS = 1.2, 13, 4  # rad: to 0.0125 of it
 FAST = ("stribeck_friction", "inductance_saturation", "dead_time")  # what slow rows average over
-SEEN = 0.9  # of what a stiff shaft leaves, rms
 REACH = 0.2  # of what a named term may be: the fit with all of them is for the scatter alone
+MOST_LEFT_OUT = 8  # causes of unknown kind, one after the other
 LATE_PERIODS = 1.5  # from a sample to the middle of the voltage that it leads to
 ORDER_NM = 0.006  # of the rated torque: the least line of unknown cause
 
@@ -120,9 +121,11 @@ def explain(
     estimated: Sequence[str] = (),
     shafts: bool = True,
     kept: Sequence[Flags] | None = None,
+    without: frozenset[str] = frozenset(),
 ) -> Explained:
     """`estimated`: numbers of the plant that the logs gave themselves; the effects on them are no deviation. `shafts`:
-    whether a compliant one is searched. `kept`: of each log, the rows that nothing is fitted to."""
+    whether a compliant one is searched. `kept`: of each log, the rows that nothing is fitted to. `without`: terms that
+    are left out."""
     say = progress or (lambda what, share: None)
     top_rad_s = max(float(np.percentile(np.abs(log.speed_rad_s), 99.0)) for log in logs)
     rest_rad_s = 0.012 * top_rad_s
@@ -145,7 +148,7 @@ def explain(
     terms = [term for term in terms if not (slow and term.effect in FAST)]
     terms = [opened(term) if NUMBER_OF.get(term.effect) in estimated else term for term in terms]
     terms += _unit_terms(recordings, plant, tolerances, estimated)
-    terms += foreign_terms(scale, plant, top_rad_s, has_voltages)
+    terms += [t for t in foreign_terms(scale, plant, top_rad_s, has_voltages) if t.name not in without]
     model = Model(equations, base, terms, LATE_PERIODS / plant["pwm_hz"])
     edges = Edges(tolerances.torque * scale.rated_torque_nm, tolerances.volts * plant["dc_link_v"])
     point = model.start()
@@ -155,7 +158,7 @@ def explain(
     named: frozenset[str] = frozenset()
     rivals: list[Choice] = []
     normal: Normal | None = None
-    whole = point
+    whole = last = point
     gatherer = Gatherer(
         model, [[~flags for flags in each.unseen] for each in recordings], [each.stretch for each in recordings]
     )
@@ -166,10 +169,10 @@ def explain(
         normal = normal_of(pieces, prior_of(terms, _all_free(terms), REACH), toward)
         rivals = choices(terms, normal, point, edges)
         best = rivals[0]
-        whole = settled(terms, point, best.step, best.names)
+        whole, last = settled(terms, point, best.step, best.names), point
         point = moved(terms, point, best.step, best.names)
         if number == 0:
-            added = _line_terms(model, whole, recordings, scale, has_angle)
+            added = [t for t in _line_terms(model, whole, recordings, scale, has_angle) if t.name not in without]
             added += (
                 []
                 if slow or not shafts
@@ -188,30 +191,25 @@ def explain(
     names = sorted(named, key=lambda name: -_gain(name, rivals))
     before = [model.residual(_units_of(terms, start, point), log) for log in range(len(logs))]
     after = [model.residual(whole, log) for log in range(len(logs))]
-    if any(term.effect == SHAFT and term.name in named for term in terms) and not shaft_is_seen(
-        model, whole, recordings, before, after
-    ):
-        return explain(logs, plant, base, scale, given, progress, estimated, shafts=False, kept=kept)
+    unseen = [each.unseen for each in recordings]
+    if any(term.effect == SHAFT and term.name in named for term in terms):
+        stiff = {term.name: term.off if term.effect == SHAFT else whole[term.name] for term in terms}
+        rigid = [model.residual(stiff, log, shaft_only=True) for log in range(len(logs))]
+        if not shaft_is_seen(unseen, after, rigid, before):
+            return explain(
+                logs, plant, base, scale, given, progress, estimated, shafts=False, kept=kept, without=without
+            )
+    foreign = frozenset(term.name for term in terms if term.kind is Kind.FOREIGN and term.name in named)
+    known = next((choice for choice in rivals if not choice.names & foreign), None)
+    if foreign and known is not None and len(without) < MOST_LEFT_OUT:
+        plain = settled(terms, last, known.step, known.names)
+        if not foreign_is_seen(unseen, after, [model.residual(plain, log) for log in range(len(logs))]):
+            return explain(
+                logs, plant, base, scale, given, progress, estimated, shafts, kept=kept, without=without | foreign
+            )
     return Explained(
         model, recordings, scale, tolerances, tuple(names), whole, normal, rivals, before, after, top_rad_s
     )
-
-
-def shaft_is_seen(
-    model: Model,
-    whole: Point,
-    recordings: Sequence[Recording],
-    before: Sequence[Sequence[Array]],
-    after: Sequence[Sequence[Array]],
-) -> bool:
-    """Whether a shaft that twists lowers what is left of the torque on stretches that no fit saw."""
-    stiff = {term.name: term.off if term.effect == SHAFT else whole[term.name] for term in model.terms}
-    squares = np.zeros(3)
-    for log, each in enumerate(recordings):
-        without = model.residual(stiff, log, shaft_only=True)
-        rows = each.unseen[0]
-        squares += [float(np.sum(parts[0][rows] ** 2)) for parts in (after[log], without, before[log])]
-    return bool(squares[0] < SEEN**2 * min(squares[1], squares[2]))
 
 
 def electrical_zero(model: Model, point: Point) -> Point:
