@@ -80,7 +80,7 @@ def test_a_gap_in_the_shaft_is_not_called_a_soft_shaft_alone(tmp_path):
 
 def test_a_shaft_that_helps_no_stretch_that_the_fit_did_not_see_has_no_name(tmp_path, monkeypatch):
     columns = hide(two_mass={"f_res_hz": 45.0, "load_ratio": 0.5, "damping_ratio": 0.04})
-    monkeypatch.setattr("evenspin.weakform.analysis.SEEN", 0.0)  # as if it took nothing off there
+    monkeypatch.setattr("evenspin.weakform.unseen.SHAFT_SEEN", 0.0)  # as if it took nothing off there
     verdict = run_driven([write_log(tmp_path / "log.csv", columns)], "servo", "bench", None).verdict
     assert "two_mass" not in " ".join(verdict["verdict"])
 
